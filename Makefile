@@ -1,0 +1,74 @@
+# `make help` lists the targets. PYTHON=python3.12 names the interpreter to use, PYTEST_ARGS='tests/cli -x' the tests to run.
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+
+# What development needs; an extra joins when the room that needs it is there.
+extras := regenerate,docs,test
+ifneq ($(wildcard analysis),)
+extras := $(extras),analysis
+endif
+
+python := .venv/bin/python
+stamp := .venv/.installed
+checked := $(wildcard metamodel cli transformations analysis generators runtime views case_study benchmarks docs tests tools) setup.py
+
+# The stamp names what was installed where: another place, other extras or a PYTHON given by hand mean a new installation.
+wanted := $(CURDIR) $(extras)
+ifneq ($(shell cat $(stamp) 2>/dev/null),$(wanted))
+.PHONY: $(stamp)
+endif
+ifeq ($(origin PYTHON),command line)
+.PHONY: $(stamp)
+endif
+export PYTHON
+
+.PHONY: help
+help: ## Show this list
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
+
+.PHONY: install
+install: $(stamp) ## Make .venv with everything in it (quick when nothing changed)
+	@tools/system-packages
+
+$(stamp): pyproject.toml setup.py constraints.txt tools/install
+	@tools/install $(extras)
+	@echo '$(wanted)' >$@
+
+.PHONY: demo
+demo: install ## Run the case study
+	@$(python) case_study/demo.py
+
+.PHONY: test
+test: install ## Run every check, then the tests
+	@echo "Lint (ruff check)" && $(python) -m ruff check --quiet $(checked)
+	@echo "Format (ruff format --check)" && $(python) -m ruff format --quiet --check $(checked) || { echo "make format mends this"; exit 1; }
+	@echo "Types (mypy --strict)" && $(python) tools/typecheck.py --no-error-summary
+	@echo "Generated code (dineros.metamodel.generate --check)" && $(python) -m dineros.metamodel.generate --check
+ifneq ($(wildcard mkdocs.yml),)
+	@echo "Guide (mkdocs build --strict)" && NO_MKDOCS_2_WARNING=1 $(python) -m mkdocs build --strict --site-dir build/site
+endif
+	@echo "Tests (pytest)" && $(python) -m pytest -n 2 $(PYTEST_ARGS)
+
+.PHONY: regenerate
+regenerate: install ## Generate the typed API from the .ecore files
+	@$(python) -m dineros.metamodel.generate
+
+.PHONY: format
+format: install ## Format the code, mend what ruff can
+	@$(python) -m ruff check --fix $(checked)
+	@$(python) -m ruff format $(checked)
+
+.PHONY: benchmark
+benchmark: install ## Run every benchmark
+	@for script in benchmarks/[!_]*.py; do echo "== $$script"; $(python) "$$script"; done
+
+.PHONY: lock
+lock: install ## Write constraints.txt anew
+	@$(python) tools/lock.py analysis,cluster,docs,regenerate,test,view
+
+.PHONY: clean
+clean: ## Remove .venv and everything built
+	@rm -rf .venv build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	@find . -name __pycache__ -type d -prune -exec rm -rf {} +

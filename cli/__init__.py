@@ -1,0 +1,1 @@
+"""The command line ``dineros``: one thin module per subcommand in `commands`."""

@@ -1,0 +1,104 @@
+"""``dineros rules``: the rules of the flattening, listed, described and drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dineros.cli.console import say, say_json, summarise
+from dineros.cli.options import command, json_option, rules_option
+
+if TYPE_CHECKING:
+    from dineros.transformations.catalogue import Family
+    from dineros.transformations.rule import Rule
+
+
+@command("dineros rules", "dineros rules T2", "dineros rules T2 -o t2.svg")
+@click.argument("rule", metavar="[RULE]", required=False)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="OUT",
+    help="Draw the rule: .svg, .png or .dot.",
+)
+@rules_option("List the rules of this Python file as well.")
+@json_option
+def rules(rule: str | None, output: Path | None, rule_file: Path | None, as_json: bool) -> int:
+    """List the rules, describe one, or draw it.
+
+    A rule says what it matches (LHS) and what there is afterwards (RHS). `dineros flatten` applies them.
+    """
+    from dineros.transformations.catalogue import FAMILIES, find_rule, name_of
+
+    families = (*FAMILIES, *_own(rule_file))
+    if rule is None:
+        if output is not None:
+            raise click.MissingParameter("name the rule to draw", param_hint="'RULE'", param_type="argument")
+        _list(families, as_json)
+        return 0
+    found = find_rule(rule, families)
+    if output is not None:
+        from dineros.transformations.drawing import draw_rule
+
+        draw_rule(found, output)
+        summarise(f"{name_of(found)} -> {output}")
+    elif as_json:
+        say_json(_as_json(found))
+    else:
+        _describe(found)
+    return 0
+
+
+def _own(path: Path | None) -> list[Family]:
+    if path is None:
+        return []
+    from dineros.cli.rule_files import load_rules
+    from dineros.transformations.catalogue import Family
+
+    return [Family("own", f"Rules of {path}", str(path), tuple(load_rules(path)))]
+
+
+def _list(families: tuple[Family, ...], as_json: bool) -> None:
+    from dineros.transformations.catalogue import name_of, summary_of
+
+    if as_json:
+        say_json(
+            {
+                "rules": [
+                    {"family": family.name, **_brief(rule)} for family in families for rule in family.rules
+                ]
+            }
+        )
+        return
+    width = max(len(name_of(rule)) for family in families for rule in family.rules)
+    for number, family in enumerate(families):
+        say(f"{'' if number == 0 else chr(10)}{family.title}", "bold")
+        for rule in family.rules:
+            say(f"  {name_of(rule):{width}}  {summary_of(rule)}")
+
+
+def _brief(rule: type[Rule]) -> dict[str, str]:
+    from dineros.transformations.catalogue import name_of, summary_of
+
+    return {"name": name_of(rule), "says": summary_of(rule)}
+
+
+def _as_json(rule: type[Rule]) -> dict[str, object]:
+    from dineros.transformations.describing import lhs_rows, rhs_rows
+
+    sides = {"lhs": lhs_rows(rule), "rhs": rhs_rows(rule)}
+    return {
+        **_brief(rule),
+        **{side: [{"name": name.strip(), "is": text} for name, text in rows] for side, rows in sides.items()},
+    }
+
+
+def _describe(rule: type[Rule]) -> None:
+    from dineros.transformations.catalogue import name_of
+    from dineros.transformations.describing import documentation_of, rule_text
+
+    say(f"{name_of(rule)}: {documentation_of(rule)}\n")
+    say(rule_text(rule))

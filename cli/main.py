@@ -1,0 +1,156 @@
+"""The command ``dineros``: finds the subcommands, and turns every error into one line and an exit status.
+
+Exit statuses: 0 fine, 1 a property is violated or a check found something, 2 wrong use or bad input,
+3 unknown (a budget was hit); 130 interrupted, 141 nobody reads the output any more.
+"""
+
+from __future__ import annotations
+
+import os
+import pkgutil
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from io import TextIOWrapper
+from typing import Any
+
+import click
+
+from dineros.cli import commands
+from dineros.cli.options import Invocation, show_version, standard_options
+from dineros.metamodel.errors import DinerosError, near_matches
+
+WRONG_USE = 2
+INTERRUPTED = 130  # 128 + SIGINT, as shells have it
+NO_READER = 141  # 128 + SIGPIPE
+
+COMPLETION_VARIABLE = "_DINEROS_COMPLETE"
+REPORT_AT = "please report it, with the model and what --debug adds"
+
+
+class Subcommands(click.Group):
+    """The modules of `dineros.cli.commands`, each imported when it is asked for."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.params.extend(standard_options())
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all subcommands, sorted."""
+        return sorted(module.name for module in pkgutil.iter_modules(commands.__path__))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import a subcommand; None where there is none of this name."""
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        module = import_module(f"{commands.__name__}.{cmd_name}")
+        command: click.Command = getattr(module, cmd_name)
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find a subcommand; the error where there is none names near matches."""
+        if args and args[0] not in self.list_commands(ctx) and not args[0].startswith("-"):
+            hint = near_matches(args[0], self.list_commands(ctx))
+            ctx.fail(f"No such command {args[0]!r}{f', {hint}' if hint else ''}")
+        return super().resolve_command(ctx, args)
+
+    def main(
+        self,
+        args: Sequence[str] | None = None,
+        prog_name: str | None = None,
+        complete_var: str | None = None,
+        standalone_mode: bool = True,
+        **extra: Any,
+    ) -> Any:
+        """Run the command line and exit; see `click.Command.main`."""
+        if not standalone_mode or COMPLETION_VARIABLE in os.environ:
+            return super().main(args, "dineros", complete_var, standalone_mode, **extra)
+        sys.exit(self._status(sys.argv[1:] if args is None else list(args)))
+
+    def _run(self, arguments: list[str], invocation: Invocation) -> int:
+        try:
+            with self.make_context("dineros", arguments, obj=invocation) as context:
+                return int(self.invoke(context) or 0)
+        except click.exceptions.Exit as finished:  # --help and --version
+            return finished.exit_code
+
+    def _status(self, arguments: list[str]) -> int:
+        """Run the command line; print at most one line where that fails."""
+        invocation = Invocation(debug=os.environ.get("DINEROS_DEBUG", "") not in ("", "0"))
+        if isinstance(sys.stdout, TextIOWrapper):  # names of files and elements that no terminal can show
+            sys.stdout.reconfigure(errors="backslashreplace")
+        try:
+            status = self._run(arguments, invocation)
+            sys.stdout.flush()
+            return status
+        except (KeyboardInterrupt, EOFError, click.Abort):
+            return INTERRUPTED
+        except BrokenPipeError:
+            return _no_reader()
+        except Exception as error:
+            if invocation.debug:
+                import traceback
+
+                traceback.print_exc()
+            _complain(_one_line(error))
+            return WRONG_USE
+
+
+def _one_line(error: Exception) -> str:
+    """Say what went wrong, without a stack trace."""
+    if isinstance(error, click.ClickException):
+        context = getattr(error, "ctx", None)
+        path = context.command_path if context else "dineros"
+        message = " ".join(error.format_message().split()).rstrip(".")
+        message = message[:1].lower() + message[1:] if message[1:2].islower() else message
+        return f"{path}: {message} (see {path} --help)"
+    if isinstance(error, DinerosError):
+        located = error.location is not None and str(error.location)
+        return str(error) if located else f"dineros: {error}"
+    if isinstance(error, OSError) and error.strerror:
+        named = isinstance(error.filename, str)  # it may be the number of a descriptor
+        return f"{error.filename if named else 'dineros'}: {error.strerror}"
+    text = " ".join(str(error).split())
+    return f"dineros: unexpected {type(error).__name__}{': ' if text else ''}{text} ({REPORT_AT})"
+
+
+def _complain(line: str) -> None:
+    try:
+        click.echo(line, err=True)
+    except BrokenPipeError:
+        _no_reader()
+
+
+def _no_reader() -> int:
+    """Keep Python from failing once more when it closes the streams."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except BrokenPipeError:
+            os.dup2(nowhere, stream.fileno())
+    return NO_READER
+
+
+@click.group(
+    cls=Subcommands,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    no_args_is_help=False,
+    epilog="`dineros COMMAND --help` shows a command's options and an example.",
+)
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=show_version,
+    help="Show the version.",
+)
+def main() -> None:
+    """Model-driven, formally verified ROS applications, by Petri nets."""
+
+
+if __name__ == "__main__":
+    main()

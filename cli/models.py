@@ -1,0 +1,119 @@
+"""Reading the models that commands are given, changed by their `--set` options."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dineros.cli.console import note, working
+
+if TYPE_CHECKING:
+    from dineros.metamodel import pn, sym
+    from dineros.metamodel.constraints import Violation
+
+
+def load(path: Path, settings: Sequence[str] = ()) -> pn.Net:
+    """Read a model and change it; what results need not be valid.
+
+    Parameters
+    ----------
+    path : Path
+        A model file; its suffix tells the format.
+    settings : sequence of str
+        Values of `--set`.
+
+    Raises
+    ------
+    DinerosError
+        The file holds no model, or a setting does not fit it.
+    """
+    from dineros.metamodel import files
+    from dineros.metamodel.errors import DinerosError, Location
+    from dineros.metamodel.settings import apply
+
+    with working(f"Reading {path}"):
+        model = files.load(path)
+    note(f"read {path}")
+    for setting in settings:
+        try:
+            apply(model, setting)
+        except DinerosError as error:
+            error.location = Location(path)  # the setting stands in no file; its model does
+            raise
+        note(f"set {setting}")
+    return model
+
+
+def load_system(path: Path, settings: Sequence[str] = ()) -> sym.SystemModel:
+    """Read a system model and change it; what results need not be valid.
+
+    Raises
+    ------
+    DinerosError
+        As `load`, or the file holds a model of another kind.
+    """
+    from dineros.metamodel import sym
+    from dineros.metamodel.errors import DinerosError, Location
+
+    model = load(path, settings)
+    if not isinstance(model, sym.SystemModel):
+        kind = "plain net" if type(model).__name__ == "Net" else type(model).__name__
+        raise DinerosError(f"holds a {kind}, but this command needs a system model", location=Location(path))
+    return model
+
+
+def refuse_invalid(model: pn.Net, path: Path) -> None:
+    """Check all constraints of the metamodels.
+
+    Raises
+    ------
+    DinerosError
+        There is an error; the message is that of the first one.
+    """
+    from dineros.metamodel.errors import DinerosError, Location
+
+    errors = [violation for violation in violations_of(model) if violation.severity == "error"]
+    if errors:
+        others = f"; and {len(errors) - 1} more errors" if len(errors) > 1 else ""
+        raise DinerosError(
+            f"is not valid: {errors[0].message}{others}",
+            location=errors[0].location or Location(path),
+            hint=f"'dineros validate {path}' says how to mend it",
+        )
+
+
+def violations_of(model: pn.Net) -> list[Violation]:
+    """Check all constraints of the metamodels."""
+    from dineros.metamodel.constraints import validate
+
+    with working("Checking the constraints"):
+        return validate(model)
+
+
+def refuse_settings_that_break(violations: Sequence[Violation], path: Path) -> None:
+    """Accept violations that the model in the file has as well, without settings.
+
+    Parameters
+    ----------
+    violations : sequence of Violation
+        What the changed model violates.
+    path : Path
+        The file of the model.
+
+    Raises
+    ------
+    DinerosError
+        The settings made the model violate a constraint.
+    """
+    from dineros.metamodel.errors import DinerosError, Location
+
+    errors = [violation for violation in violations if violation.severity == "error"]
+    if not errors:
+        return
+    before = {(violation.constraint, violation.message) for violation in violations_of(load(path))}
+    for violation in errors:
+        if (violation.constraint, violation.message) not in before:
+            raise DinerosError(
+                f"with --set, {violation.message}", location=Location(path), hint=violation.fix or None
+            )

@@ -1,0 +1,155 @@
+"""What subcommands share: the class of commands with examples, the argument MODEL, the options."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+from click.shell_completion import CompletionItem
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+@dataclass
+class Invocation:
+    """What holds for one run of the command line, whatever the subcommand."""
+
+    debug: bool = False
+    verbosity: int = 0
+
+
+def invocation() -> Invocation:
+    """Return what holds for the present run."""
+    context = click.get_current_context(silent=True)
+    found = context.find_object(Invocation) if context else None
+    return found or Invocation()
+
+
+class ExampleCommand(click.Command):
+    """A command with the standard options, whose help ends with examples."""
+
+    def __init__(self, *args: Any, examples: Sequence[str] = (), **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.params.extend(standard_options())
+        self.examples = tuple(examples)
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the examples, one command line each."""
+        super().format_epilog(ctx, formatter)
+        if self.examples:
+            with formatter.section("Examples"):
+                for example in self.examples:
+                    formatter.write(f"{'':{formatter.current_indent}}{example}\n")
+
+
+def command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
+    """Make a function the subcommand of its name, with `-q`, `-v` and `--debug`.
+
+    Parameters
+    ----------
+    *examples : str
+        Command lines for the end of its help; the tests run them.
+    """
+
+    def decorate(function: Callable[..., Any]) -> ExampleCommand:
+        return click.command(cls=ExampleCommand, examples=examples)(function)
+
+    return decorate
+
+
+class ModelPath(click.Path):
+    """A model file; completes to the files that may be one. Whether one is there shows when it is read."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Offer model files, and folders on the way; all files where there is no model."""
+        from dineros.metamodel.files import SUFFIXES
+
+        folder, _, start = incomplete.rpartition("/")
+        shown = f"{folder}/" if "/" in incomplete else ""
+        matches = []
+        try:
+            for path in sorted(Path(shown or ".").expanduser().iterdir()):
+                if not path.name.startswith(start) or (path.name.startswith(".") and not start):
+                    continue
+                if path.is_dir():
+                    matches.append(f"{shown}{path.name}/")
+                elif path.suffix.lower() in SUFFIXES:
+                    matches.append(f"{shown}{path.name}")
+        except OSError:
+            matches = []
+        if not matches or (len(matches) == 1 and matches[0].endswith("/")):
+            return [CompletionItem(incomplete, type="file")]  # the shell itself goes on into the folder
+        return [CompletionItem(match) for match in matches]
+
+
+def model_argument(*, required: bool = True) -> Callable[[F], F]:
+    """Add the argument MODEL, passed as `model`."""
+    return click.argument("model", type=ModelPath(), metavar="MODEL", required=required)
+
+
+def settings_option(function: F) -> F:
+    """Add the repeatable option `--set`, passed as `settings`."""
+    option = click.option(
+        "--set",
+        "settings",
+        multiple=True,
+        metavar="ELEMENT.FEATURE=VALUE",
+        help="Change the model for this run, such as RedObjects.tokens=2; repeatable.",
+    )
+    return option(function)
+
+
+def json_option(function: F) -> F:
+    """Add the option `--json`, passed as `as_json`."""
+    return click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")(
+        function
+    )
+
+
+def output_option(help: str) -> Callable[[F], F]:
+    """Add the required option `-o`, passed as `output`."""
+    return click.option("-o", "--output", type=ModelPath(), metavar="OUT", required=True, help=help)
+
+
+def rules_option(help: str) -> Callable[[F], F]:
+    """Add the option `--rules`, a Python file with rules, passed as `rule_file`."""
+    return click.option("--rules", "rule_file", type=click.Path(path_type=Path), metavar="FILE.py", help=help)
+
+
+def standard_options() -> list[click.Option]:
+    """Return the options of every command, `-q`, `-v` and `--debug`; `invocation` tells what they said."""
+    return [
+        click.Option(names, is_flag=True, is_eager=True, expose_value=False, callback=_remember, help=help)
+        for names, help in (
+            (["-q", "--quiet"], "Print results only."),
+            (["-v", "--verbose"], "Say more about what is done."),
+            (["--debug"], "Show the stack trace of an error (or set DINEROS_DEBUG=1)."),
+        )
+    ]
+
+
+def _remember(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+    if not value:
+        return
+    run = ctx.ensure_object(Invocation)
+    if param.name == "debug":
+        run.debug = True
+    else:
+        run.verbosity = 1 if param.name == "verbose" else -1
+
+
+def show_version(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+    """Print the version and leave; the callback of `--version`."""
+    if value and not ctx.resilient_parsing:
+        from importlib.metadata import version
+
+        click.echo(f"dineros {version('dineros')}")
+        ctx.exit()

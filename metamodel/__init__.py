@@ -1,0 +1,1 @@
+"""Metamodels, their typed API, model files and constraints."""

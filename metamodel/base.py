@@ -1,0 +1,187 @@
+"""What every class of the typed API shares: typed features, and no silent misspellings.
+
+pyecore accepts any attribute on a model object; here an unknown one is refused with near matches,
+enumeration values may be given by name, and a value of the wrong type names its feature.
+The generated packages (`pn`, `sym`, `rtm`, `pnm`, `trace`) use nothing else of this module's house.
+"""
+
+# ruff: noqa: D102, N802, N815  (the static views repeat pyecore's names and document nothing new)
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from pyecore.ecore import EDouble, EDoubleObject, EEnum
+from pyecore.valuecontainer import BadValueError
+
+from dineros.metamodel.errors import FeatureValueError, UnknownFeatureError, near_matches
+
+if TYPE_CHECKING:
+
+    class MetaEClass(type):
+        """Static view of pyecore's metaclass of model classes."""
+
+        eClass: Any
+
+    class EObject:
+        """Static view of a pyecore model object."""
+
+        eClass: Any
+
+        def eContainer(self) -> EObject | None: ...
+        def eContainmentFeature(self) -> Any: ...
+        def eIsSet(self, feature: str) -> bool: ...
+        def eAllContents(self) -> Iterator[EObject]: ...
+        @property
+        def eContents(self) -> list[EObject]: ...
+        def delete(self, recursive: bool = True) -> None: ...
+
+    class EnumLiteral:
+        """Static view of the literal of an enumeration; `str()` gives its name."""
+
+        name: str
+        value: int
+
+else:
+    from pyecore.ecore import EEnumLiteral as EnumLiteral
+    from pyecore.ecore import EObject, MetaEClass
+
+T = TypeVar("T")
+
+__all__ = [
+    "EObject",
+    "EnumLiteral",
+    "MetaEClass",
+    "ModelList",
+    "enumeration",
+    "features_of",
+    "initialise",
+    "refuse_unknown",
+    "resolve_references",
+    "show",
+]
+
+
+class ModelList(Generic[T]):
+    """Static view of a many-valued feature: an ordered set that keeps opposites and containers in step."""
+
+    if TYPE_CHECKING:
+
+        def append(self, value: T) -> None: ...
+        def extend(self, values: Iterable[T]) -> None: ...
+        def insert(self, index: int, value: T) -> None: ...
+        def remove(self, value: T) -> None: ...
+        def clear(self) -> None: ...
+        def index(self, value: T) -> int: ...
+        def __iter__(self) -> Iterator[T]: ...
+        def __len__(self) -> int: ...
+        def __contains__(self, value: object) -> bool: ...
+        def __getitem__(self, index: int) -> T: ...
+
+
+_NUMBERS = (EDouble, EDoubleObject)
+_FEATURES: dict[type, dict[str, Any]] = {}
+
+
+def features_of(cls: type[EObject]) -> dict[str, Any]:
+    """Return the structural features of a model class by name."""
+    known = _FEATURES.get(cls)
+    if known is None:
+        known = {feature.name: feature for feature in cls.eClass.eAllStructuralFeatures()}
+        _FEATURES[cls] = known
+    return known
+
+
+def refuse_unknown(self: EObject, name: str, value: object) -> None:
+    """Set a feature; the `__setattr__` of every model class.
+
+    Raises
+    ------
+    UnknownFeatureError
+        The class has no such feature.
+    FeatureValueError
+        The value does not fit the feature's type.
+    """
+    if name[0] == "_":
+        object.__setattr__(self, name, value)
+        return
+    feature = features_of(type(self)).get(name)
+    if feature is None:
+        if name in ("listeners", "dyn_inst"):  # pyecore's own attributes without an underscore
+            object.__setattr__(self, name, value)
+            return
+        kind = type(self).__name__
+        known = features_of(type(self))
+        raise UnknownFeatureError(f"{kind} has no feature {name!r}", hint=near_matches(name, known))
+    if isinstance(value, str) and isinstance(feature._eType, EEnum):
+        value = _literal(feature, value)
+    elif type(value) is int and feature._eType in _NUMBERS:
+        value = float(value)
+    try:
+        object.__setattr__(self, name, value)
+    except BadValueError as error:
+        raise _wrong_value(self, feature, value) from error
+
+
+def _literal(feature: Any, name: str) -> object:
+    literal = feature._eType.getEEnumLiteral(name)
+    if literal is None:
+        names = [str(known) for known in feature._eType.eLiterals]
+        raise FeatureValueError(
+            f"{feature.name} is one of {', '.join(names)}, not {name!r}", hint=near_matches(name, names)
+        )
+    return literal
+
+
+def _wrong_value(self: EObject, feature: Any, value: object) -> FeatureValueError:
+    shown = repr(value) if isinstance(value, (str, int, float, bool)) else type(value).__name__
+    etype = feature._eType
+    expected = etype.__name__ if isinstance(etype, type) else etype.name
+    many = "a list of " if feature.many else ""
+    return FeatureValueError(f"{type(self).__name__}.{feature.name} takes {many}{expected}, not {shown}")
+
+
+def initialise(self: EObject, values: dict[str, Any], unknown: dict[str, Any]) -> None:
+    """Set the features given to a constructor, attributes before references.
+
+    Raises
+    ------
+    UnknownFeatureError
+        A keyword is no feature of the class.
+    FeatureValueError
+        A value does not fit its feature's type.
+    """
+    for name, value in unknown.items():
+        refuse_unknown(self, name, value)
+    for name, value in values.items():
+        if value is None:
+            continue
+        feature = features_of(type(self))[name]
+        if feature.many:
+            try:
+                getattr(self, name).extend(value)
+            except (BadValueError, TypeError) as error:
+                raise _wrong_value(self, feature, value) from error
+        else:
+            setattr(self, name, value)
+
+
+def show(self: EObject) -> str:
+    """Return a short text such as ``<sym.Place Ready>``; the `__repr__` of every model class."""
+    identity = getattr(self, "id", None) or getattr(self, "name", None) or ""
+    package = type(self).__module__.rpartition(".")[2]
+    return f"<{package}.{type(self).__name__} {identity}>".replace(" >", ">")
+
+
+def resolve_references(types: list[tuple[Any, Any]], opposites: list[tuple[Any, Any]]) -> None:
+    """Give references their types and join opposite ones, once all classes of a package exist."""
+    for reference, eclass in types:
+        reference.eType = eclass
+    for reference, opposite in opposites:
+        reference.eOpposite = opposite
+
+
+def enumeration(name: str, literals: list[str]) -> Any:
+    """Make an enumeration whose literals count from 0 in the order given."""
+    return EEnum(name, literals=literals)

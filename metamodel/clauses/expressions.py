@@ -1,0 +1,178 @@
+"""Boolean expressions over signals: an immutable tree that prints as text its parser reads back.
+
+>>> str(And((Signal("Sensor"), Not(Or((Signal("Danger"), Signal("lost link")))))))
+'Sensor & !(Danger | "lost link")'
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+KEYWORDS = frozenset({"and", "or", "not", "true", "false"})
+_PLAIN_NAME = re.compile(r"\w+(?:[.-]+\w+)*")
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A boolean expression; `depth` is the number of operators on its longest branch."""
+
+    binding: ClassVar[int]
+    depth: int = field(init=False, repr=False, compare=False, default=0)
+
+    @property
+    def operands(self) -> tuple[Expression, ...]:
+        """The expressions it is made of, from left to right."""
+        return ()
+
+    def __post_init__(self) -> None:
+        deepest = max((operand.depth for operand in self.operands), default=-1)
+        object.__setattr__(self, "depth", deepest + 1)
+
+    def evaluate(self, values: Mapping[str, bool]) -> bool:
+        """Return the truth value under an assignment of the signals; KeyError for a missing one."""
+        raise NotImplementedError
+
+    def _inside(self, binding: int) -> str:
+        """Print as an operand of an operator that binds as strongly as `binding`."""
+        return str(self) if self.binding > binding else f"({self})"
+
+
+@dataclass(frozen=True)
+class Signal(Expression):
+    """The value of a signal."""
+
+    binding: ClassVar[int] = 6
+    name: str
+
+    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
+        return values[self.name]
+
+    def __str__(self) -> str:
+        return quoted(self.name)
+
+
+@dataclass(frozen=True)
+class Constant(Expression):
+    """`true` or `false`."""
+
+    binding: ClassVar[int] = 6
+    value: bool
+
+    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
+        return self.value
+
+    def __str__(self) -> str:
+        return "true" if self.value else "false"
+
+
+@dataclass(frozen=True)
+class Not(Expression):
+    """Negation."""
+
+    binding: ClassVar[int] = 5
+    operand: Expression
+
+    @property
+    def operands(self) -> tuple[Expression, ...]:  # noqa: D102
+        return (self.operand,)
+
+    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
+        return not self.operand.evaluate(values)
+
+    def __str__(self) -> str:
+        return f"!{self.operand._inside(self.binding - 1)}"
+
+
+@dataclass(frozen=True)
+class And(Expression):
+    """Conjunction of two or more expressions."""
+
+    binding: ClassVar[int] = 4
+    parts: tuple[Expression, ...]
+
+    @property
+    def operands(self) -> tuple[Expression, ...]:  # noqa: D102
+        return self.parts
+
+    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
+        return all(part.evaluate(values) for part in self.parts)
+
+    def __str__(self) -> str:
+        return " & ".join(part._inside(self.binding) for part in self.parts)
+
+
+@dataclass(frozen=True)
+class Or(Expression):
+    """Disjunction of two or more expressions."""
+
+    binding: ClassVar[int] = 3
+    parts: tuple[Expression, ...]
+
+    @property
+    def operands(self) -> tuple[Expression, ...]:  # noqa: D102
+        return self.parts
+
+    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
+        return any(part.evaluate(values) for part in self.parts)
+
+    def __str__(self) -> str:
+        return " | ".join(part._inside(self.binding) for part in self.parts)
+
+
+@dataclass(frozen=True)
+class Implies(Expression):
+    """Implication; a chain groups to the right."""
+
+    binding: ClassVar[int] = 2
+    premise: Expression
+    conclusion: Expression
+
+    @property
+    def operands(self) -> tuple[Expression, ...]:  # noqa: D102
+        return (self.premise, self.conclusion)
+
+    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
+        return not self.premise.evaluate(values) or self.conclusion.evaluate(values)
+
+    def __str__(self) -> str:
+        return f"{self.premise._inside(self.binding)} -> {self.conclusion._inside(self.binding - 1)}"
+
+
+@dataclass(frozen=True)
+class Equivalent(Expression):
+    """Equivalence; a chain groups to the left."""
+
+    binding: ClassVar[int] = 1
+    left: Expression
+    right: Expression
+
+    @property
+    def operands(self) -> tuple[Expression, ...]:  # noqa: D102
+        return (self.left, self.right)
+
+    def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
+        return self.left.evaluate(values) == self.right.evaluate(values)
+
+    def __str__(self) -> str:
+        return f"{self.left._inside(self.binding - 1)} <-> {self.right._inside(self.binding)}"
+
+
+def quoted(name: str) -> str:
+    """Return a signal's name as the grammar reads it: in quotes where it is no plain word."""
+    if _PLAIN_NAME.fullmatch(name) and name not in KEYWORDS:
+        return name
+    escaped = name.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
+
+
+def signals_of(expression: Expression) -> Iterator[str]:
+    """Yield the names of the signals of an expression from left to right, as often as they occur."""
+    stack = [expression]
+    while stack:
+        part = stack.pop()
+        if isinstance(part, Signal):
+            yield part.name
+        stack.extend(reversed(part.operands))

@@ -1,0 +1,143 @@
+"""From the text of a clause to an expression (grammar: ``clause.lark``), with bounds and error positions."""
+
+from __future__ import annotations
+
+import re
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dineros.metamodel.clauses.expressions import (
+    And,
+    Constant,
+    Equivalent,
+    Expression,
+    Implies,
+    Not,
+    Or,
+    Signal,
+    signals_of,
+)
+from dineros.metamodel.errors import ClauseError
+
+if TYPE_CHECKING:
+    from lark import Lark, Token
+    from lark.exceptions import UnexpectedInput
+
+MAX_LENGTH = 65_536
+"""Longest text of a clause, in characters."""
+
+MAX_DEPTH = 100
+"""Deepest nesting of operators."""
+
+
+@lru_cache(maxsize=1024)
+def parse(text: str) -> Expression:
+    """Read a boolean expression over signals.
+
+    Operators, the weakest first: ``<->``, ``->``, ``|`` (``||``, ``∨``, ``or``), ``&`` (``&&``,
+    ``∧``, ``and``), ``!`` (``¬``, ``not``). Names that are no plain words stand in double quotes.
+
+    Raises
+    ------
+    ClauseError
+        The text is no such expression (`column` tells where), or it is longer than `MAX_LENGTH` or nested
+        deeper than `MAX_DEPTH`.
+    """
+    if len(text) > MAX_LENGTH:
+        raise ClauseError(
+            f"the clause has {len(text)} characters, more than {MAX_LENGTH}",
+            column=MAX_LENGTH + 1,
+            hint="split it over several transitions",
+        )
+    from lark.exceptions import UnexpectedInput
+
+    try:
+        expression: Expression = _parser().parse(text)  # type: ignore[assignment]
+    except UnexpectedInput as error:
+        raise _syntax_error(text, error) from None
+    if expression.depth > MAX_DEPTH:
+        raise ClauseError(
+            f"the clause nests {expression.depth} operators, more than {MAX_DEPTH}",
+            column=1,
+            hint="write it flatter, such as a & b & c",
+        )
+    return expression
+
+
+def signal_names(text: str) -> list[str]:
+    """Return the names of the signals of a clause, each once, in order of first use.
+
+    Raises
+    ------
+    ClauseError
+        As for `parse`.
+    """
+    return list(dict.fromkeys(signals_of(parse(text))))
+
+
+@cache
+def _parser() -> Lark:
+    from lark import Lark
+
+    grammar = Path(__file__).with_name("clause.lark").read_text(encoding="utf-8")
+    return Lark(grammar, parser="lalr", transformer=_Builder())
+
+
+class _Builder:
+    """Builds the tree while the text is parsed: bottom-up, so that no nesting can exhaust the stack.
+
+    Its methods are called as the rules of the grammar are.
+    """
+
+    def signal(self, children: list[Token]) -> Expression:
+        return Signal(str(children[0]))
+
+    def quoted(self, children: list[Token]) -> Expression:
+        return Signal(re.sub(r"\\(.)", r"\1", children[0][1:-1]))
+
+    def true(self, _: list[Expression]) -> Expression:
+        return Constant(True)
+
+    def false(self, _: list[Expression]) -> Expression:
+        return Constant(False)
+
+    def not_(self, children: list[Expression]) -> Expression:
+        return Not(*children)
+
+    def and_(self, children: list[Expression]) -> Expression:
+        return And(tuple(children))
+
+    def or_(self, children: list[Expression]) -> Expression:
+        return Or(tuple(children))
+
+    def implies(self, children: list[Expression]) -> Expression:
+        return Implies(*children)
+
+    def equivalent(self, children: list[Expression]) -> Expression:
+        return Equivalent(*children)
+
+
+def _syntax_error(text: str, error: UnexpectedInput) -> ClauseError:
+    """Say in one line where the text stops being an expression and what could stand there."""
+    from lark.exceptions import UnexpectedCharacters, UnexpectedToken
+
+    line, column, found, expected, hint = error.line, error.column, "", set[str](), None
+    if isinstance(error, UnexpectedToken):
+        found, expected = str(error.token), set(error.accepts or error.expected)
+    elif isinstance(error, UnexpectedCharacters):
+        found, expected = error.char, set(error.allowed or ()) - {"RPAR"}  # allowed there, open or not
+    if not found:
+        line, column = text.count("\n") + 1, len(text) - text.rfind("\n")
+    if "NAME" in expected:
+        wanted = "a signal, '!' or '('"
+        if found == '"':
+            hint = "the quote that opens here is not closed"
+    else:
+        ends = {"RPAR": " or ')'", "$END": " or the end"}
+        wanted = "an operator" + "".join(shown for terminal, shown in ends.items() if terminal in expected)
+        if found and (found[0].isalnum() or found[0] in '"._-'):
+            hint = "a name with blanks or signs stands in double quotes"
+    where = f"line {line}, column {column}" if "\n" in text else f"column {column}"
+    shown = repr(found) if found else "the end"
+    return ClauseError(f"{where}: expected {wanted}, found {shown}", column=column, hint=hint)

@@ -1,0 +1,82 @@
+"""Everything that makes a model wrong or suspicious: constraints with guard, check, message and fix.
+
+`validate` checks a net of any kind: plain nets, system models, run-time models and Petri-net models.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from types import ModuleType
+
+from dineros.metamodel import pn
+from dineros.metamodel.base import EObject
+from dineros.metamodel.constraints import (
+    bounds,
+    clauses,
+    names,
+    nets,
+    node_nets,
+    ports,
+    results,
+    services,
+    tokens,
+    topics,
+)
+from dineros.metamodel.constraints.constraint import Constraint, Severity, Violation
+from dineros.metamodel.constraints.index import Index
+from dineros.metamodel.files.reading import collector_paused
+
+__all__ = ["CONSTRAINTS", "Constraint", "Severity", "Violation", "all_constraints", "validate"]
+
+
+def _of(*families: ModuleType) -> tuple[Constraint, ...]:
+    return tuple(
+        part for family in families for part in vars(family).values() if isinstance(part, Constraint)
+    )
+
+
+_BOUNDS = _of(bounds)
+_OTHERS = _of(names, nets, node_nets, topics, services, ports, clauses, tokens, results)
+
+CONSTRAINTS = (*_BOUNDS, *_OTHERS)
+"""All constraints, by family."""
+
+
+def all_constraints() -> list[Constraint]:
+    """Return all constraints, by family, as `docs/constraints.md` lists them."""
+    return list(CONSTRAINTS)
+
+
+def validate(net: pn.Net) -> list[Violation]:
+    """Check a model against all constraints.
+
+    Walks over the model once. An element that lacks something the metamodel requires is checked no further.
+
+    Returns
+    -------
+    list[Violation]
+        In model order; empty for a valid model without anything suspicious.
+    """
+    with collector_paused():
+        return _validate(Index(net))
+
+
+def _validate(index: Index) -> list[Violation]:
+    wrong = {element: found for element in index.elements if (found := _violations(element, _BOUNDS, index))}
+    index.incomplete = set(wrong)
+    applicable: dict[type[EObject], list[Constraint]] = {}
+    violations: list[Violation] = []
+    for element in index.elements:
+        if element in wrong:
+            violations += wrong[element]
+            continue
+        kind = type(element)
+        if kind not in applicable:
+            applicable[kind] = [constraint for constraint in _OTHERS if issubclass(kind, constraint.about)]
+        violations += _violations(element, applicable[kind], index)
+    return violations
+
+
+def _violations(element: EObject, constraints: Iterable[Constraint], index: Index) -> list[Violation]:
+    found = [constraint.violation(element, index) for constraint in constraints]
+    return [violation for violation in found if violation is not None]

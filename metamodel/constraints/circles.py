@@ -1,0 +1,42 @@
+"""Circles in relations that must not have any, such as references and priorities."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from graphlib import CycleError, TopologicalSorter
+from typing import TypeVar
+
+from dineros.metamodel import pn
+from dineros.metamodel.constraints.index import Index
+
+N = TypeVar("N", bound=pn.Node)
+
+
+def circles(index: Index, kind: type[N], follow: Callable[[N], list[N]]) -> dict[N, str]:
+    """Return a circle such as ``a -> b -> a`` for each knot of elements that reach each other.
+
+    The key is the first element of the knot in model order.
+    """
+    return index.once((circles, follow), lambda: _circles({node: follow(node) for node in index.all(kind)}))
+
+
+def _circles(edges: dict[N, list[N]]) -> dict[N, str]:
+    try:
+        TopologicalSorter(edges).prepare()
+    except CycleError:
+        return _knots(edges)
+    return {}
+
+
+def _knots(edges: dict[N, list[N]]) -> dict[N, str]:
+    import networkx  # takes a while to import, and hardly a model needs it
+
+    graph: networkx.DiGraph[N] = networkx.DiGraph(edges)
+    order = {node: position for position, node in enumerate(edges)}
+    found = {}
+    for knot in networkx.strongly_connected_components(graph):
+        first = min(knot, key=lambda node: order.get(node, len(order)))
+        if len(knot) > 1 or graph.has_edge(first, first):
+            path = [source for source, _ in networkx.find_cycle(graph.subgraph(knot), source=first)]
+            found[first] = " -> ".join(str(node.id) for node in [*path, path[0]])
+    return found

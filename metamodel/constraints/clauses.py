@@ -1,0 +1,160 @@
+"""Input signals and clauses: the text, its normal form, and whose signals they are (paper, Sect. 5.3.3)."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from dineros.metamodel import sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.clauses import NormalForm, SignalLiteral, cnf_text, parse, signal_names, to_cnf
+from dineros.metamodel.constraints.constraint import Outcome, constraint
+from dineros.metamodel.constraints.index import Index
+from dineros.metamodel.constraints.wording import describe
+from dineros.metamodel.elements import label
+from dineros.metamodel.errors import ClauseError, near_matches
+
+Disjunctions = set[frozenset[SignalLiteral]]
+
+
+@lru_cache(maxsize=1024)
+def _form(text: str) -> NormalForm | ClauseError:
+    """Return the normal form of a text, or what is wrong with it."""
+    try:
+        return to_cnf(parse(text))
+    except ClauseError as error:
+        return error
+
+
+def _is_readable(clause: sym.InputClause, index: Index) -> bool:
+    return not isinstance(_form(clause.text), ClauseError)
+
+
+def _literals(clause: sym.InputClause, index: Index) -> list[sym.Literal]:
+    return [
+        literal
+        for disjunction in clause.disjunctions
+        for literal in disjunction.literals
+        if literal not in index.incomplete
+    ]
+
+
+def _signals(clause: sym.InputClause, index: Index) -> set[str]:
+    node_net = index.node_net_of(clause)
+    if node_net is None:
+        return set()
+    return index.once(
+        ("signals", node_net), lambda: {label(signal) for signal in node_net.signals if label(signal)}
+    )
+
+
+def _knows_signals(clause: sym.InputClause, index: Index) -> bool:
+    return _is_readable(clause, index) and _signals(clause, index).issuperset(signal_names(clause.text))
+
+
+@constraint("{it} cannot be read: {found}", fix="write a boolean expression such as Sensor & !Danger")
+def clause_readable(clause: sym.InputClause, index: Index) -> Outcome:
+    """The text of a clause is a boolean expression with a normal form that is not too large."""
+    form = _form(clause.text)
+    return form if isinstance(form, ClauseError) else True
+
+
+@constraint(
+    "{it} uses the signal {found}, which its node net does not have",
+    fix="add the signal to the node net or use one of its own",
+    guard=_is_readable,
+)
+def clause_signals_known(clause: sym.InputClause, index: Index) -> Outcome:
+    """The text of a clause names signals of the node net of its transition."""
+    known = _signals(clause, index)
+    unknown = next((name for name in signal_names(clause.text) if name not in known), None)
+    return unknown is None or ClauseError(repr(unknown), hint=near_matches(unknown, known))
+
+
+@constraint("{it} uses {found}, a signal of another node net", fix="use a signal of its own node net")
+def clause_within_node_net(clause: sym.InputClause, index: Index) -> Outcome:
+    """A clause uses signals of the node net of its transition."""
+    own = index.node_net_of(clause)
+    foreign = [
+        literal.signal
+        for literal in _literals(clause, index)
+        if own is None or literal.signal.node is not own
+    ]
+    return not foreign or describe(foreign[0])
+
+
+@constraint(
+    "{it} says {element.text!r}, but its normal form says {found!r}",
+    fix="set the clause from its text again",
+    guard=lambda clause, index: (
+        _knows_signals(clause, index) and clause_within_node_net.check(clause, index) is True
+    ),
+)
+def clause_form_is_text(clause: sym.InputClause, index: Index) -> Outcome:
+    """The normal form of a clause is equivalent to its text."""
+    form = _form(clause.text)
+    assert not isinstance(form, ClauseError)
+    literals = [literal for disjunction in clause.disjunctions for literal in disjunction.literals]
+    if any(literal in index.incomplete or not label(literal.signal) for literal in literals):
+        return True
+    stored = {
+        frozenset(SignalLiteral(label(literal.signal), literal.negated) for literal in disjunction.literals)
+        for disjunction in clause.disjunctions
+    }
+    derived = {frozenset(disjunction) for disjunction in form}
+    return stored == derived or (_implies(stored, derived) and _implies(derived, stored)) or cnf_text(clause)
+
+
+def _implies(premise: Disjunctions, conclusion: Disjunctions) -> bool:
+    """Return whether every assignment that satisfies one normal form satisfies another (by SAT solving)."""
+    from pysat.solvers import Solver
+
+    numbers: dict[str, int] = {}
+
+    def number(literal: SignalLiteral) -> int:
+        variable = numbers.setdefault(literal.signal, len(numbers) + 1)
+        return -variable if literal.negated else variable
+
+    if frozenset() in premise:
+        return True
+    with Solver(
+        name="minisat22", bootstrap_with=[[number(each) for each in part] for part in premise]
+    ) as solver:
+        return not any(solver.solve([-number(each) for each in part]) for part in conclusion)
+
+
+@constraint("{it} has the literal {found} twice", fix="set the clause from its text again")
+def disjunction_literals_distinct(disjunction: sym.Disjunction, index: Index) -> Outcome:
+    """No literal stands twice in a disjunction."""
+    known = set()
+    for literal in disjunction.literals:
+        key = (literal.signal, literal.negated)
+        if key in known:
+            return repr(("!" if literal.negated else "") + label(literal.signal))
+        known.add(key)
+    return True
+
+
+@constraint(
+    "{it} is never true, so its transition never fires",
+    fix="change the text of the clause, or remove the transition",
+    severity="warning",
+)
+def clause_not_false(clause: sym.InputClause, index: Index) -> Outcome:
+    """A clause has no disjunction without literals."""
+    return all(len(disjunction.literals) > 0 for disjunction in clause.disjunctions)
+
+
+def _called(signal: sym.InputSignal) -> tuple[EObject | None, str]:
+    return (signal.node, label(signal))
+
+
+@constraint("{it} is called {found}, as another signal of its node net", fix="give one of them another name")
+def signal_name_unique(signal: sym.InputSignal, index: Index) -> Outcome:
+    """The signals of a node net have different names (or ids, where they have no name)."""
+    return index.earliest(signal, sym.InputSignal, _called) is signal or repr(label(signal))
+
+
+@constraint("{it} is used by no clause", fix="use it in a clause or remove it", severity="warning")
+def signal_used(signal: sym.InputSignal, index: Index) -> Outcome:
+    """A signal is used by a clause."""
+    return len(signal.literals) > 0

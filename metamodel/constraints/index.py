@@ -1,0 +1,221 @@
+"""One walk over a model, and what constraints look up in it afterwards instead of searching again."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeVar
+
+from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.constraints.shape import shape_of
+
+T = TypeVar("T", bound=EObject)
+V = TypeVar("V")
+
+
+@dataclass(frozen=True)
+class PortUse:
+    """A port that puts tokens on a place or takes them from it.
+
+    Attributes
+    ----------
+    port : EObject
+        The port, of a system model or a run-time model.
+    sends : bool
+        It takes tokens from the place; otherwise it puts some there.
+    channel : tuple[str, str]
+        ``topic`` or ``service``, and the name.
+    """
+
+    port: EObject
+    sends: bool
+    channel: tuple[str, str]
+
+
+class Index:
+    """All elements of a net in model order, and their relations.
+
+    Relations leave out elements that lack something required: `incomplete` ones.
+
+    Parameters
+    ----------
+    net : pn.Net
+        The model.
+    """
+
+    def __init__(self, net: pn.Net) -> None:
+        self.net = net
+        self.elements: list[EObject] = []
+        self.members: set[EObject] = set()
+        self.incomplete: set[EObject] = set()
+        self._node_nets: dict[pn.Page, sym.NodeNet | None] = {}
+        self._by_class: dict[type, list[EObject]] = defaultdict(list)
+        self._made: dict[Hashable, Any] = {}
+        stack: list[EObject] = [net]
+        while stack:
+            element = stack.pop()
+            if element in self.members:
+                continue
+            self.elements.append(element)
+            self.members.add(element)
+            self._by_class[type(element)].append(element)
+            if isinstance(element, pn.Page):
+                outer = element.page
+                inherited = self._node_nets.get(outer) if outer is not None else None
+                self._node_nets[element] = element if isinstance(element, sym.NodeNet) else inherited
+            stack.extend(reversed(shape_of(element).children(element)))
+
+    def all(self, kind: type[T]) -> list[T]:
+        """Return the complete elements of a class, in model order."""
+        classes = [cls for cls in self._by_class if issubclass(cls, kind)]
+        candidates = (
+            self.elements if len(classes) > 1 else [each for cls in classes for each in self._by_class[cls]]
+        )
+        return [each for each in candidates if isinstance(each, kind) and each not in self.incomplete]
+
+    @cached_property
+    def is_distributed(self) -> bool:
+        """Whether the net is made of node nets: a system model or a run-time model."""
+        return isinstance(self.net, (sym.SystemModel, rtm.RuntimeModel))
+
+    @cached_property
+    def token_type(self) -> sym.TokenType | None:
+        """What tokens carry."""
+        return self.net.tokenType if isinstance(self.net, (sym.SystemModel, rtm.RuntimeModel)) else None
+
+    @cached_property
+    def token_fields(self) -> dict[str, sym.TokenField]:
+        """The fields of the token type, by name."""
+        fields = self.token_type.fields if self.token_type else ()
+        return {field.name: field for field in fields if field not in self.incomplete}
+
+    def once(self, key: Hashable, make: Callable[[], V]) -> V:
+        """Return what was made for a key before, or make it."""
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]  # type: ignore[no-any-return]
+
+    def earliest(self, element: T, kind: type[T], key: Callable[[T], Hashable]) -> T:
+        """Return the first element of a class with the key of this one; `key` is a named function."""
+        table = self.once((kind, key), lambda: self._firsts(kind, key))
+        return table.get(key(element), element)
+
+    def _firsts(self, kind: type[T], key: Callable[[T], Hashable]) -> dict[Hashable, T]:
+        table: dict[Hashable, T] = {}
+        for element in self.all(kind):
+            table.setdefault(key(element), element)
+        return table
+
+    # Pages
+
+    def page_of(self, element: EObject) -> pn.Page | None:
+        """Return the innermost page an element stands on, a page itself included."""
+        holder: EObject | None = element
+        while holder is not None and not isinstance(holder, pn.Page):
+            holder = holder.eContainer()
+        return holder
+
+    def node_net_of(self, element: EObject) -> sym.NodeNet | None:
+        """Return the node net an element stands in, itself included."""
+        page = self.page_of(element)
+        return self._node_nets.get(page) if page is not None else None
+
+    @cached_property
+    def server_pages(self) -> dict[pn.Page, list[EObject]]:
+        """The ports of each server page."""
+        pages: dict[pn.Page, list[EObject]] = defaultdict(list)
+        for port in self.all(sym.ServerPort):
+            pages[port.page].append(port)
+        for runtime_port in self.all(rtm.ServerPort):
+            pages[runtime_port.page].append(runtime_port)
+        return dict(pages)
+
+    def server_page_of(self, element: EObject) -> pn.Page | None:
+        """Return the innermost server page an element stands on, itself included."""
+        page = self.page_of(element)
+        return self._server_page.get(page) if page is not None else None
+
+    @cached_property
+    def _server_page(self) -> dict[pn.Page, pn.Page | None]:
+        return self._innermost(lambda page: page in self.server_pages)
+
+    def callback_page_of(self, element: EObject) -> sym.CallbackPage | None:
+        """Return the innermost callback page an element stands on, itself included."""
+        page = self.page_of(element)
+        return self._callback_page.get(page) if page is not None else None  # type: ignore[return-value]
+
+    @cached_property
+    def _callback_page(self) -> dict[pn.Page, pn.Page | None]:
+        return self._innermost(lambda page: isinstance(page, sym.CallbackPage))
+
+    def _innermost(self, wanted: Callable[[pn.Page], bool]) -> dict[pn.Page, pn.Page | None]:
+        found: dict[pn.Page, pn.Page | None] = {}
+        for page in self._node_nets:  # outer pages first
+            inherited = found.get(page.page) if page.page is not None else None
+            found[page] = page if wanted(page) else inherited
+        return found
+
+    # References
+
+    def final(self, node: pn.Node) -> pn.Place | pn.Transition | None:
+        """Follow references; None where they end nowhere or run in a circle."""
+        passed: set[pn.Node] = set()
+        while isinstance(node, (pn.ReferencePlace, pn.ReferenceTransition)):
+            if node in passed or node in self.incomplete:
+                return None
+            passed.add(node)
+            node = node.target
+        return node if isinstance(node, (pn.Place, pn.Transition)) else None
+
+    @cached_property
+    def reached_from(self) -> dict[pn.Node, list[sym.NodeNet]]:
+        """The node nets whose references end at a node, each once."""
+        reached: dict[pn.Node, list[sym.NodeNet]] = defaultdict(list)
+        for reference in [*self.all(pn.ReferencePlace), *self.all(pn.ReferenceTransition)]:
+            node_net, target = self.node_net_of(reference), self.final(reference)
+            if node_net is not None and target is not None and node_net not in reached[target]:
+                reached[target].append(node_net)
+        return dict(reached)
+
+    # Ports
+
+    @cached_property
+    def port_uses(self) -> dict[EObject, list[PortUse]]:
+        """What ports do with each place."""
+        uses: dict[EObject, list[PortUse]] = defaultdict(list)
+        for publisher in self.all(sym.PublisherPort):
+            name = publisher.channel.topic if publisher.channel else ""
+            uses[publisher.place].append(PortUse(publisher, True, ("topic", name)))
+        for subscriber in self.all(sym.SubscriberPort):
+            name = subscriber.channel.topic if subscriber.channel else ""
+            uses[subscriber.place].append(PortUse(subscriber, False, ("topic", name)))
+        for server in self.all(sym.ServerPort):
+            name = server.channel.service if server.channel else ""
+            uses[server.entry].append(PortUse(server, False, ("service", name)))
+            uses[server.exit].append(PortUse(server, True, ("service", name)))
+        for client in self.all(sym.ClientPort):
+            name = client.channel.service if client.channel else ""
+            uses[client.request].append(PortUse(client, True, ("service", name)))
+            uses[client.response].append(PortUse(client, False, ("service", name)))
+        for place in self.all(rtm.Place):
+            for port in place.ports:
+                if port not in self.incomplete:
+                    _add_runtime_uses(uses, place, port)
+        return dict(uses)
+
+
+def _add_runtime_uses(uses: dict[EObject, list[PortUse]], place: rtm.Place, port: rtm.PlacePort) -> None:
+    match port:
+        case rtm.PublisherPort():
+            uses[place].append(PortUse(port, True, ("topic", port.topic)))
+        case rtm.SubscriberPort():
+            uses[place].append(PortUse(port, False, ("topic", port.topic)))
+        case rtm.ClientPort():
+            uses[place].append(PortUse(port, True, ("service", port.service)))
+            uses[port.response].append(PortUse(port, False, ("service", port.service)))
+        case rtm.ServerPort():
+            uses[place].append(PortUse(port, False, ("service", port.service)))
+            uses[port.exit].append(PortUse(port, True, ("service", port.service)))

@@ -1,0 +1,172 @@
+"""Ids and names: present, unique where they must be, and valid for ROS 2."""
+
+from __future__ import annotations
+
+import re
+
+from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.constraints.constraint import Outcome, constraint
+from dineros.metamodel.constraints.index import Index
+from dineros.metamodel.constraints.wording import describe, kind_of
+from dineros.metamodel.elements import label
+
+_BLANK = re.compile(r"\s")
+_NODE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_PACKAGE = re.compile(r"[a-z][a-z0-9_]*[a-z0-9]")
+_NAMESPACE = re.compile(r"/|(/[A-Za-z_][A-Za-z0-9_]*)+")
+_TOKEN = r"(?:[A-Za-z_]|\{[A-Za-z_][A-Za-z0-9_]*\})(?:[A-Za-z0-9_]|\{[A-Za-z_][A-Za-z0-9_]*\})*"
+_TOPIC = re.compile(rf"(?:/|~/)?{_TOKEN}(?:/{_TOKEN})*|~")
+_INTERFACE = r"[a-z][a-z0-9_]*/{}/[A-Z][A-Za-z0-9]*"
+_MESSAGE, _SERVICE = re.compile(_INTERFACE.format("msg")), re.compile(_INTERFACE.format("srv"))
+_RULES = "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks"
+
+
+def _id(element: pn.Element) -> str:
+    return element.id
+
+
+def _ros_name(node_net: sym.NodeNet) -> tuple[str, str]:
+    return (node_net.namespace or "/", label(node_net))
+
+
+def _topic(channel: sym.TopicChannel) -> str:
+    return "/" + channel.topic.removeprefix("/")
+
+
+def _service(channel: sym.ServiceChannel) -> str:
+    return "/" + channel.service.removeprefix("/")
+
+
+@constraint("{found} has no id", fix="give it an id of its own")
+def id_present(element: pn.Element, index: Index) -> Outcome:
+    """Every element has an id."""
+    return bool(element.id) or _kind_and_place(element)
+
+
+def _kind_and_place(element: pn.Element) -> str:
+    holder, kind = element.eContainer(), kind_of(element)
+    article = "an" if kind[0] in "aeiou" else "a"
+    named = f" named {element.name!r}" if element.name else ""
+    return f"{article} {kind}{named}" + (f" in {describe(holder)}" if holder else "")
+
+
+@constraint("{it} has white space in its id", fix="write the id without blanks and use the name for people")
+def id_without_blanks(element: pn.Element, index: Index) -> Outcome:
+    """An id has no white space."""
+    return not (element.id and _BLANK.search(element.id))
+
+
+@constraint(
+    "{it} has the id of another element, {found}",
+    fix="give one of them another id",
+    guard=lambda element, index: bool(element.id),
+)
+def id_unique(element: pn.Element, index: Index) -> Outcome:
+    """No two elements have the same id."""
+    first = index.earliest(element, pn.Element, _id)
+    return first is element or _kind_and_place(first)
+
+
+@constraint("{it} has the ROS name of {found}", fix="give one of them another name or namespace")
+def node_net_name_unique(node_net: sym.NodeNet, index: Index) -> Outcome:
+    """No two node nets have the same name and namespace."""
+    first = index.earliest(node_net, sym.NodeNet, _ros_name)
+    return first is node_net or describe(first)
+
+
+@constraint(
+    "{it} is called {found}, which is no name for a ROS node",
+    fix="use letters, digits and _, not starting with a digit",
+    severity="warning",
+    guard=lambda node_net, index: bool(label(node_net)),
+)
+def node_name_valid(node_net: sym.NodeNet, index: Index) -> Outcome:
+    """The name of a node net is a valid name of a ROS node."""
+    return bool(_NODE_NAME.fullmatch(label(node_net))) or repr(label(node_net))
+
+
+@constraint(
+    "{it} has the package {element.package!r}, which is no name for a ROS package",
+    fix="use two or more small letters, digits and _, starting with a letter, as REP 144 asks",
+    guard=lambda node_net, index: node_net.package is not None,
+)
+def package_name_valid(node_net: sym.NodeNet, index: Index) -> Outcome:
+    """The package of a node net has a valid name."""
+    return bool(node_net.package and _PACKAGE.fullmatch(node_net.package))
+
+
+@constraint(
+    "{it} has the namespace {element.namespace!r}, which is no ROS namespace",
+    fix="write it like /left/arm",
+    guard=lambda node_net, index: node_net.namespace is not None,
+)
+def namespace_valid(node_net: sym.NodeNet, index: Index) -> Outcome:
+    """The namespace of a node net is a valid, absolute ROS namespace."""
+    return bool(node_net.namespace and _NAMESPACE.fullmatch(node_net.namespace))
+
+
+@constraint("{it} has the topic {element.topic!r}, which is no ROS topic name", fix=_RULES)
+def topic_name_valid(channel: sym.TopicChannel, index: Index) -> Outcome:
+    """A topic has a valid ROS name."""
+    return bool(_TOPIC.fullmatch(channel.topic))
+
+
+@constraint("{it} has the service {element.service!r}, which is no ROS service name", fix=_RULES)
+def service_name_valid(channel: sym.ServiceChannel, index: Index) -> Outcome:
+    """A service has a valid ROS name."""
+    return bool(_TOPIC.fullmatch(channel.service))
+
+
+@constraint("{it} is for {found}, which is no ROS name", fix=_RULES)
+def port_name_valid(port: rtm.PlacePort, index: Index) -> Outcome:
+    """A port of a run-time model is for a topic or service with a valid ROS name."""
+    name = port.topic if isinstance(port, (rtm.PublisherPort, rtm.SubscriberPort)) else None
+    if isinstance(port, (rtm.ClientPort, rtm.ServerPort)):
+        name = port.service
+    return name is None or bool(_TOPIC.fullmatch(name)) or repr(name)
+
+
+@constraint(
+    "{it} is for the topic {element.topic!r}, as is {found}",
+    fix="join their ports in one channel or rename one",
+)
+def topic_unique(channel: sym.TopicChannel, index: Index) -> Outcome:
+    """Every topic has exactly one channel."""
+    first = index.earliest(channel, sym.TopicChannel, _topic)
+    return first is channel or describe(first)
+
+
+@constraint(
+    "{it} is for the service {element.service!r}, as is {found}",
+    fix="join their clients in one channel or rename one",
+)
+def service_unique(channel: sym.ServiceChannel, index: Index) -> Outcome:
+    """Every service has exactly one channel."""
+    first = index.earliest(channel, sym.ServiceChannel, _service)
+    return first is channel or describe(first)
+
+
+@constraint(
+    "{it} has the type {element.type!r}, not one such as {found}",
+    fix="name a ROS interface, or leave it out to generate one from the token type",
+    guard=lambda channel, index: channel.type is not None,
+)
+def channel_type_valid(channel: sym.Channel, index: Index) -> Outcome:
+    """The type of a channel is a message for a topic, a service type for a service."""
+    wanted, example = (
+        (_MESSAGE, "std_msgs/msg/String")
+        if isinstance(channel, sym.TopicChannel)
+        else (_SERVICE, "std_srvs/srv/Trigger")
+    )
+    return bool(wanted.fullmatch(channel.type or "")) or example
+
+
+@constraint(
+    "{it} is called {found}, which is no name for a ROS interface",
+    fix="start with a capital letter and use letters and digits",
+    severity="warning",
+    guard=lambda token_type, index: bool(label(token_type)),
+)
+def token_type_name_valid(token_type: sym.TokenType, index: Index) -> Outcome:
+    """The name of the token type can name the ROS interfaces generated from it."""
+    return bool(re.fullmatch(r"[A-Z][A-Za-z0-9]*", label(token_type))) or repr(label(token_type))

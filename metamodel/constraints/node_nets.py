@@ -1,0 +1,168 @@
+"""Node nets and callback pages: one ROS node each, closed but for channels (paper, Sect. 5.1)."""
+
+from __future__ import annotations
+
+import math
+
+from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.constraints.constraint import Outcome, constraint
+from dineros.metamodel.constraints.index import Index
+from dineros.metamodel.constraints.wording import describe, listed
+
+
+def _is_outside(node: pn.Node, index: Index) -> bool:
+    return index.is_distributed and index.node_net_of(node) is None
+
+
+@constraint("{it} stands in {found}", fix="put it beside that; node nets do not nest")
+def node_net_not_nested(node_net: sym.NodeNet, index: Index) -> Outcome:
+    """A node net stands in no other node net."""
+    outer = index.node_net_of(node_net.page) if node_net.page is not None else None
+    return outer is None or describe(outer)
+
+
+@constraint(
+    "{it} stands outside of all node nets",
+    fix="move it into the node net of the ROS node that it is part of",
+    guard=lambda node, index: (
+        _is_outside(node, index) and len(index.reached_from.get(node, ())) < 2 and node not in index.port_uses
+    ),
+)
+def node_in_node_net(node: pn.Node, index: Index) -> Outcome:
+    """Every place, transition and reference of a system model or run-time model belongs to a node net."""
+    return False
+
+
+@constraint(
+    "{it} joins {found} outside of them",
+    fix="put it into one of them and join them by a topic or a service",
+    guard=_is_outside,
+)
+def node_not_shared(node: pn.Node, index: Index) -> Outcome:
+    """Node nets do not share places or transitions of a page outside of them."""
+    node_nets = index.reached_from.get(node, [])
+    return len(node_nets) < 2 or listed(node_nets)
+
+
+@constraint(
+    "{it} reaches {found} of another node net",
+    fix="join the node nets by a topic or a service",
+    guard=lambda node, index: isinstance(node, (pn.ReferencePlace, pn.ReferenceTransition)),
+)
+def reference_within_node_net(node: pn.Node, index: Index) -> Outcome:
+    """A reference refers to a node of its own node net."""
+    assert isinstance(node, (pn.ReferencePlace, pn.ReferenceTransition))
+    own, other = index.node_net_of(node), index.node_net_of(node.target)
+    return own is None or other is None or own is other or describe(node.target)
+
+
+@constraint(
+    "{it} overrides {found} of another node net",
+    fix="take the priority away; ROS nodes do not wait for each other's transitions",
+)
+def overrides_within_node_net(transition: pn.Transition, index: Index) -> Outcome:
+    """A transition has priority only over transitions of its own node net."""
+    own = index.node_net_of(transition)
+    foreign = [lower for lower in transition.overrides if index.node_net_of(lower) is not own]
+    return not foreign or listed(foreign)
+
+
+@constraint("{it} has {element.threads} threads", fix="give it 1 thread or more")
+def threads_positive(node_net: sym.NodeNet, index: Index) -> Outcome:
+    """A node net has 1 thread or more."""
+    return node_net.threads >= 1
+
+
+@constraint(
+    "{it} has {element.threads} threads but a single-threaded executor",
+    fix="set the executor to multi or the threads to 1",
+    severity="warning",
+)
+def threads_need_multi(node_net: sym.NodeNet, index: Index) -> Outcome:
+    """Several threads go with a multi-threaded executor."""
+    return node_net.threads <= 1 or node_net.executor == sym.Executor.multi
+
+
+@constraint(
+    "{it} stands outside of all node nets",
+    fix="move it into the node net of the ROS node that calls it",
+    guard=lambda page, index: index.is_distributed,
+)
+def callback_page_in_node_net(page: sym.CallbackPage, index: Index) -> Outcome:
+    """A callback page belongs to a node net."""
+    return index.node_net_of(page) is not None
+
+
+@constraint("{it} stands in {found}", fix="put it beside that", severity="warning")
+def callback_page_not_nested(page: sym.CallbackPage, index: Index) -> Outcome:
+    """A callback page stands in no other callback page."""
+    outer = index.callback_page_of(page.page) if page.page is not None else None
+    return outer is None or describe(outer)
+
+
+@constraint(
+    "{it} is in {found} of another node net",
+    fix="use a callback group of its own node net",
+    guard=lambda page, index: page.group is not None,
+)
+def callback_group_of_node_net(page: sym.CallbackPage, index: Index) -> Outcome:
+    """The group of a callback page belongs to the node net of the page."""
+    assert page.group is not None
+    return page.group.eContainer() is index.node_net_of(page) or describe(page.group)
+
+
+@constraint(
+    "{it} is called by a timer with {found}",
+    fix="set timer to a period above 0",
+    guard=lambda page, index: page.kind == sym.CallbackKind.timer,
+)
+def timer_positive(page: sym.CallbackPage, index: Index) -> Outcome:
+    """A timer callback has a positive, finite period."""
+    if page.timer is None:
+        return "no period"
+    return (math.isfinite(page.timer) and page.timer > 0) or f"the period {page.timer}"
+
+
+@constraint(
+    "{it} has a timer but is called by a {element.kind}",
+    fix="take the timer away or set the kind to timer",
+    severity="warning",
+    guard=lambda page, index: page.timer is not None,
+)
+def timer_used(page: sym.CallbackPage, index: Index) -> Outcome:
+    """Only timer callbacks have a period."""
+    return page.kind == sym.CallbackKind.timer
+
+
+@constraint(
+    "{it} is a {element.kind} callback, but {found}",
+    fix="set its kind to what calls it, or add the port",
+    severity="warning",
+)
+def callback_page_called(page: sym.CallbackPage, index: Index) -> Outcome:
+    """A subscriber callback page holds a subscriber's place; a server callback page is a server page."""
+    if page in index.server_pages:
+        return page.kind == sym.CallbackKind.server or "it is the server page of a service"
+    if page.kind == sym.CallbackKind.server:
+        return "it is the server page of no service"
+    subscribed = index.once("subscribed callback pages", lambda: _subscribed_pages(index))
+    return page.kind != sym.CallbackKind.subscriber or page in subscribed or "no subscriber has a place on it"
+
+
+def _subscribed_pages(index: Index) -> set[sym.CallbackPage | None]:
+    return {
+        index.callback_page_of(place)
+        for place, uses in index.port_uses.items()
+        if any(isinstance(use.port, (sym.SubscriberPort, rtm.SubscriberPort)) for use in uses)
+    }
+
+
+@constraint(
+    "{it} is timed but has no interval",
+    fix="set its interval, or its kind to discrete",
+    severity="warning",
+    guard=lambda transition, index: transition.kind == sym.TransitionKind.timed,
+)
+def timed_transition_has_interval(transition: sym.Transition, index: Index) -> Outcome:
+    """A timed transition has a firing interval."""
+    return transition.interval is not None

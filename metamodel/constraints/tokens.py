@@ -1,0 +1,102 @@
+"""Token types and balloon tokens: fields, defaults, and data that fits them (paper, Sect. 5.2)."""
+
+from __future__ import annotations
+
+import keyword
+
+from dineros.metamodel import sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.constraints.constraint import Outcome, constraint
+from dineros.metamodel.constraints.index import Index
+from dineros.metamodel.errors import FeatureValueError
+from dineros.metamodel.token_data import field_value, read_data, read_json
+
+
+def _field(field: sym.TokenField) -> tuple[EObject | None, str]:
+    return (field.eContainer(), field.name)
+
+
+def _collects(field: sym.TokenField) -> bool:
+    return field.kind in (sym.FieldKind.list, sym.FieldKind.map)
+
+
+@constraint("{it} has the name of another field", fix="give it another name")
+def field_unique(field: sym.TokenField, index: Index) -> Outcome:
+    """The fields of a token type have different names."""
+    return index.earliest(field, sym.TokenField, _field) is field
+
+
+@constraint(
+    "{it} has no name that Python and ROS interfaces can use",
+    fix="use letters, digits and _, starting with a letter, and no keyword",
+)
+def field_name_valid(field: sym.TokenField, index: Index) -> Outcome:
+    """A field has an identifier as its name."""
+    name = field.name
+    return name.isidentifier() and name.isascii() and name[0] != "_" and not keyword.iskeyword(name)
+
+
+@constraint(
+    "{it} is a {element.kind} of the length {element.length}",
+    fix="use a length of 1 or more, for lists only",
+    guard=lambda field, index: field.length is not None,
+)
+def field_length(field: sym.TokenField, index: Index) -> Outcome:
+    """Only a list has a length, of 1 or more."""
+    return field.kind == sym.FieldKind.list and field.length is not None and field.length >= 1
+
+
+@constraint(
+    "{it} is a {element.kind} of elements of the kind {element.elementKind}",
+    fix="use text, integer, number or boolean elements",
+    guard=lambda field, index: _collects(field),
+)
+def field_elements_simple(field: sym.TokenField, index: Index) -> Outcome:
+    """Lists and maps do not nest."""
+    return field.elementKind not in (sym.FieldKind.list, sym.FieldKind.map)
+
+
+@constraint(
+    "{it} has a default that does not fit: {found}",
+    fix="write the default as JSON of the field's kind",
+    guard=lambda field, index: field.default is not None,
+)
+def field_default_fits(field: sym.TokenField, index: Index) -> Outcome:
+    """The default of a field is JSON of its kind."""
+    try:
+        field_value(field, read_json(field.default or ""))
+    except FeatureValueError as error:
+        return error
+    return True
+
+
+@constraint(
+    "{it} does not fit the token type: {found}",
+    fix="write a JSON object with fields of the token type",
+    guard=lambda balloon, index: index.token_type is not None,
+)
+def balloon_fits(balloon: sym.BalloonToken, index: Index) -> Outcome:
+    """The data of a balloon token is a JSON object whose values fit the token type."""
+    try:
+        read_data(balloon.data, index.token_fields)
+    except FeatureValueError as error:
+        return error
+    return True
+
+
+@constraint(
+    "{it} carries data, but the model has no token type",
+    fix="add a token type with a field for each name in the data",
+    severity="warning",
+    guard=lambda balloon, index: index.token_type is None,
+)
+def balloon_has_type(balloon: sym.BalloonToken, index: Index) -> Outcome:
+    """Where tokens carry data, the model says which."""
+    return balloon.data.strip() in ("", "{}")
+
+
+@constraint("{it} has {found} balloon tokens but {element.tokens} tokens", fix="remove data or add tokens")
+def balloons_are_tokens(place: sym.Place, index: Index) -> Outcome:
+    """A place has data for at most as many tokens as it holds."""
+    count = len(place.balloons) if place.eIsSet("balloons") else 0
+    return count <= max(place.tokens, 0) or str(count)

@@ -1,0 +1,101 @@
+"""The one error hierarchy of DiNeROS.
+
+Every error a user can cause derives from `DinerosError` and prints as one line,
+``FILE:LINE: message (hint)``, which is what the command line shows.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Location:
+    """Where something stands: a file, a line (from 1) and a column (from 1), as far as they are known."""
+
+    file: Path | str | None = None
+    line: int | None = None
+    column: int | None = None
+
+    def __str__(self) -> str:
+        parts = [str(part) for part in (self.file, self.line, self.column) if part is not None]
+        return ":".join(parts)
+
+
+class DinerosError(Exception):
+    """Wrong use or bad input; says what, where, and how to mend it.
+
+    Parameters
+    ----------
+    message : str
+        What is wrong, in one line.
+    location : Location, optional
+        Where it is wrong.
+    element : str, optional
+        Id of the model element concerned.
+    hint : str, optional
+        What would mend it.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        location: Location | None = None,
+        element: str | None = None,
+        hint: str | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.location = location
+        self.element = element
+        self.hint = hint
+
+    def __str__(self) -> str:
+        where = f"{self.location}: " if self.location and str(self.location) else ""
+        hint = f" ({self.hint})" if self.hint else ""
+        return " ".join(f"{where}{self.message}{hint}".split())
+
+
+class ModelFileError(DinerosError):
+    """A file cannot be read or written, or does not hold a model."""
+
+
+class UnknownFeatureError(DinerosError, AttributeError):
+    """A model class has no feature of this name."""
+
+
+class FeatureValueError(DinerosError, TypeError):
+    """A value does not fit the type of its feature."""
+
+
+class ClauseError(DinerosError):
+    """The text of an input clause is not a boolean expression over signals of its node net.
+
+    `column` counts from 1 in the text, where the mistake has a place.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        column: int | None = None,
+        location: Location | None = None,
+        element: str | None = None,
+        hint: str | None = None,
+    ) -> None:
+        super().__init__(message, location=location, element=element, hint=hint)
+        self.column = column
+
+
+class UnknownElementError(DinerosError):
+    """A model has no element of this name."""
+
+
+def near_matches(name: str, known: Iterable[str]) -> str | None:
+    """Return a hint such as ``did you mean 'tokens'?``, or None where nothing known is near `name`."""
+    near = difflib.get_close_matches(name, list(known), n=3, cutoff=0.6)
+    return f"did you mean {' or '.join(repr(match) for match in near)}?" if near else None

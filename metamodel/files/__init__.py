@@ -1,0 +1,102 @@
+"""Reading and writing model files; the suffix of the file name chooses the format.
+
+| suffix | format | may hold |
+|---|---|---|
+| ``.xmi``, ``.sym``, ``.rtm``, ``.pnm`` | EMF XMI | every model |
+| ``.pnml`` | PNML (ISO/IEC 15909-2) with the DiNeROS extension | system models and plain nets |
+| ``.net`` | TINA's textual format | plain nets |
+
+Reading is safe for files from anywhere, writing is atomic and deterministic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dineros.metamodel.errors import Location, ModelFileError, near_matches
+
+if TYPE_CHECKING:
+    from dineros.metamodel import pn
+    from dineros.metamodel.base import EObject
+
+__all__ = ["SUFFIXES", "load", "load_any", "save"]
+
+SUFFIXES = (".xmi", ".sym", ".rtm", ".pnm", ".pnml", ".net")
+"""Suffixes of model files."""
+
+
+def load(path: Path | str) -> pn.Net:
+    """Return the net in a model file: a system model, a run-time model or a plain net.
+
+    Raises
+    ------
+    ModelFileError
+        The file cannot be read, or holds no net; with line and hint.
+    """
+    from dineros.metamodel import pn
+
+    root = load_any(path)
+    if not isinstance(root, pn.Net):
+        raise ModelFileError(f"holds a {root.eClass.name}, not a net", location=Location(path))
+    return root
+
+
+def load_any(path: Path | str) -> EObject:
+    """Return the root of a model file, which may be no net, such as a trace model.
+
+    Raises
+    ------
+    ModelFileError
+        The file cannot be read or holds no model; with line and hint.
+    """
+    read, _ = _format(path)
+    return read(Path(path))
+
+
+def save(net: EObject, path: Path | str) -> None:
+    """Write a model; equal models give equal bytes, and a crash leaves the old file.
+
+    Raises
+    ------
+    ModelFileError
+        The file cannot be written, or its format cannot hold the model.
+    """
+    _, write = _format(path)
+    write(net, Path(path))
+
+
+def _format(path: Path | str) -> tuple[Callable[[Path], EObject], Callable[[EObject, Path], None]]:
+    """Return reader and writer for a file name; modules of formats are imported when they are needed."""
+    suffix = Path(path).suffix.lower()
+    if suffix == ".pnml":
+        from dineros.metamodel.files.pnml import read_pnml, write_pnml
+
+        return read_pnml, _for_nets(write_pnml)
+    if suffix == ".net":
+        from dineros.metamodel.files.tina import read_net, write_net
+
+        return read_net, _for_nets(write_net)
+    if suffix in SUFFIXES:
+        from dineros.metamodel.files.xmi import read_xmi, write_xmi
+
+        return read_xmi, write_xmi
+    raise ModelFileError(
+        f"{suffix!r} is no suffix of a model file" if suffix else "the file name has no suffix",
+        location=Location(path),
+        hint=near_matches(suffix, SUFFIXES) or f"known are {', '.join(SUFFIXES)}",
+    )
+
+
+def _for_nets(write: Callable[[pn.Net, Path], None]) -> Callable[[EObject, Path], None]:
+    from dineros.metamodel import pn
+
+    def write_net(root: EObject, path: Path) -> None:
+        if not isinstance(root, pn.Net):
+            raise ModelFileError(
+                f"this format cannot hold a {root.eClass.name}", location=Location(path), hint="use .xmi"
+            )
+        write(root, path)
+
+    return write_net

@@ -1,0 +1,214 @@
+"""Making the model from records: elements first, then what joins them."""
+
+from __future__ import annotations
+
+from lxml import etree
+
+from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.files import positions
+from dineros.metamodel.files.pnml.channels import ChannelReader
+from dineros.metamodel.files.pnml.extension import ExtensionReader, keep_leftover
+from dineros.metamodel.files.pnml.layout import is_inhibitor_mark, read_layout
+from dineros.metamodel.files.pnml.own import Decoder, class_named
+from dineros.metamodel.files.pnml.records import (
+    ArcRecord,
+    NetRecord,
+    NodeRecord,
+    PageRecord,
+    Record,
+    item_text,
+)
+from dineros.metamodel.files.pnml.source import Source, child, local, text_of
+from dineros.metamodel.files.pnml.vocabulary import tag
+
+_PLAIN: dict[str, type[pn.Element]] = {
+    "net": pn.Net,
+    "page": pn.Page,
+    "place": pn.Place,
+    "transition": pn.Transition,
+    "referencePlace": pn.ReferencePlace,
+    "referenceTransition": pn.ReferenceTransition,
+    "arc": pn.Arc,
+}
+_SYSTEM: dict[str, type[pn.Element]] = {
+    **_PLAIN,
+    "net": sym.SystemModel,
+    "node": sym.NodeNet,
+    "callback": sym.CallbackPage,
+    "place": sym.Place,
+    "transition": sym.Transition,
+    "topic": sym.TopicChannel,
+    "service": sym.ServiceChannel,
+}
+
+
+def expected_class(kind: str, extended: bool, net: type[pn.Net]) -> type[pn.Element]:
+    """Return the class of an element whose own block names none.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of record.
+    extended : bool
+        Whether the element has a block of the DiNeROS extension.
+    net : type
+        Class of the net.
+    """
+    if issubclass(net, rtm.RuntimeModel) and kind == "place":
+        return rtm.Place
+    system = extended or issubclass(net, (sym.SystemModel, rtm.RuntimeModel))
+    return (_SYSTEM if system or kind not in _PLAIN else _PLAIN)[kind]
+
+
+class Builder:
+    """Makes one model from the records of one file."""
+
+    def __init__(self, net: NetRecord, source: Source) -> None:
+        self._net = net
+        self._source = source
+        self._decoder = Decoder(source)
+        self._models: dict[str, pn.Element] = {}
+        self._net_class: type[pn.Net] = sym.SystemModel if net.extended else pn.Net
+
+    def build(self) -> pn.Net:
+        """Return the model.
+
+        Raises
+        ------
+        ModelFileError
+            A value is wrong, or a port, a group or a block names something that is not there.
+        ClauseError
+            An input clause is no boolean expression.
+        """
+        root = self._net.root
+        model = self._make(root, pn.Net)
+        assert isinstance(model, pn.Net)
+        extension = ExtensionReader(self._source, self._models)
+        channels = ChannelReader(self._source, self._models)
+        for page in root.pages():
+            self._fill(page, model, extension, channels)
+        for node in root.nodes():
+            if node.ref is not None:
+                reference = self._models[node.id]
+                assert isinstance(reference, (pn.ReferencePlace, pn.ReferenceTransition))
+                reference.target = self._models[node.ref]  # type: ignore[assignment] # checked when read
+        for arc in self._net.arcs:
+            self._arc(arc)
+        for element, xml in self._decoder.made:
+            self._register_made(element, xml)
+        extension.set_groups(root)
+        channels.finish()
+        self._decoder.resolve(self._models.get, lambda: self._models)
+        extension.set_clauses()
+        return model
+
+    def _fill(
+        self, page: PageRecord, net: pn.Net, extension: ExtensionReader, channels: ChannelReader
+    ) -> None:
+        outer = self._models[page.id]
+        for record in page.objects:
+            if isinstance(record, NodeRecord) and record.is_channel:
+                if not isinstance(net, sym.SystemModel):
+                    hint = "only system models have channels"
+                    raise self._source.error(
+                        f"a {record.kind} in a plain net", record.xml, id=record.id, hint=hint
+                    )
+                channel = self._make(record, sym.Channel)
+                assert isinstance(channel, sym.Channel) and isinstance(outer, pn.Page)
+                channel.canvas = outer
+                net.channels.append(channel)
+                channels.read(channel, record.extension)
+                self._finish(record, channel, record.kind)
+                continue
+            element = self._make(record, pn.PageObject)
+            assert isinstance(element, pn.PageObject)
+            if isinstance(outer, pn.Net):
+                assert isinstance(element, pn.Page)
+                outer.pages.append(element)
+            elif isinstance(outer, pn.Page):
+                outer.objects.append(element)
+            if isinstance(element, pn.Place) and record.xml is not None:
+                self._marking(element, record.xml)
+            kind = "page" if isinstance(record, PageRecord) else record.kind
+            if isinstance(record, NodeRecord) and record.ref is not None:
+                kind = "reference"
+            extension.read(element, record.extension)
+            self._finish(record, element, kind)
+        if page is self._net.root:
+            self._finish(page, outer, "net")
+
+    def _finish(self, record: Record, element: pn.Element, kind: str) -> None:
+        """Read what every element may have; our own block last, because it wins."""
+        keep_leftover(element, record.extension, kind)
+        if record.xml is not None:
+            read_layout(record.xml, element, self._source)
+        if record.extension.own is not None:
+            self._decoder.decode(record.extension.own, element, _DONE.get(kind, ()))
+        if isinstance(record, PageRecord) and (
+            record.xml is None or (kind == "page" and element.name is None)
+        ):
+            element.name = record.name
+
+    def _make(self, record: Record, expected: type[pn.Element]) -> pn.Element:
+        kind = record.kind if isinstance(record, (NodeRecord, PageRecord)) else "arc"
+        extension = record.extension
+        named = extension.mark("class")
+        if named is not None:
+            assert extension.own is not None
+            cls = class_named(named, self._source, extension.own)
+        else:
+            cls = expected_class(kind, bool(extension.blocks), self._net_class)
+        if not issubclass(cls, _PLAIN.get(kind, expected)):
+            raise self._source.error(f"{named} is no class of a {kind}", extension.own, id=record.id)
+        if kind == "net":
+            assert issubclass(cls, pn.Net)
+            self._net_class = cls
+        element = cls(id=record.id)
+        positions.remember(element, self._source.location(record.where()))
+        self._models[record.id] = element
+        return element
+
+    def _register_made(self, element: pn.Element, xml: etree._Element) -> None:
+        if not (element.id or "").strip():
+            raise self._source.error(f"<{local(xml)}> has no id", xml, hint='add id="..."')
+        if element.id in self._models:
+            raise self._source.error(f"the id {element.id!r} is taken", xml, id=element.id)
+        self._models[element.id] = element
+
+    # ------------------------------------------------------------------------------------- core features
+
+    def _marking(self, place: pn.Place, xml: etree._Element) -> None:
+        marking = child(xml, "initialMarking")
+        if marking is not None and (text := text_of(marking)):
+            place.tokens = self._source.integer(text, marking, "the initial marking", 0)
+
+    def _arc(self, record: ArcRecord) -> None:
+        arc = self._make(record, pn.Arc)
+        assert isinstance(arc, pn.Arc) and record.xml is not None and record.page is not None
+        page, source, target = (self._models[id] for id in (record.page.id, record.source, record.target))
+        assert isinstance(page, pn.Page) and isinstance(source, pn.Node) and isinstance(target, pn.Node)
+        arc.page, arc.source, arc.target = page, source, target
+        arc.kind = self._arc_kind(record)  # type: ignore[assignment]
+        inscription = child(record.xml, "inscription")
+        if inscription is not None and (text := item_text(record.xml, "inscription")):
+            arc.weight = self._source.integer(text, inscription, "the weight", 1)
+        self._finish(record, arc, "arc")
+
+    def _arc_kind(self, record: ArcRecord) -> str:
+        assert record.xml is not None
+        if record.read:
+            return "read"
+        if any(is_inhibitor_mark(block) for block in record.xml.iterchildren(tag=tag("toolspecific"))):
+            return "inhibitor"
+        xml = child(record.xml, "type")
+        if xml is None:
+            return "normal"
+        kind = (xml.get("value") or text_of(xml)).strip()
+        if kind not in _ARC_TYPES:
+            hint = f"types are {', '.join(_ARC_TYPES)}"
+            raise self._source.error(f"{kind!r} is no type of an arc", xml, id=record.id, hint=hint)
+        return _ARC_TYPES[kind]
+
+
+_ARC_TYPES = {"normal": "normal", "inhibitor": "inhibitor", "read": "read", "test": "read"}
+_DONE = {"arc": ("kind",)}

@@ -1,0 +1,44 @@
+"""Where model elements came from: elements read from a file remember file and line for later messages."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from dineros.metamodel.base import EObject
+from dineros.metamodel.errors import Location
+
+
+def remember(element: EObject, location: Location) -> None:
+    """Note where an element stands in its file."""
+    # A private attribute is the quickest: the weak dictionary it replaces took a tenth of the loading time.
+    element.__dict__["_location"] = location
+
+
+def location_of(element: EObject | None) -> Location | None:
+    """Return where an element stands, or the nearest container that knows; None for what Python made."""
+    while element is not None:
+        location: Location | None = element.__dict__.get("_location")
+        if location is not None:
+            return location
+        element = element.eContainer()
+    return None
+
+
+def real_path(path: Path) -> Path:
+    """Return an absolute path without symbolic links; unlike `Path.resolve`, it takes a circle of them."""
+    return Path(os.path.realpath(path))
+
+
+def remember_file(root: EObject, path: Path) -> None:
+    """Note the file that holds a model after reading or writing it; references across files use it."""
+    root.__dict__["_file"] = real_path(path)
+
+
+def file_of(element: EObject) -> Path | None:
+    """Return the absolute path of the file that holds an element's model, or None if it was never in one."""
+    container = element.eContainer()
+    while container is not None:
+        element, container = container, container.eContainer()
+    file: Path | None = element.__dict__.get("_file")
+    return file

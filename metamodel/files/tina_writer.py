@@ -1,0 +1,123 @@
+"""Writing TINA's ``.net``: places in model order, then transitions with their arcs, then priorities."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from pathlib import Path
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import arcs, label, places, resolve, transitions
+from dineros.metamodel.errors import Location, ModelFileError
+
+_PLAIN = re.compile(r"[A-Za-z0-9_']+")
+_KEYWORDS = frozenset({"net", "tr", "pl", "lb", "pr", "nt"})
+
+
+def net_text(net: pn.Net, path: Path | None = None) -> str:
+    """Return a net in TINA's format; `path` stands in messages.
+
+    Raises
+    ------
+    ModelFileError
+        The net holds what the format cannot say (see `write_net`).
+    """
+    location = Location(path)
+    if isinstance(net, sym.SystemModel) and len(net.channels):
+        raise ModelFileError(
+            "a system model with channels cannot be written as .net",
+            location=location,
+            hint="flatten it first",
+        )
+    flows = _flows(net)
+    lines = [f"net {_name(label(net))}"]
+    for place in places(net):
+        marking = f" ({place.tokens})" if place.tokens else ""
+        lines.append(f"pl {_name(place.id)}{_label(place)}{marking}")
+    for transition in transitions(net):
+        if isinstance(transition, sym.Transition) and transition.clause is not None:
+            raise ModelFileError(
+                f"transition {transition.id!r} has a clause, which .net cannot say",
+                location=location,
+                element=transition.id,
+                hint="flatten the model first",
+            )
+        interval = _interval(transition, location)
+        lines.append(
+            f"tr {_name(transition.id)}{_label(transition)}{interval} {_arcs(flows[transition])}".rstrip()
+        )
+    for transition in transitions(net):
+        if len(transition.overrides):
+            lower = " ".join(_name(other.id) for other in transition.overrides)
+            lines.append(f"pr {_name(transition.id)} > {lower}")
+    return "\n".join(lines) + "\n"
+
+
+Flow = dict[tuple[pn.Place, str], int]
+"""Weight by place and kind of arc: the kinds of arcs, and "output" for normal arcs to the place."""
+
+
+def _flows(net: pn.Net) -> defaultdict[pn.Transition, Flow]:
+    """Return the arcs of each transition with references resolved; parallel ones are added up."""
+    flows: defaultdict[pn.Transition, Flow] = defaultdict(dict)
+    for arc in arcs(net):
+        source, target = resolve(arc.source), resolve(arc.target)
+        if isinstance(source, pn.Place) and isinstance(target, pn.Transition):
+            flow, key = flows[target], (source, str(arc.kind))
+        elif isinstance(source, pn.Transition) and isinstance(target, pn.Place):
+            flow, key = flows[source], (target, "output")
+        else:
+            raise ModelFileError(
+                f"arc {arc.id!r} does not join a place and a transition",
+                element=arc.id,
+                hint="validate the model",
+            )
+        known = flow.get(key, 0)
+        # Of two inhibitor arcs the lower weight is the stricter condition.
+        flow[key] = min(known or arc.weight, arc.weight) if key[1] == "inhibitor" else known + arc.weight
+    return flows
+
+
+def _arcs(flow: Flow) -> str:
+    inputs: list[str] = []
+    outputs: list[str] = []
+    for (place, kind), weight in flow.items():
+        name = _name(place.id)
+        if kind == "output":
+            outputs.append(name + (f"*{weight}" if weight != 1 else ""))
+        elif kind == "inhibitor":
+            inputs.append(f"{name}?-{weight}")
+        elif kind == "read":
+            inputs.append(f"{name}?{weight + flow.get((place, 'normal'), 0)}")
+        else:
+            inputs.append(name + (f"*{weight}" if weight != 1 else ""))
+    return " ".join([*inputs, "->", *outputs]) if flow else ""
+
+
+def _interval(transition: pn.Transition, location: Location) -> str:
+    interval = transition.interval
+    if interval is None:
+        return ""
+    bounds = [interval.earliest, *([] if interval.latest is None else [interval.latest])]
+    if not all(bound.is_integer() and bound >= 0 for bound in bounds):
+        raise ModelFileError(
+            f"the interval of transition {transition.id!r} has a bound that is no whole number",
+            location=location,
+            element=transition.id,
+            hint="multiply all intervals by a common factor",
+        )
+    start = "]" if interval.earliestExcluded else "["
+    if interval.latest is None:
+        return f" {start}{interval.earliest:.0f},w["
+    end = "[" if interval.latestExcluded else "]"
+    return f" {start}{interval.earliest:.0f},{interval.latest:.0f}{end}"
+
+
+def _label(node: pn.Node) -> str:
+    return f" : {_name(node.name)}" if node.name is not None else ""
+
+
+def _name(name: str) -> str:
+    if _PLAIN.fullmatch(name) and name not in _KEYWORDS:
+        return name
+    return "{" + re.sub(r"([{}\\])", r"\\\1", name) + "}"

@@ -1,0 +1,384 @@
+"""Runtime model (RTM): one ROS node, ports as information on its places (paper, Sect. 5.4).
+
+Generated from `rtm.ecore` by `make regenerate`; edits are lost.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from functools import partial
+from typing import Any, Never
+
+import pyecore.ecore as Ecore
+from pyecore.resources import global_registry
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import (
+    EObject,
+    MetaEClass,
+    ModelList,
+    initialise,
+    refuse_unknown,
+    resolve_references,
+    show,
+)
+
+name = "rtm"
+nsURI = "http://dineros.org/rtm/1.0"
+nsPrefix = "rtm"
+
+eClass = Ecore.EPackage(name=name, nsURI=nsURI, nsPrefix=nsPrefix)
+eClassifiers: dict[str, Any] = {}
+getEClassifier = partial(Ecore.getEClassifier, searchspace=eClassifiers)
+eSubpackages: list[Any] = []
+eSuperPackage = None
+
+__all__ = [
+    "ClientPort",
+    "Place",
+    "PlacePort",
+    "PublisherPort",
+    "RuntimeModel",
+    "ServerPort",
+    "SubscriberPort",
+]
+
+
+@Ecore.abstract
+class PlacePort(EObject, metaclass=MetaEClass):
+    """What is sent from or received on a place.
+
+    Attributes
+    ----------
+    channel : str
+        Id of the channel in the system model.
+    type : str | None
+        ROS interface; absent: generated from the token type.
+    mappings : ModelList[sym.FieldMapping]
+        How fields of an existing ROS interface map to token fields.
+    """
+
+    channel: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    type: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    mappings: ModelList[sym.FieldMapping] = Ecore.EReference(containment=True, upper=-1)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        channel: str | None = None,
+        type: str | None = None,
+        mappings: Iterable[sym.FieldMapping] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "type": type,
+                "mappings": mappings,
+            },
+            unknown,
+        )
+
+
+class PublisherPort(PlacePort):
+    """Tokens are published on a topic.
+
+    Attributes
+    ----------
+    topic : str
+        Topic name.
+    limit : int
+        QoS depth.
+    qos : sym.QualityOfService | None
+        Quality of service.
+    """
+
+    topic: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+    qos: sym.QualityOfService | None = Ecore.EReference(containment=True)
+
+    def __init__(
+        self,
+        *,
+        channel: str | None = None,
+        type: str | None = None,
+        mappings: Iterable[sym.FieldMapping] | None = None,
+        topic: str | None = None,
+        limit: int | None = None,
+        qos: sym.QualityOfService | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "type": type,
+                "mappings": mappings,
+                "topic": topic,
+                "limit": limit,
+                "qos": qos,
+            },
+            unknown,
+        )
+
+
+class SubscriberPort(PlacePort):
+    """Messages of a topic become tokens.
+
+    Attributes
+    ----------
+    topic : str
+        Topic name.
+    limit : int
+        QoS depth.
+    dispatcherLimit : int
+        Capacity of the node's dispatcher queue.
+    qos : sym.QualityOfService | None
+        Quality of service.
+    """
+
+    topic: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+    dispatcherLimit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=16)
+    qos: sym.QualityOfService | None = Ecore.EReference(containment=True)
+
+    def __init__(
+        self,
+        *,
+        channel: str | None = None,
+        type: str | None = None,
+        mappings: Iterable[sym.FieldMapping] | None = None,
+        topic: str | None = None,
+        limit: int | None = None,
+        dispatcherLimit: int | None = None,
+        qos: sym.QualityOfService | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "type": type,
+                "mappings": mappings,
+                "topic": topic,
+                "limit": limit,
+                "dispatcherLimit": dispatcherLimit,
+                "qos": qos,
+            },
+            unknown,
+        )
+
+
+class ClientPort(PlacePort):
+    """Tokens are requests of a service.
+
+    Attributes
+    ----------
+    service : str
+        Service name.
+    client : str
+        Id of the client.
+    response : sym.Place
+        Receives the responses.
+    """
+
+    service: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    client: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    response: sym.Place = Ecore.EReference(lower=1, required=True)
+
+    def __init__(
+        self,
+        *,
+        channel: str | None = None,
+        type: str | None = None,
+        mappings: Iterable[sym.FieldMapping] | None = None,
+        service: str | None = None,
+        client: str | None = None,
+        response: sym.Place | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "type": type,
+                "mappings": mappings,
+                "service": service,
+                "client": client,
+                "response": response,
+            },
+            unknown,
+        )
+
+
+class ServerPort(PlacePort):
+    """Requests of a service become tokens.
+
+    Attributes
+    ----------
+    service : str
+        Service name.
+    exit : sym.Place
+        Holds the responses.
+    page : pn.Page
+        The server page.
+    instances : int
+        Number of server instances.
+    """
+
+    service: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    exit: sym.Place = Ecore.EReference(lower=1, required=True)
+    page: pn.Page = Ecore.EReference(lower=1, required=True)
+    instances: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+
+    def __init__(
+        self,
+        *,
+        channel: str | None = None,
+        type: str | None = None,
+        mappings: Iterable[sym.FieldMapping] | None = None,
+        service: str | None = None,
+        exit: sym.Place | None = None,
+        page: pn.Page | None = None,
+        instances: int | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "type": type,
+                "mappings": mappings,
+                "service": service,
+                "exit": exit,
+                "page": page,
+                "instances": instances,
+            },
+            unknown,
+        )
+
+
+class RuntimeModel(pn.Net):
+    """The part of a system model that one ROS node runs.
+
+    Attributes
+    ----------
+    node : sym.NodeNet
+        The node net, on one of the pages.
+    tokenType : sym.TokenType | None
+        What every token carries.
+    systemModel : str
+        Id of the system model it was split from.
+    """
+
+    node: sym.NodeNet = Ecore.EReference(lower=1, required=True)
+    tokenType: sym.TokenType | None = Ecore.EReference(containment=True)
+    systemModel: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        pages: Iterable[pn.Page] | None = None,
+        node: sym.NodeNet | None = None,
+        tokenType: sym.TokenType | None = None,
+        systemModel: str | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "pages": pages,
+                "node": node,
+                "tokenType": tokenType,
+                "systemModel": systemModel,
+            },
+            unknown,
+        )
+
+
+class Place(sym.Place):
+    """A place with the ports it serves.
+
+    Attributes
+    ----------
+    ports : ModelList[PlacePort]
+        Its ports.
+    """
+
+    ports: ModelList[PlacePort] = Ecore.EReference(containment=True, upper=-1)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        page: pn.Page | None = None,
+        outgoing: Iterable[pn.Arc] | None = None,
+        incoming: Iterable[pn.Arc] | None = None,
+        tokens: int | None = None,
+        balloons: Iterable[sym.BalloonToken] | None = None,
+        kind: sym.PlaceKind | str | None = None,
+        ports: Iterable[PlacePort] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "page": page,
+                "outgoing": outgoing,
+                "incoming": incoming,
+                "tokens": tokens,
+                "balloons": balloons,
+                "kind": kind,
+                "ports": ports,
+            },
+            unknown,
+        )
+
+
+resolve_references(
+    types=[
+        (PlacePort.mappings, sym.FieldMapping),
+        (PublisherPort.qos, sym.QualityOfService),
+        (SubscriberPort.qos, sym.QualityOfService),
+        (ClientPort.response, sym.Place),
+        (ServerPort.exit, sym.Place),
+        (ServerPort.page, pn.Page),
+        (RuntimeModel.node, sym.NodeNet),
+        (RuntimeModel.tokenType, sym.TokenType),
+        (Place.ports, PlacePort),
+    ],
+    opposites=[],
+)
+
+global_registry[nsURI] = sys.modules[__name__]

@@ -1,0 +1,269 @@
+"""Changing a model by text such as ``RedObjects.tokens=2``: what ``--set`` of the command line does.
+
+==========================================  =========================================================
+``RedObjects.tokens=2``                     an attribute of the element with that id, or unique name
+``LeftCell.publisher.SortRed.limit=5``      a port of a channel, by its place (also ``subscriber``)
+``LeftCell.dispatcher.controller.limit=8``  what a node net buffers of a topic; made where it is absent
+``LeftCell.qos.reliability=bestEffort``     quality of service; made where it is absent
+``Move.interval.latest=2.5``                firing time of a transition; made where it is absent
+``SortingToken.field.color.default="red"``  a field of a token type, by its name
+``TStop.clause=Danger & !RobotIsIdle``      the input clause of a transition; no text removes it
+==========================================  =========================================================
+
+A channel also answers to its topic or service. Where the names of elements contain dots, the longest that
+fits is meant. Ids and references cannot be set. An attribute that has no value by default loses the one it
+has by an empty text: ``Pick.instances=``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
+from pyecore.ecore import EAttribute, EEnum
+
+from dineros.metamodel import elements, pn, sym
+from dineros.metamodel.base import EObject, features_of
+from dineros.metamodel.errors import (
+    DinerosError,
+    FeatureValueError,
+    UnknownElementError,
+    UnknownFeatureError,
+    near_matches,
+)
+
+Value = str | int | float | bool | None
+T = TypeVar("T")
+
+_PARTS: dict[str, Callable[[], EObject]] = {"qos": sym.QualityOfService, "interval": pn.TimeInterval}
+
+
+class SettingError(DinerosError):
+    """A text is not of the form ``ELEMENT.FEATURE=VALUE``."""
+
+
+def apply(model: pn.Net, setting: str) -> None:
+    """Change one attribute, or one input clause, of a model in place.
+
+    Parameters
+    ----------
+    model : pn.Net
+        A model of any kind; it is not validated here.
+    setting : str
+        ``ELEMENT.FEATURE=VALUE``, in one of the forms above.
+
+    Raises
+    ------
+    SettingError
+        The text has another form.
+    UnknownElementError
+        No element has the name, or several have it.
+    UnknownFeatureError
+        The element has no such attribute, or it cannot be set.
+    FeatureValueError
+        The value does not fit the attribute's type.
+    ClauseError
+        The value is not an expression over signals of the transition's node net.
+    """
+    if not re.search(r".\.[^.=]+=", setting):
+        raise SettingError(
+            f"{setting!r} is not of the form ELEMENT.FEATURE=VALUE", hint="for example RedObjects.tokens=2"
+        )
+    element, rest = _element(model, setting)
+    path, _, value = rest.partition("=")
+    try:
+        if path == "clause" and isinstance(element, sym.Transition):
+            _set_clause(element, value)
+        else:
+            _set(element, path, value.strip())
+    except DinerosError as error:
+        error.message = f"{setting.partition('=')[0]}: {error.message}"
+        error.element = element.id
+        raise
+
+
+def _element(model: pn.Net, setting: str) -> tuple[pn.Element, str]:
+    """Return the element that a setting begins with, and the rest of the text behind the dot."""
+    by_id: dict[str, pn.Element] = {}
+    by_name: dict[str, list[pn.Element]] = {}
+    for element in elements.elements(model):
+        if element.id:
+            by_id.setdefault(element.id, element)
+        for name in {element.name, getattr(element, "topic", None), getattr(element, "service", None)}:
+            if name:
+                by_name.setdefault(name, []).append(element)
+    for dot in reversed([found.start() for found in re.finditer(r"\.", setting)]):
+        name, rest = setting[:dot], setting[dot + 1 :]
+        if "=" not in rest:
+            continue
+        if name in by_id:
+            return by_id[name], rest
+        if name in by_name:
+            return _only(by_name[name], name), rest
+    path = setting.partition("=")[0]
+    name = re.split(rf"\.(?:{'|'.join([*_KEYED, *_PARTS])})\.", path)[0]
+    if name == path:
+        name = path.rpartition(".")[0]
+    raise UnknownElementError(
+        f"{path}: no element has the id or name {name!r}", hint=near_matches(name, {**by_id, **by_name})
+    )
+
+
+def _only(found: list[pn.Element], name: str) -> pn.Element:
+    if len(found) > 1:  # references often bear the name of what they refer to
+        references = (pn.ReferencePlace, pn.ReferenceTransition)
+        found = [element for element in found if not isinstance(element, references)] or found
+    if len(found) > 1:
+        ids = " or ".join(repr(element.id) for element in found[:4])
+        raise UnknownElementError(f"{len(found)} elements have the name {name!r}", hint=f"use an id: {ids}")
+    return found[0]
+
+
+def _set(owner: EObject, path: str, text: str) -> None:
+    """Follow the steps of a path, such as ``publisher.SortRed.limit``, and set the attribute at its end."""
+    step, _, rest = path.partition(".")
+    if rest and step in _PARTS and step in features_of(type(owner)):
+        part = getattr(owner, step) or _PARTS[step]()
+        _set(part, rest, text)
+        setattr(owner, step, part)
+    elif rest and step in _KEYED and isinstance(owner, _KEYED[step][0]):
+        key, _, feature = rest.rpartition(".")
+        part = _KEYED[step][1](owner, key)
+        _set(part, feature, text)
+        if isinstance(part, sym.Dispatcher) and isinstance(owner, sym.TopicChannel):
+            part.channel = owner
+    else:
+        _set_attribute(owner, path, text)
+
+
+def _set_attribute(owner: EObject, name: str, text: str) -> None:
+    feature = features_of(type(owner)).get(name)
+    if not isinstance(feature, EAttribute) or feature.iD:
+        known = _known(owner)
+        problem = "cannot be set" if feature is not None else f"is no feature of {_kind(owner)}"
+        raise UnknownFeatureError(
+            f"{name!r} {problem}",
+            hint=near_matches(name, known) or f"known here: {', '.join(known) or 'none'}",
+        )
+    value = _value(feature, text)
+    setattr(owner, name, value)
+    if name == "tokens" and isinstance(owner, sym.Place) and isinstance(value, int) and value >= 0:
+        for surplus in list(owner.balloons)[value:]:  # the data of tokens that are no more
+            owner.balloons.remove(surplus)
+
+
+def _known(owner: EObject) -> list[str]:
+    """Return what may stand behind an element's name, as the hints of errors show it."""
+    features = features_of(type(owner))
+    attributes = [
+        name for name, feature in features.items() if isinstance(feature, EAttribute) and not feature.iD
+    ]
+    clause = ["clause"] if isinstance(owner, sym.Transition) else []
+    parts = [name for name in _PARTS if name in features]
+    keyed = [name for name, (kind, _) in _KEYED.items() if isinstance(owner, kind)]
+    return [*attributes, *clause, *parts, *keyed]
+
+
+def _set_clause(transition: sym.Transition, text: str) -> None:
+    from dineros.metamodel.clauses import remove_clause, set_clause
+
+    if text.strip():
+        set_clause(transition, text, transition.clause.name if transition.clause else None)
+    else:
+        remove_clause(transition)
+
+
+def _value(feature: Any, text: str) -> Value:
+    """Read a value by the type of its feature."""
+    if not text and feature.lower == 0 and feature.get_default_value() is None:
+        return None
+    kind = feature._eType
+    if isinstance(kind, EEnum):
+        return text  # checked, with near matches, when it is set
+    expected, read = _READERS[kind.name]
+    try:
+        return read(text)
+    except (KeyError, ValueError):
+        shown = text if len(text) <= 40 else f"{text[:40]}..."
+        raise FeatureValueError(f"takes {expected}, not {shown!r}") from None
+
+
+def _integer(text: str) -> int:
+    if not re.fullmatch(r"[+-]?[0-9]{1,18}", text):
+        raise ValueError(text)
+    return int(text)
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(text)
+    return value
+
+
+def _boolean(text: str) -> bool:
+    return {"true": True, "false": False}[text.lower()]
+
+
+_READERS: dict[str, tuple[str, Callable[[str], Value]]] = {
+    "EInt": ("a whole number", _integer),
+    "EIntegerObject": ("a whole number", _integer),
+    "EDouble": ("a number", _number),
+    "EDoubleObject": ("a number", _number),
+    "EBoolean": ("true or false", _boolean),
+    "EString": ("a text", str),
+}
+
+
+def _kind(owner: EObject) -> str:
+    name = type(owner).__name__
+    return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
+
+
+def _publisher(channel: sym.TopicChannel, key: str) -> EObject:
+    return _keyed("publisher", key, channel.publishers, lambda port: port.place)
+
+
+def _subscriber(channel: sym.TopicChannel, key: str) -> EObject:
+    return _keyed("subscriber", key, channel.subscribers, lambda port: port.place)
+
+
+def _dispatcher(channel: sym.TopicChannel, key: str) -> EObject:
+    node_nets = {elements.node_net_of(port.place) for port in channel.subscribers}
+    node_nets |= {dispatcher.node for dispatcher in channel.dispatchers}
+    node = _keyed("subscribing node net", key, node_nets, lambda found: found)
+    assert isinstance(node, sym.NodeNet)
+    here = [dispatcher for dispatcher in channel.dispatchers if dispatcher.node is node]
+    return here[0] if here else sym.Dispatcher(node=node)
+
+
+def _field(token_type: sym.TokenType, key: str) -> EObject:
+    return _keyed("field", key, token_type.fields, lambda field: field)
+
+
+_KEYED: dict[str, tuple[type[EObject], Callable[[Any, str], EObject]]] = {
+    "publisher": (sym.TopicChannel, _publisher),
+    "subscriber": (sym.TopicChannel, _subscriber),
+    "dispatcher": (sym.TopicChannel, _dispatcher),
+    "field": (sym.TokenType, _field),
+}
+
+
+def _keyed(role: str, key: str, candidates: Iterable[T], named: Callable[[T], object]) -> T:
+    """Return the candidate whose namesake has the id `key`, else the only one that has the name `key`."""
+    names: dict[str, list[T]] = {}
+    for feature in ("id", "name"):
+        found: dict[str, list[T]] = {}
+        for candidate in candidates:
+            name = getattr(named(candidate), feature, None)
+            if name:
+                found.setdefault(name, []).append(candidate)
+        names = {**found, **names}
+    if len(names.get(key, [])) == 1:
+        return names[key][0]
+    if key in names:
+        raise UnknownElementError(f"{len(names[key])} have the name {key!r}", hint="use an id")
+    known = near_matches(key, names) or (f"known here: {', '.join(sorted(names))}" if names else None)
+    raise UnknownElementError(f"there is no {role} {key!r}", hint=known)

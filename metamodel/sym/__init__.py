@@ -1,0 +1,1384 @@
+"""System model (SyM): one model of a whole distributed ROS application (paper, Sect. 5.3).
+
+Generated from `sym.ecore` by `make regenerate`; edits are lost.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, Never
+
+import pyecore.ecore as Ecore
+from pyecore.resources import global_registry
+
+from dineros.metamodel import pn
+from dineros.metamodel.base import (
+    EnumLiteral,
+    EObject,
+    MetaEClass,
+    ModelList,
+    enumeration,
+    initialise,
+    refuse_unknown,
+    resolve_references,
+    show,
+)
+
+name = "sym"
+nsURI = "http://dineros.org/sym/1.0"
+nsPrefix = "sym"
+
+eClass = Ecore.EPackage(name=name, nsURI=nsURI, nsPrefix=nsPrefix)
+eClassifiers: dict[str, Any] = {}
+getEClassifier = partial(Ecore.getEClassifier, searchspace=eClassifiers)
+eSubpackages: list[Any] = []
+eSuperPackage = None
+
+__all__ = [
+    "BalloonToken",
+    "CallbackGroup",
+    "CallbackGroupKind",
+    "CallbackKind",
+    "CallbackPage",
+    "Channel",
+    "ClientPort",
+    "Disjunction",
+    "Dispatcher",
+    "Durability",
+    "Executor",
+    "FieldKind",
+    "FieldMapping",
+    "InputClause",
+    "InputSignal",
+    "Literal",
+    "MessagePart",
+    "NodeNet",
+    "Place",
+    "PlaceKind",
+    "PublisherPort",
+    "QualityOfService",
+    "Reliability",
+    "ServerPort",
+    "ServiceChannel",
+    "SubscriberPort",
+    "SystemModel",
+    "TokenField",
+    "TokenType",
+    "TopicChannel",
+    "TopicPort",
+    "Transition",
+    "TransitionKind",
+]
+
+if TYPE_CHECKING:
+
+    class Executor(EnumLiteral):
+        """How a ROS node runs its callbacks."""
+
+        single: ClassVar[Executor]
+        """Single-threaded."""
+        multi: ClassVar[Executor]
+        """Multi-threaded."""
+
+    class CallbackGroupKind(EnumLiteral):
+        """Which callbacks of a group may run at the same time."""
+
+        exclusive: ClassVar[CallbackGroupKind]
+        """One at a time."""
+        reentrant: ClassVar[CallbackGroupKind]
+        """Any number."""
+
+    class CallbackKind(EnumLiteral):
+        """What calls a callback page."""
+
+        timer: ClassVar[CallbackKind]
+        """A timer."""
+        subscriber: ClassVar[CallbackKind]
+        """A message of a topic."""
+        server: ClassVar[CallbackKind]
+        """A request of a service."""
+
+    class PlaceKind(EnumLiteral):
+        """Role of a place in the workflow of its node."""
+
+        ordinary: ClassVar[PlaceKind]
+        """No special role."""
+        start: ClassVar[PlaceKind]
+        """Where the workflow starts."""
+        end: ClassVar[PlaceKind]
+        """Where the workflow ends."""
+
+    class TransitionKind(EnumLiteral):
+        """Role of a transition in the workflow of its node."""
+
+        discrete: ClassVar[TransitionKind]
+        """Fires when enabled."""
+        timed: ClassVar[TransitionKind]
+        """Fires within its interval."""
+        start: ClassVar[TransitionKind]
+        """Starts the workflow."""
+        end: ClassVar[TransitionKind]
+        """Ends the workflow."""
+
+    class FieldKind(EnumLiteral):
+        """Type of a token field."""
+
+        text: ClassVar[FieldKind]
+        """Character string."""
+        integer: ClassVar[FieldKind]
+        """Whole number."""
+        number: ClassVar[FieldKind]
+        """Floating-point number."""
+        boolean: ClassVar[FieldKind]
+        """True or false."""
+        list: ClassVar[FieldKind]
+        """List of elements of one kind."""
+        map: ClassVar[FieldKind]
+        """Map from text to elements of one kind."""
+
+    class Reliability(EnumLiteral):
+        """QoS reliability of a topic."""
+
+        reliable: ClassVar[Reliability]
+        """Sent again until received."""
+        bestEffort: ClassVar[Reliability]
+        """Sent once."""
+
+    class Durability(EnumLiteral):
+        """QoS durability of a topic."""
+
+        volatile: ClassVar[Durability]
+        """Late subscribers miss what was sent."""
+        transientLocal: ClassVar[Durability]
+        """Late subscribers get what the publisher kept."""
+
+    class MessagePart(EnumLiteral):
+        """Part of a ROS interface."""
+
+        message: ClassVar[MessagePart]
+        """Message of a topic."""
+        request: ClassVar[MessagePart]
+        """Request of a service."""
+        response: ClassVar[MessagePart]
+        """Response of a service."""
+
+else:
+    Executor = enumeration(
+        "Executor",
+        [
+            "single",
+            "multi",
+        ],
+    )
+    CallbackGroupKind = enumeration(
+        "CallbackGroupKind",
+        [
+            "exclusive",
+            "reentrant",
+        ],
+    )
+    CallbackKind = enumeration(
+        "CallbackKind",
+        [
+            "timer",
+            "subscriber",
+            "server",
+        ],
+    )
+    PlaceKind = enumeration(
+        "PlaceKind",
+        [
+            "ordinary",
+            "start",
+            "end",
+        ],
+    )
+    TransitionKind = enumeration(
+        "TransitionKind",
+        [
+            "discrete",
+            "timed",
+            "start",
+            "end",
+        ],
+    )
+    FieldKind = enumeration(
+        "FieldKind",
+        [
+            "text",
+            "integer",
+            "number",
+            "boolean",
+            "list",
+            "map",
+        ],
+    )
+    Reliability = enumeration(
+        "Reliability",
+        [
+            "reliable",
+            "bestEffort",
+        ],
+    )
+    Durability = enumeration(
+        "Durability",
+        [
+            "volatile",
+            "transientLocal",
+        ],
+    )
+    MessagePart = enumeration(
+        "MessagePart",
+        [
+            "message",
+            "request",
+            "response",
+        ],
+    )
+
+
+class BalloonToken(EObject, metaclass=MetaEClass):
+    """Data of one token (paper, Sect. 5.2); never influences enabling.
+
+    Attributes
+    ----------
+    data : str
+        JSON object: field name to value.
+    """
+
+    data: str = Ecore.EAttribute(eType=Ecore.EString, default_value="{}")
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(self, *, data: str | None = None, **unknown: Never) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "data": data,
+            },
+            unknown,
+        )
+
+
+class InputClause(EObject, metaclass=MetaEClass):
+    """Named boolean expression over signals of the same node net.
+
+    Attributes
+    ----------
+    transition : Transition | None
+        The transition it guards.
+    name : str | None
+        Name of the clause.
+    text : str
+        The expression as its author wrote it.
+    disjunctions : ModelList[Disjunction]
+        Conjunctive normal form of the text; none: always true.
+    """
+
+    transition: Transition | None = Ecore.EReference()
+    name: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    text: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    disjunctions: ModelList[Disjunction] = Ecore.EReference(containment=True, upper=-1)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        transition: Transition | None = None,
+        name: str | None = None,
+        text: str | None = None,
+        disjunctions: Iterable[Disjunction] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "transition": transition,
+                "name": name,
+                "text": text,
+                "disjunctions": disjunctions,
+            },
+            unknown,
+        )
+
+
+class Disjunction(EObject, metaclass=MetaEClass):
+    """True when one of its literals is; without literals it is false.
+
+    Attributes
+    ----------
+    clause : InputClause | None
+        The clause it is part of.
+    literals : ModelList[Literal]
+        Its literals.
+    """
+
+    clause: InputClause | None = Ecore.EReference()
+    literals: ModelList[Literal] = Ecore.EReference(containment=True, upper=-1)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        clause: InputClause | None = None,
+        literals: Iterable[Literal] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "clause": clause,
+                "literals": literals,
+            },
+            unknown,
+        )
+
+
+class Literal(EObject, metaclass=MetaEClass):
+    """A signal or its negation.
+
+    Attributes
+    ----------
+    disjunction : Disjunction | None
+        The disjunction it is part of.
+    signal : InputSignal
+        The signal.
+    negated : bool
+        True for the negation.
+    """
+
+    disjunction: Disjunction | None = Ecore.EReference()
+    signal: InputSignal = Ecore.EReference(lower=1, required=True)
+    negated: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        disjunction: Disjunction | None = None,
+        signal: InputSignal | None = None,
+        negated: bool | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "disjunction": disjunction,
+                "signal": signal,
+                "negated": negated,
+            },
+            unknown,
+        )
+
+
+class TokenField(EObject, metaclass=MetaEClass):
+    """One field of the token type.
+
+    Attributes
+    ----------
+    name : str
+        Name of the field.
+    kind : FieldKind
+        Type of its value.
+    elementKind : FieldKind
+        Type of the elements of a list or map.
+    length : int | None
+        Number of elements of a list of fixed length.
+    default : str | None
+        Default value as JSON; absent: the kind's empty value.
+    """
+
+    name: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    kind: FieldKind = Ecore.EAttribute(eType=FieldKind, default_value=FieldKind.text)
+    elementKind: FieldKind = Ecore.EAttribute(eType=FieldKind, default_value=FieldKind.text)
+    length: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
+    default: str | None = Ecore.EAttribute(eType=Ecore.EString)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        name: str | None = None,
+        kind: FieldKind | str | None = None,
+        elementKind: FieldKind | str | None = None,
+        length: int | None = None,
+        default: str | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "name": name,
+                "kind": kind,
+                "elementKind": elementKind,
+                "length": length,
+                "default": default,
+            },
+            unknown,
+        )
+
+
+class FieldMapping(EObject, metaclass=MetaEClass):
+    """A field of a ROS interface that carries a token field.
+
+    Attributes
+    ----------
+    part : MessagePart
+        Part of the interface.
+    messageField : str
+        Path in the interface, such as pose.position.x.
+    tokenField : str
+        Name of the token field.
+    """
+
+    part: MessagePart = Ecore.EAttribute(eType=MessagePart, default_value=MessagePart.message)
+    messageField: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    tokenField: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        part: MessagePart | str | None = None,
+        messageField: str | None = None,
+        tokenField: str | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "part": part,
+                "messageField": messageField,
+                "tokenField": tokenField,
+            },
+            unknown,
+        )
+
+
+class QualityOfService(EObject, metaclass=MetaEClass):
+    """QoS policies of a topic.
+
+    Attributes
+    ----------
+    reliability : Reliability
+        Reliability.
+    durability : Durability
+        Durability.
+    """
+
+    reliability: Reliability = Ecore.EAttribute(eType=Reliability, default_value=Reliability.reliable)
+    durability: Durability = Ecore.EAttribute(eType=Durability, default_value=Durability.volatile)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        reliability: Reliability | str | None = None,
+        durability: Durability | str | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "reliability": reliability,
+                "durability": durability,
+            },
+            unknown,
+        )
+
+
+@Ecore.abstract
+class TopicPort(EObject, metaclass=MetaEClass):
+    """Where a topic meets a node net.
+
+    Attributes
+    ----------
+    place : pn.Place
+        The place whose tokens are the messages.
+    limit : int
+        Capacity of the port's queue, 1 or more.
+    """
+
+    place: pn.Place = Ecore.EReference(lower=1, required=True)
+    limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(self, *, place: pn.Place | None = None, limit: int | None = None, **unknown: Never) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "place": place,
+                "limit": limit,
+            },
+            unknown,
+        )
+
+
+class Dispatcher(EObject, metaclass=MetaEClass):
+    """Dispatcher queue of a subscribing node net.
+
+    Attributes
+    ----------
+    channel : TopicChannel | None
+        The topic.
+    node : NodeNet
+        The subscribing node net.
+    limit : int
+        Capacity, 1 or more.
+    """
+
+    channel: TopicChannel | None = Ecore.EReference()
+    node: NodeNet = Ecore.EReference(lower=1, required=True)
+    limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=16)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        channel: TopicChannel | None = None,
+        node: NodeNet | None = None,
+        limit: int | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "node": node,
+                "limit": limit,
+            },
+            unknown,
+        )
+
+
+class ServerPort(EObject, metaclass=MetaEClass):
+    """The server page's entry and exit.
+
+    Attributes
+    ----------
+    channel : ServiceChannel | None
+        The service.
+    entry : pn.Place
+        Receives requests.
+    exit : pn.Place
+        Holds responses.
+    page : pn.Page
+        The server page: a prototype, replicated per instance.
+    """
+
+    channel: ServiceChannel | None = Ecore.EReference()
+    entry: pn.Place = Ecore.EReference(lower=1, required=True)
+    exit: pn.Place = Ecore.EReference(lower=1, required=True)
+    page: pn.Page = Ecore.EReference(lower=1, required=True)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        channel: ServiceChannel | None = None,
+        entry: pn.Place | None = None,
+        exit: pn.Place | None = None,
+        page: pn.Page | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "entry": entry,
+                "exit": exit,
+                "page": page,
+            },
+            unknown,
+        )
+
+
+class ClientPort(EObject, metaclass=MetaEClass):
+    """A client of a service; at most one request under way.
+
+    Attributes
+    ----------
+    channel : ServiceChannel | None
+        The service.
+    client : str
+        Id of the client, unique in its service.
+    request : pn.Place
+        Holds requests.
+    response : pn.Place
+        Receives responses.
+    """
+
+    channel: ServiceChannel | None = Ecore.EReference()
+    client: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    request: pn.Place = Ecore.EReference(lower=1, required=True)
+    response: pn.Place = Ecore.EReference(lower=1, required=True)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        channel: ServiceChannel | None = None,
+        client: str | None = None,
+        request: pn.Place | None = None,
+        response: pn.Place | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "client": client,
+                "request": request,
+                "response": response,
+            },
+            unknown,
+        )
+
+
+class CallbackGroup(pn.Element):
+    """A ROS callback group.
+
+    Attributes
+    ----------
+    kind : CallbackGroupKind
+        Which callbacks may run together.
+    priority : int
+        Higher runs first.
+    """
+
+    kind: CallbackGroupKind = Ecore.EAttribute(
+        eType=CallbackGroupKind, default_value=CallbackGroupKind.exclusive
+    )
+    priority: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        kind: CallbackGroupKind | str | None = None,
+        priority: int | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "kind": kind,
+                "priority": priority,
+            },
+            unknown,
+        )
+
+
+class InputSignal(pn.Element):
+    """A boolean set from outside (paper, Sect. 5.3.3).
+
+    Attributes
+    ----------
+    node : NodeNet | None
+        The node net it belongs to.
+    initial : bool
+        Value at the start.
+    literals : ModelList[Literal]
+        Where clauses use it.
+    """
+
+    node: NodeNet | None = Ecore.EReference()
+    initial: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    literals: ModelList[Literal] = Ecore.EReference(upper=-1, transient=True)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        node: NodeNet | None = None,
+        initial: bool | None = None,
+        literals: Iterable[Literal] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "node": node,
+                "initial": initial,
+                "literals": literals,
+            },
+            unknown,
+        )
+
+
+class TokenType(pn.Element):
+    """What every token carries.
+
+    Attributes
+    ----------
+    fields : ModelList[TokenField]
+        Its fields, in order.
+    """
+
+    fields: ModelList[TokenField] = Ecore.EReference(containment=True, upper=-1)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        fields: Iterable[TokenField] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "fields": fields,
+            },
+            unknown,
+        )
+
+
+@Ecore.abstract
+class Channel(pn.Element):
+    """Joins node nets; nothing else may.
+
+    Attributes
+    ----------
+    model : SystemModel | None
+        The system model.
+    canvas : pn.Page | None
+        The page a net editor draws it on.
+    type : str | None
+        ROS interface (package/msg/Name or package/srv/Name); absent: generated from the token type.
+    mappings : ModelList[FieldMapping]
+        How fields of an existing ROS interface map to token fields.
+    """
+
+    model: SystemModel | None = Ecore.EReference()
+    canvas: pn.Page | None = Ecore.EReference()
+    type: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    mappings: ModelList[FieldMapping] = Ecore.EReference(containment=True, upper=-1)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        model: SystemModel | None = None,
+        canvas: pn.Page | None = None,
+        type: str | None = None,
+        mappings: Iterable[FieldMapping] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "model": model,
+                "canvas": canvas,
+                "type": type,
+                "mappings": mappings,
+            },
+            unknown,
+        )
+
+
+class PublisherPort(TopicPort):
+    """Sends the tokens of its place.
+
+    Attributes
+    ----------
+    channel : TopicChannel | None
+        The topic.
+    """
+
+    channel: TopicChannel | None = Ecore.EReference()
+
+    def __init__(
+        self,
+        *,
+        place: pn.Place | None = None,
+        limit: int | None = None,
+        channel: TopicChannel | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "place": place,
+                "limit": limit,
+                "channel": channel,
+            },
+            unknown,
+        )
+
+
+class SubscriberPort(TopicPort):
+    """Puts received messages on its place.
+
+    Attributes
+    ----------
+    channel : TopicChannel | None
+        The topic.
+    """
+
+    channel: TopicChannel | None = Ecore.EReference()
+
+    def __init__(
+        self,
+        *,
+        place: pn.Place | None = None,
+        limit: int | None = None,
+        channel: TopicChannel | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "place": place,
+                "limit": limit,
+                "channel": channel,
+            },
+            unknown,
+        )
+
+
+class SystemModel(pn.Net):
+    """The whole application: node nets on pages, joined by channels.
+
+    Attributes
+    ----------
+    tokenType : TokenType | None
+        What every token of the model carries.
+    channels : ModelList[Channel]
+        Topics and services, in order.
+    """
+
+    tokenType: TokenType | None = Ecore.EReference(containment=True)
+    channels: ModelList[Channel] = Ecore.EReference(containment=True, upper=-1)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        pages: Iterable[pn.Page] | None = None,
+        tokenType: TokenType | None = None,
+        channels: Iterable[Channel] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "pages": pages,
+                "tokenType": tokenType,
+                "channels": channels,
+            },
+            unknown,
+        )
+
+
+class TopicChannel(Channel):
+    """Takes a token from one publisher place, puts one into every subscriber place (paper, Sect. 5.3.1).
+
+    Attributes
+    ----------
+    topic : str
+        Topic name; one channel per name.
+    qos : QualityOfService | None
+        Quality of service; the depths are the ports' limits.
+    publishers : ModelList[PublisherPort]
+        Publishers, in order.
+    subscribers : ModelList[SubscriberPort]
+        Subscribers, in order.
+    dispatchers : ModelList[Dispatcher]
+        Limits of the dispatcher queues that differ from 16.
+    """
+
+    topic: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    qos: QualityOfService | None = Ecore.EReference(containment=True)
+    publishers: ModelList[PublisherPort] = Ecore.EReference(containment=True, upper=-1)
+    subscribers: ModelList[SubscriberPort] = Ecore.EReference(containment=True, upper=-1)
+    dispatchers: ModelList[Dispatcher] = Ecore.EReference(containment=True, upper=-1)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        model: SystemModel | None = None,
+        canvas: pn.Page | None = None,
+        type: str | None = None,
+        mappings: Iterable[FieldMapping] | None = None,
+        topic: str | None = None,
+        qos: QualityOfService | None = None,
+        publishers: Iterable[PublisherPort] | None = None,
+        subscribers: Iterable[SubscriberPort] | None = None,
+        dispatchers: Iterable[Dispatcher] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "model": model,
+                "canvas": canvas,
+                "type": type,
+                "mappings": mappings,
+                "topic": topic,
+                "qos": qos,
+                "publishers": publishers,
+                "subscribers": subscribers,
+                "dispatchers": dispatchers,
+            },
+            unknown,
+        )
+
+
+class ServiceChannel(Channel):
+    """Carries requests of clients to server instances and the responses back (paper, Sect. 5.3.2).
+
+    Attributes
+    ----------
+    service : str
+        Service name; one channel per name.
+    server : ServerPort
+        The server.
+    clients : ModelList[ClientPort]
+        The clients, in order.
+    instances : int | None
+        Number of server instances; absent: the number of clients.
+    """
+
+    service: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    server: ServerPort = Ecore.EReference(containment=True, lower=1, required=True)
+    clients: ModelList[ClientPort] = Ecore.EReference(containment=True, upper=-1)
+    instances: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        model: SystemModel | None = None,
+        canvas: pn.Page | None = None,
+        type: str | None = None,
+        mappings: Iterable[FieldMapping] | None = None,
+        service: str | None = None,
+        server: ServerPort | None = None,
+        clients: Iterable[ClientPort] | None = None,
+        instances: int | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "model": model,
+                "canvas": canvas,
+                "type": type,
+                "mappings": mappings,
+                "service": service,
+                "server": server,
+                "clients": clients,
+                "instances": instances,
+            },
+            unknown,
+        )
+
+
+class NodeNet(pn.Page):
+    """A page that is exactly one ROS node (paper, Sect. 5.1).
+
+    Attributes
+    ----------
+    package : str | None
+        ROS package of the node; by default its name.
+    namespace : str | None
+        ROS namespace of the node.
+    executor : Executor
+        Executor of the node.
+    threads : int
+        Threads of a multi-threaded executor, 1 or more.
+    signals : ModelList[InputSignal]
+        Input signals of the node.
+    callbackGroups : ModelList[CallbackGroup]
+        Callback groups of the node.
+    """
+
+    package: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    namespace: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    executor: Executor = Ecore.EAttribute(eType=Executor, default_value=Executor.single)
+    threads: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    signals: ModelList[InputSignal] = Ecore.EReference(containment=True, upper=-1)
+    callbackGroups: ModelList[CallbackGroup] = Ecore.EReference(containment=True, upper=-1)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        page: pn.Page | None = None,
+        net: pn.Net | None = None,
+        objects: Iterable[pn.PageObject] | None = None,
+        arcs: Iterable[pn.Arc] | None = None,
+        package: str | None = None,
+        namespace: str | None = None,
+        executor: Executor | str | None = None,
+        threads: int | None = None,
+        signals: Iterable[InputSignal] | None = None,
+        callbackGroups: Iterable[CallbackGroup] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "page": page,
+                "net": net,
+                "objects": objects,
+                "arcs": arcs,
+                "package": package,
+                "namespace": namespace,
+                "executor": executor,
+                "threads": threads,
+                "signals": signals,
+                "callbackGroups": callbackGroups,
+            },
+            unknown,
+        )
+
+
+class CallbackPage(pn.Page):
+    """A page that models one ROS callback.
+
+    Attributes
+    ----------
+    kind : CallbackKind
+        What calls it.
+    group : CallbackGroup | None
+        Its callback group.
+    timer : float | None
+        Period of a timer callback.
+    priority : int
+        Higher runs first.
+    """
+
+    kind: CallbackKind = Ecore.EAttribute(eType=CallbackKind, default_value=CallbackKind.subscriber)
+    group: CallbackGroup | None = Ecore.EReference()
+    timer: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
+    priority: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        page: pn.Page | None = None,
+        net: pn.Net | None = None,
+        objects: Iterable[pn.PageObject] | None = None,
+        arcs: Iterable[pn.Arc] | None = None,
+        kind: CallbackKind | str | None = None,
+        group: CallbackGroup | None = None,
+        timer: float | None = None,
+        priority: int | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "page": page,
+                "net": net,
+                "objects": objects,
+                "arcs": arcs,
+                "kind": kind,
+                "group": group,
+                "timer": timer,
+                "priority": priority,
+            },
+            unknown,
+        )
+
+
+class Place(pn.Place):
+    """A place whose tokens carry data.
+
+    Attributes
+    ----------
+    balloons : ModelList[BalloonToken]
+        Data of the first initial tokens; the others carry the defaults.
+    kind : PlaceKind
+        Role in the workflow.
+    """
+
+    balloons: ModelList[BalloonToken] = Ecore.EReference(containment=True, upper=-1)
+    kind: PlaceKind = Ecore.EAttribute(eType=PlaceKind, default_value=PlaceKind.ordinary)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        page: pn.Page | None = None,
+        outgoing: Iterable[pn.Arc] | None = None,
+        incoming: Iterable[pn.Arc] | None = None,
+        tokens: int | None = None,
+        balloons: Iterable[BalloonToken] | None = None,
+        kind: PlaceKind | str | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "page": page,
+                "outgoing": outgoing,
+                "incoming": incoming,
+                "tokens": tokens,
+                "balloons": balloons,
+                "kind": kind,
+            },
+            unknown,
+        )
+
+
+class Transition(pn.Transition):
+    """A transition that may depend on input signals.
+
+    Attributes
+    ----------
+    kind : TransitionKind
+        Role in the workflow.
+    clause : InputClause | None
+        It may fire only while this holds.
+    """
+
+    kind: TransitionKind = Ecore.EAttribute(eType=TransitionKind, default_value=TransitionKind.discrete)
+    clause: InputClause | None = Ecore.EReference(containment=True)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        page: pn.Page | None = None,
+        outgoing: Iterable[pn.Arc] | None = None,
+        incoming: Iterable[pn.Arc] | None = None,
+        interval: pn.TimeInterval | None = None,
+        overrides: Iterable[pn.Transition] | None = None,
+        kind: TransitionKind | str | None = None,
+        clause: InputClause | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "page": page,
+                "outgoing": outgoing,
+                "incoming": incoming,
+                "interval": interval,
+                "overrides": overrides,
+                "kind": kind,
+                "clause": clause,
+            },
+            unknown,
+        )
+
+
+resolve_references(
+    types=[
+        (InputClause.transition, Transition),
+        (InputClause.disjunctions, Disjunction),
+        (Disjunction.clause, InputClause),
+        (Disjunction.literals, Literal),
+        (Literal.disjunction, Disjunction),
+        (Literal.signal, InputSignal),
+        (TopicPort.place, pn.Place),
+        (Dispatcher.channel, TopicChannel),
+        (Dispatcher.node, NodeNet),
+        (ServerPort.channel, ServiceChannel),
+        (ServerPort.entry, pn.Place),
+        (ServerPort.exit, pn.Place),
+        (ServerPort.page, pn.Page),
+        (ClientPort.channel, ServiceChannel),
+        (ClientPort.request, pn.Place),
+        (ClientPort.response, pn.Place),
+        (InputSignal.node, NodeNet),
+        (InputSignal.literals, Literal),
+        (TokenType.fields, TokenField),
+        (Channel.model, SystemModel),
+        (Channel.canvas, pn.Page),
+        (Channel.mappings, FieldMapping),
+        (PublisherPort.channel, TopicChannel),
+        (SubscriberPort.channel, TopicChannel),
+        (SystemModel.tokenType, TokenType),
+        (SystemModel.channels, Channel),
+        (TopicChannel.qos, QualityOfService),
+        (TopicChannel.publishers, PublisherPort),
+        (TopicChannel.subscribers, SubscriberPort),
+        (TopicChannel.dispatchers, Dispatcher),
+        (ServiceChannel.server, ServerPort),
+        (ServiceChannel.clients, ClientPort),
+        (NodeNet.signals, InputSignal),
+        (NodeNet.callbackGroups, CallbackGroup),
+        (CallbackPage.group, CallbackGroup),
+        (Place.balloons, BalloonToken),
+        (Transition.clause, InputClause),
+    ],
+    opposites=[
+        (InputClause.transition, Transition.clause),
+        (Disjunction.clause, InputClause.disjunctions),
+        (Disjunction.literals, Literal.disjunction),
+        (Dispatcher.channel, TopicChannel.dispatchers),
+        (ServerPort.channel, ServiceChannel.server),
+        (ClientPort.channel, ServiceChannel.clients),
+        (InputSignal.node, NodeNet.signals),
+        (InputSignal.literals, Literal.signal),
+        (Channel.model, SystemModel.channels),
+        (PublisherPort.channel, TopicChannel.publishers),
+        (SubscriberPort.channel, TopicChannel.subscribers),
+    ],
+)
+
+for _enumeration in (
+    Executor,
+    CallbackGroupKind,
+    CallbackKind,
+    PlaceKind,
+    TransitionKind,
+    FieldKind,
+    Reliability,
+    Durability,
+    MessagePart,
+):
+    eClassifiers[_enumeration.name] = _enumeration
+    eClass.eClassifiers.append(_enumeration)
+global_registry[nsURI] = sys.modules[__name__]

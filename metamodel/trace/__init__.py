@@ -1,0 +1,146 @@
+"""Which rule made which element from what.
+
+Generated from `trace.ecore` by `make regenerate`; edits are lost.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from functools import partial
+from typing import Any, Never
+
+import pyecore.ecore as Ecore
+from pyecore.resources import global_registry
+
+from dineros.metamodel.base import (
+    EObject,
+    MetaEClass,
+    ModelList,
+    initialise,
+    refuse_unknown,
+    resolve_references,
+    show,
+)
+
+name = "trace"
+nsURI = "http://dineros.org/trace/1.0"
+nsPrefix = "trace"
+
+eClass = Ecore.EPackage(name=name, nsURI=nsURI, nsPrefix=nsPrefix)
+eClassifiers: dict[str, Any] = {}
+getEClassifier = partial(Ecore.getEClassifier, searchspace=eClassifiers)
+eSubpackages: list[Any] = []
+eSuperPackage = None
+
+__all__ = [
+    "TraceLink",
+    "TraceModel",
+]
+
+
+class TraceModel(EObject, metaclass=MetaEClass):
+    """Trace links of one transformation.
+
+    Attributes
+    ----------
+    source : str | None
+        File or id of the source model.
+    target : str | None
+        File or id of the target model.
+    links : ModelList[TraceLink]
+        The links, in the order they were made.
+    """
+
+    source: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    target: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    links: ModelList[TraceLink] = Ecore.EReference(containment=True, upper=-1)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        source: str | None = None,
+        target: str | None = None,
+        links: Iterable[TraceLink] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "source": source,
+                "target": target,
+                "links": links,
+            },
+            unknown,
+        )
+
+
+class TraceLink(EObject, metaclass=MetaEClass):
+    """One created element.
+
+    Attributes
+    ----------
+    rule : str
+        Name of the rule.
+    role : str
+        Name of the element in the rule's right-hand side.
+    application : int
+        Number of the rule application; links with the same number were made together.
+    index : int | None
+        Number of the server instance, from 1, where there is one.
+    sources : ModelList[EObject]
+        Elements the rule matched.
+    target : EObject
+        The element it made.
+    """
+
+    rule: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    role: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    application: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
+    index: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
+    sources: ModelList[EObject] = Ecore.EReference(upper=-1)
+    target: EObject = Ecore.EReference(lower=1, required=True)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        rule: str | None = None,
+        role: str | None = None,
+        application: int | None = None,
+        index: int | None = None,
+        sources: Iterable[EObject] | None = None,
+        target: EObject | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "rule": rule,
+                "role": role,
+                "application": application,
+                "index": index,
+                "sources": sources,
+                "target": target,
+            },
+            unknown,
+        )
+
+
+resolve_references(
+    types=[
+        (TraceModel.links, TraceLink),
+        (TraceLink.sources, EObject),
+        (TraceLink.target, EObject),
+    ],
+    opposites=[],
+)
+
+global_registry[nsURI] = sys.modules[__name__]

@@ -1,0 +1,203 @@
+"""What holds for every command: help, errors in one line, exit statuses, a quick start."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+from dineros.cli.main import main
+from dineros.cli.options import ExampleCommand
+from dineros.metamodel.files import save
+from tests.cli.conftest import Run
+from tests.support.talker import talker
+
+ROOT = Path(__file__).resolve().parents[2]
+NAMES = main.list_commands(click.Context(main))
+HEAVY = {"pyecore", "lxml", "lark", "networkx", "rich", "pysat", "numpy", "jinja2"}
+
+
+def the_command(name: str) -> ExampleCommand:
+    found = main.get_command(click.Context(main), name)
+    assert isinstance(found, ExampleCommand)
+    return found
+
+
+def test_help_lists_every_command(run: Run) -> None:
+    result = run("--help")
+    assert result.exit_code == 0
+    assert {"completion", "convert", "validate"} <= set(NAMES)
+    for name in NAMES:
+        assert f"\n  {name} " in result.stdout
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_help_of_every_command_ends_with_its_examples(run: Run, name: str) -> None:
+    result = run(name, "--help")
+    examples = the_command(name).examples
+    assert result.exit_code == 0
+    assert examples
+    assert result.stdout.endswith("".join(["Examples:\n", *(f"  {example}\n" for example in examples)]))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_option_and_argument_explains_itself(name: str) -> None:
+    for parameter in the_command(name).params:
+        if isinstance(parameter, click.Option):
+            assert parameter.help
+            assert parameter.help.endswith(".")
+
+
+@pytest.mark.parametrize("example", [example for name in NAMES for example in the_command(name).examples])
+def test_every_example_runs(example: str, tmp_path: Path) -> None:
+    for folder in (".local/share/bash-completion/completions", ".zfunc", ".config/fish/completions"):
+        (tmp_path / folder).mkdir(parents=True)
+    model = ROOT / "case_study/sorting.sym.xmi"
+    (tmp_path / model.name).write_bytes(model.read_bytes())
+    program = tmp_path / "dineros"
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dineros.cli.main "$@"\n', encoding="utf-8")
+    program.chmod(0o755)
+    environment = {**os.environ, "HOME": str(tmp_path), "PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    result = subprocess.run(
+        ["bash", "-c", example], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+    )
+    assert (result.returncode, result.stderr) == (0, "")
+
+
+def test_version(run: Run) -> None:
+    result = run("--version")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("dineros ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        ([], "dineros: missing command (see dineros --help)"),
+        (["vlidate", "x"], "did you mean 'validate'?"),
+        (["--nonsense"], "no such option"),
+        (["validate"], "dineros validate: missing argument 'MODEL' (see dineros validate --help)"),
+        (["validate", "a.xmi", "b.xmi"], "unexpected extra argument"),
+        (["validate", "a.xmi", "--set"], "'--set' requires an argument"),
+        (["convert", "a.xmi"], "missing option '-o'"),
+        (["completion", "csh"], "'csh' is not one of"),
+    ],
+)
+def test_wrong_use_is_one_line_and_status_2(run: Run, arguments: list[str], part: str) -> None:
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert part in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_an_unexpected_error_is_one_line_that_asks_for_a_report(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _let_validate_raise(monkeypatch, ZeroDivisionError("a\nb"))
+    result = run("validate", "model.xmi")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith("dineros: unexpected ZeroDivisionError: a b (please report it")
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("arguments", [["--debug", "validate", "x.xmi"], ["validate", "x.xmi", "--debug"]])
+def test_debug_adds_the_stack_trace(run: Run, monkeypatch: pytest.MonkeyPatch, arguments: list[str]) -> None:
+    _let_validate_raise(monkeypatch, ZeroDivisionError("a"))
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert "Traceback" in result.stderr
+
+
+def test_debug_by_the_environment(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DINEROS_DEBUG", "1")
+    result = run("validate", "missing.xmi")
+    assert result.exit_code == 2
+    assert "Traceback" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "line"),
+    [
+        (KeyboardInterrupt(), 130, ""),
+        (BrokenPipeError(), 141, ""),
+        (OSError(28, "No space left on device"), 2, "dineros: No space left on device\n"),
+        (OSError(13, "Permission denied", "there"), 2, "there: Permission denied\n"),
+    ],
+)
+def test_what_the_system_reports(
+    run: Run, monkeypatch: pytest.MonkeyPatch, error: BaseException, status: int, line: str
+) -> None:
+    _let_validate_raise(monkeypatch, error)
+    result = run("validate", "model.xmi")
+    assert (result.exit_code, result.stdout, result.stderr) == (status, "", line)
+
+
+def _let_validate_raise(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("dineros.cli.commands.validate.load", fail)
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["completion", "bash"], ["validate", "--help"]])
+def test_a_reader_that_leaves_gets_no_complaint(arguments: list[str]) -> None:
+    command = [sys.executable, "-m", "dineros.cli.main", *arguments]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        errors = process.stderr.read()
+    assert (process.returncode, errors) == (141, b"")
+
+
+def test_names_that_no_terminal_can_show(tmp_path: Path) -> None:
+    model = talker()
+    model.pages[0].objects[0].id = "日本"
+    path = tmp_path / os.fsdecode(b"\xff.xmi")
+    save(model, path)
+    command = [sys.executable, "-m", "dineros.cli.main", "validate", str(path), "--set", "日本.tokens=-1"]
+    environment = {**os.environ, "PYTHONIOENCODING": "latin-1"}
+    result = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert (result.returncode, result.stderr) == (1, "")
+    assert "\\udcff.xmi:" in result.stdout
+    assert r"\u65e5\u672c" in result.stdout
+
+
+def test_an_interrupt_ends_quietly() -> None:
+    program = (
+        "import time, dineros.cli.commands.validate as validate\n"
+        "from dineros.cli.main import main\n"
+        "def load(*_):\n"
+        "    print('ready', flush=True)\n"
+        "    time.sleep(60)\n"
+        "validate.load = load\n"
+        "main(['validate', 'model.xmi'])\n"
+    )
+    command = [sys.executable, "-c", program]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        errors = process.stderr.read()
+    assert (process.returncode, errors) == (130, b"")
+
+
+def test_help_imports_nothing_heavy() -> None:
+    program = (
+        "import json, sys\n"
+        "from dineros.cli.main import main\n"
+        "try:\n"
+        "    main(['--help'])\n"
+        "except SystemExit:\n"
+        "    print(json.dumps(sorted({name.partition('.')[0] for name in sys.modules})), file=sys.stderr)\n"
+    )
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert HEAVY & set(json.loads(result.stderr)) == set()

@@ -1,0 +1,9 @@
+"""Hypothesis profiles: CI draws the same examples in every run; no test fails because a machine is slow."""
+
+import os
+
+from hypothesis import settings
+
+settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True)
+settings.register_profile("dev", deadline=None)
+settings.load_profile("ci" if os.environ.get("CI") else "dev")

@@ -1,0 +1,107 @@
+"""The guide: diagrams show every class, the reference every command, nothing comes from elsewhere."""
+
+from __future__ import annotations
+
+import html
+import importlib.util
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from dineros.metamodel.constraints import validate
+from dineros.metamodel.files import load
+from dineros.metamodel.settings import apply
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def hook(name: str) -> ModuleType:
+    """Import a hook of the guide, which is no package."""
+    specification = importlib.util.spec_from_file_location(f"hook_{name}", ROOT / "docs/hooks" / f"{name}.py")
+    assert specification is not None
+    assert specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+def test_every_class_and_enumeration_stands_in_a_diagram() -> None:
+    diagrams = hook("class_diagrams")
+    for name, package in diagrams.read_metamodels().items():
+        shown = {member for _, members in diagrams.parts_of(name, package).values() for member in members}
+        assert shown == {classifier.name for classifier in package.eClassifiers}
+
+
+def test_every_feature_stands_in_a_diagram() -> None:
+    diagrams = hook("class_diagrams")
+    for name, package in diagrams.read_metamodels().items():
+        text = "".join(diagrams.to_dot(package, *part) for part in diagrams.parts_of(name, package).values())
+        for classifier in package.eClassifiers:
+            for feature in getattr(classifier, "eStructuralFeatures", []):
+                opposite = getattr(feature, "eOpposite", None)
+                names = {feature.name, opposite.name if opposite else feature.name}
+                assert any(f"{known} " in text or f"{known}:" in text for known in names), feature.name
+
+
+def test_every_setting_of_the_page_applies() -> None:
+    page = (ROOT / "docs/settings.md").read_text(encoding="utf-8")
+    settings = [
+        text.strip("'")
+        for row in re.findall(r"^\| (`.+?) \|", page, flags=re.MULTILINE)
+        for text in re.findall(r"`(.+?)`", row)
+    ]
+    model = load(ROOT / "case_study/sorting.sym.xmi")
+    assert len(settings) > 10
+    for setting in settings:
+        apply(model, setting)
+    assert [violation for violation in validate(model) if violation.severity == "error"] == []
+
+
+def test_the_reference_holds_every_command() -> None:
+    reference = hook("command_line").reference()
+    for command in ("completion", "convert", "validate"):
+        assert f"## dineros {command}\n" in reference
+        assert f"Usage: dineros {command}" in reference
+
+
+@pytest.mark.skipif(
+    not shutil.which("dot") and not os.environ.get("CI"), reason="Graphviz (dot) is not installed"
+)
+def test_the_diagrams_are_laid_out() -> None:
+    pictures = hook("class_diagrams").pictures()
+    assert set(pictures) >= {"class-pn-net", "class-sym-channels", "class-rtm", "class-pnm", "class-trace"}
+    assert all(picture.rstrip().endswith("</svg>") for picture in pictures.values())
+
+
+def test_a_missing_graphviz_leaves_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    assert "Graphviz" in hook("class_diagrams").to_svg("digraph {}")
+
+
+def test_the_architecture_picture_shows_what_its_source_says() -> None:
+    pictures = ROOT / "docs/pictures"
+    source = (pictures / "architecture.dot").read_text(encoding="utf-8")
+    picture = html.unescape((pictures / "architecture.svg").read_text(encoding="utf-8"))
+    for label in re.findall(r'label="([^"]+)"', source):
+        for line in label.split("\\n"):
+            assert f">{line}<" in picture
+
+
+def test_the_guide_builds_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
+    # Not --quiet: it keeps --strict from seeing the warnings.
+    build = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
+    result = subprocess.run(build, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    pages = list(tmp_path.rglob("*.html"))
+    assert len(pages) >= 9
+    for page in pages:
+        loaded = re.findall(
+            r'<(?:script|img|iframe|link)\b[^>]*?\b(?:src|href)="([^"]+)"', page.read_text("utf-8")
+        )
+        assert [address for address in loaded if re.match(r"(?:https?:)?//", address)] == []

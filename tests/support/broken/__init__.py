@@ -1,0 +1,18 @@
+"""Small models, each of them valid but for one constraint."""
+
+from tests.support.broken import (
+    bounds,
+    clauses,
+    names,
+    nets,
+    node_nets,
+    ports,
+    results,
+    services,
+    tokens,
+    topics,
+)
+from tests.support.broken.cases import Case
+
+FAMILIES = (bounds, names, nets, node_nets, topics, services, ports, clauses, tokens, results)
+CASES: list[Case] = [case for family in FAMILIES for case in family.CASES]

@@ -1,0 +1,257 @@
+"""Models that break the constraints of `names`."""
+
+from __future__ import annotations
+
+from dineros.metamodel import sym
+from tests.support.broken.cases import Cases
+from tests.support.broken.small import Small, plain, runtime
+
+CASES = Cases()
+
+
+@CASES.breaks(
+    "id-present",
+    "a place in page 'right' has no id",
+    "give it an id of its own",
+    of=plain,
+)
+def place_without_id(small: Small) -> None:
+    small["r"].id = None
+
+
+@CASES.breaks(
+    "id-present",
+    "a place named 'Rest' in page 'right' has no id",
+    "give it an id of its own",
+    of=plain,
+)
+def named_place_with_an_empty_id(small: Small) -> None:
+    small["r"].name = "Rest"
+    small["r"].id = ""
+
+
+@CASES.breaks(
+    "id-without-blanks",
+    "place 'r 1' has white space in its id",
+    "write the id without blanks and use the name for people",
+    of=plain,
+)
+def id_with_a_blank(small: Small) -> None:
+    small["r"].id = "r 1"
+
+
+@CASES.breaks(
+    "id-unique",
+    "place 'p' has the id of another element, a place in page 'left'",
+    "give one of them another id",
+    of=plain,
+)
+def two_places(small: Small) -> None:
+    small["r"].id = "p"
+
+
+@CASES.breaks(
+    "id-unique",
+    "callback group 'Idle' has the id of another element, a place in node net 'talker'",
+    "give one of them another id",
+)
+def place_and_callback_group(small: Small) -> None:
+    small["group"].id = "Idle"
+
+
+@CASES.breaks(
+    "id-unique",
+    "token type 'Idle-Talk' has the id of another element, an arc in node net 'talker'",
+    "give one of them another id",
+)
+def token_type_and_arc(small: Small) -> None:
+    small["Token"].name = "Token"
+    small["Token"].id = "Idle-Talk"
+
+
+@CASES.breaks(
+    "node-net-name-unique",
+    "node net 'listener' has the ROS name of node net 'talker'",
+    "give one of them another name or namespace",
+)
+def same_name(small: Small) -> None:
+    small["listener"].name = "talker"
+    small["listener"].namespace = "/left"
+
+
+@CASES.breaks(
+    "node-name-valid",
+    "node net 'listener' is called 'listener-1', which is no name for a ROS node",
+    "use letters, digits and _, not starting with a digit",
+)
+def name_with_a_dash(small: Small) -> None:
+    small["listener"].name = "listener-1"
+
+
+@CASES.breaks(
+    "package-name-valid",
+    "node net 'talker' has the package 'Talking', which is no name for a ROS package",
+    "use two or more small letters, digits and _, starting with a letter, as REP 144 asks",
+)
+def package_with_a_capital(small: Small) -> None:
+    small["talker"].package = "Talking"
+
+
+@CASES.breaks(
+    "package-name-valid",
+    "node net 'talker' has the package '', which is no name for a ROS package",
+    "use two or more small letters, digits and _, starting with a letter, as REP 144 asks",
+)
+def empty_package(small: Small) -> None:
+    small["talker"].package = ""
+
+
+@CASES.breaks(
+    "namespace-valid",
+    "node net 'talker' has the namespace 'left', which is no ROS namespace",
+    "write it like /left/arm",
+)
+def relative_namespace(small: Small) -> None:
+    small["talker"].namespace = "left"
+
+
+@CASES.breaks(
+    "topic-name-valid",
+    "topic channel 'chatter' has the topic '/cell/2nd', which is no ROS topic name",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+)
+def part_starts_with_a_digit(small: Small) -> None:
+    small["chatter"].topic = "/cell/2nd"
+
+
+@CASES.breaks(
+    "topic-name-valid",
+    "topic channel 'chatter' has the topic '/cell//chatter', which is no ROS topic name",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+)
+def doubled_slash(small: Small) -> None:
+    small["chatter"].topic = "/cell//chatter"
+
+
+@CASES.breaks(
+    "topic-name-valid",
+    "topic channel 'chatter' has the topic '/chatter/', which is no ROS topic name",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+)
+def slash_at_the_end(small: Small) -> None:
+    small["chatter"].topic = "/chatter/"
+
+
+@CASES.breaks(
+    "topic-name-valid",
+    "topic channel 'chatter' has the topic 'the chatter', which is no ROS topic name",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+)
+def blank(small: Small) -> None:
+    small["chatter"].topic = "the chatter"
+
+
+@CASES.breaks(
+    "topic-name-valid",
+    "topic channel 'chatter' has the topic '{node/chatter', which is no ROS topic name",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+)
+def open_brace(small: Small) -> None:
+    small["chatter"].topic = "{node/chatter"
+
+
+@CASES.breaks(
+    "topic-name-valid",
+    "topic channel 'chatter' has the topic '~chatter', which is no ROS topic name",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+)
+def tilde_without_slash(small: Small) -> None:
+    small["chatter"].topic = "~chatter"
+
+
+@CASES.breaks(
+    "service-name-valid",
+    "service channel 'ask' has the service '/ask-me', which is no ROS service name",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+)
+def dash(small: Small) -> None:
+    small["ask"].service = "/ask-me"
+
+
+@CASES.breaks(
+    "port-name-valid",
+    "publisher port 'chat ter' of place 'Said' is for 'chat ter', which is no ROS name",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+    of=runtime,
+)
+def topic_of_a_runtime_port(small: Small) -> None:
+    small["Said"].ports[0].topic = "chat ter"
+
+
+@CASES.breaks(
+    "port-name-valid",
+    "client port 'c1' of place 'Ask' is for '2ask', which is no ROS name",
+    "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks",
+    of=runtime,
+)
+def service_of_a_runtime_port(small: Small) -> None:
+    small["Ask"].ports[0].service = "2ask"
+
+
+@CASES.breaks(
+    "topic-unique",
+    "topic channel 'other' is for the topic 'chatter', as is topic channel 'chatter'",
+    "join their ports in one channel or rename one",
+)
+def same_topic(small: Small) -> None:
+    other = sym.TopicChannel(id="other", topic="chatter", model=small.net)
+    other.publishers.append(sym.PublisherPort(place=sym.Place(id="Other", page=small["talker"])))
+    other.subscribers.append(sym.SubscriberPort(place=small["Heard"]))
+
+
+@CASES.breaks(
+    "service-unique",
+    "service channel 'ask2' is for the service '/ask', as is service channel 'ask'",
+    "join their clients in one channel or rename one",
+)
+def same_service(small: Small) -> None:
+    page = sym.CallbackPage(id="second", kind="server", page=small["listener"])
+    entry, exit_ = sym.Place(id="Entry2", page=page), sym.Place(id="Exit2", page=page)
+    request, response = (
+        sym.Place(id="Ask2", page=small["talker"]),
+        sym.Place(id="Answer2", page=small["talker"]),
+    )
+    sym.ServiceChannel(
+        id="ask2",
+        service="/ask",
+        server=sym.ServerPort(entry=entry, exit=exit_, page=page),
+        clients=[sym.ClientPort(client="c1", request=request, response=response)],
+        model=small.net,
+    )
+
+
+@CASES.breaks(
+    "channel-type-valid",
+    "topic channel 'chatter' has the type 'std_srvs/srv/Trigger', not one such as std_msgs/msg/String",
+    "name a ROS interface, or leave it out to generate one from the token type",
+)
+def service_type_for_a_topic(small: Small) -> None:
+    small["chatter"].type = "std_srvs/srv/Trigger"
+
+
+@CASES.breaks(
+    "channel-type-valid",
+    "service channel 'ask' has the type 'String', not one such as std_srvs/srv/Trigger",
+    "name a ROS interface, or leave it out to generate one from the token type",
+)
+def message_type_for_a_service(small: Small) -> None:
+    small["ask"].type = "String"
+
+
+@CASES.breaks(
+    "token-type-name-valid",
+    "token type 'Token' is called 'token', which is no name for a ROS interface",
+    "start with a capital letter and use letters and digits",
+)
+def small_letter(small: Small) -> None:
+    small["Token"].name = "token"

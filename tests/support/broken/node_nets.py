@@ -1,0 +1,184 @@
+"""Models that break the constraints of `node_nets`."""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from tests.support.broken.cases import Cases
+from tests.support.broken.small import Small
+
+CASES = Cases()
+
+
+@CASES.breaks(
+    "node-net-not-nested",
+    "node net 'inner' stands in node net 'talker'",
+    "put it beside that; node nets do not nest",
+)
+def node_net_in_a_node_net(small: Small) -> None:
+    sym.NodeNet(id="inner", page=small["state"])
+
+
+@CASES.breaks(
+    "node-in-node-net",
+    "place 'Alone' stands outside of all node nets",
+    "move it into the node net of the ROS node that it is part of",
+)
+def place_on_a_page_outside(small: Small) -> None:
+    page = pn.Page(id="outside", net=small.net)
+    sym.Place(id="Alone", page=page)
+
+
+@CASES.breaks(
+    "node-in-node-net",
+    "place 'Alone' stands outside of all node nets",
+    "move it into the node net of the ROS node that it is part of",
+)
+def place_reached_from_one_node_net(small: Small) -> None:
+    page = pn.Page(id="outside", net=small.net)
+    small["BusyHere"].target = sym.Place(id="Alone", page=page)
+
+
+@CASES.breaks(
+    "node-in-node-net",
+    "reference place 'Alone' stands outside of all node nets",
+    "move it into the node net of the ROS node that it is part of",
+)
+def reference_outside(small: Small) -> None:
+    page = pn.Page(id="outside", net=small.net)
+    pn.ReferencePlace(id="Alone", target=small["Idle"], page=page)
+
+
+@CASES.breaks(
+    "node-not-shared",
+    "place 'Shared' joins node net 'talker' and node net 'listener' outside of them",
+    "put it into one of them and join them by a topic or a service",
+)
+def place_reached_from_two_node_nets(small: Small) -> None:
+    page = pn.Page(id="outside", net=small.net)
+    small["BusyHere"].target = small["CountHere"].target = sym.Place(id="Shared", page=page)
+
+
+@CASES.breaks(
+    "reference-within-node-net",
+    "reference place 'BusyHere' reaches place 'Count' of another node net",
+    "join the node nets by a topic or a service",
+)
+def reference_across(small: Small) -> None:
+    small["BusyHere"].target = small["Count"]
+
+
+@CASES.breaks(
+    "overrides-within-node-net",
+    "transition 'Talk' overrides transition 'Serve' of another node net",
+    "take the priority away; ROS nodes do not wait for each other's transitions",
+)
+def priority_across(small: Small) -> None:
+    small["Talk"].overrides.append(small["Serve"])
+
+
+@CASES.breaks(
+    "threads-positive",
+    "node net 'listener' has 0 threads",
+    "give it 1 thread or more",
+)
+def no_thread(small: Small) -> None:
+    small["listener"].threads = 0
+
+
+@CASES.breaks(
+    "threads-need-multi",
+    "node net 'talker' has 2 threads but a single-threaded executor",
+    "set the executor to multi or the threads to 1",
+)
+def single_with_threads(small: Small) -> None:
+    small["talker"].executor = "single"
+
+
+@CASES.breaks(
+    "callback-page-in-node-net",
+    "callback page 'lost' stands outside of all node nets",
+    "move it into the node net of the ROS node that calls it",
+)
+def callback_page_outside(small: Small) -> None:
+    sym.CallbackPage(id="lost", kind="timer", timer=1.0, net=small.net)
+
+
+@CASES.breaks(
+    "callback-page-not-nested",
+    "callback page 'inner' stands in callback page 'clock'",
+    "put it beside that",
+)
+def timer_in_a_timer(small: Small) -> None:
+    sym.CallbackPage(id="inner", kind="timer", timer=1.0, page=small["clock"])
+
+
+@CASES.breaks(
+    "callback-group-of-node-net",
+    "callback page 'clock' is in callback group 'others' of another node net",
+    "use a callback group of its own node net",
+)
+def foreign_group(small: Small) -> None:
+    small["clock"].group = small["others"]
+
+
+@CASES.breaks(
+    "timer-positive",
+    "callback page 'clock' is called by a timer with no period",
+    "set timer to a period above 0",
+)
+def no_period(small: Small) -> None:
+    small["clock"].timer = None
+
+
+@CASES.breaks(
+    "timer-positive",
+    "callback page 'clock' is called by a timer with the period 0.0",
+    "set timer to a period above 0",
+)
+def period_0(small: Small) -> None:
+    small["clock"].timer = 0.0
+
+
+@CASES.breaks(
+    "timer-used",
+    "callback page 'hear' has a timer but is called by a subscriber",
+    "take the timer away or set the kind to timer",
+)
+def subscriber_with_a_timer(small: Small) -> None:
+    small["hear"].timer = 1.0
+
+
+@CASES.breaks(
+    "callback-page-called",
+    "callback page 'deaf' is a subscriber callback, but no subscriber has a place on it",
+    "set its kind to what calls it, or add the port",
+)
+def no_subscriber(small: Small) -> None:
+    sym.CallbackPage(id="deaf", page=small["listener"])
+
+
+@CASES.breaks(
+    "callback-page-called",
+    "callback page 'idle' is a server callback, but it is the server page of no service",
+    "set its kind to what calls it, or add the port",
+)
+def no_server(small: Small) -> None:
+    sym.CallbackPage(id="idle", kind="server", page=small["listener"])
+
+
+@CASES.breaks(
+    "callback-page-called",
+    "callback page 'serve' is a subscriber callback, but it is the server page of a service",
+    "set its kind to what calls it, or add the port",
+)
+def server_page_of_another_kind(small: Small) -> None:
+    small["serve"].kind = "subscriber"
+
+
+@CASES.breaks(
+    "timed-transition-has-interval",
+    "transition 'Done' is timed but has no interval",
+    "set its interval, or its kind to discrete",
+)
+def timed_without_interval(small: Small) -> None:
+    small["Done"].kind = "timed"

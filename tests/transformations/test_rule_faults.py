@@ -1,0 +1,533 @@
+"""A fault in a rule is found when the module that holds it is imported, and the message names its line."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from dineros.transformations.errors import RuleError
+
+HEADER = """
+from dineros.metamodel import pn, pnm, sym
+from dineros.transformations.creation import Copy, ForAll, Fragment, New, image
+from dineros.transformations.expressions import Path, Text
+from dineros.transformations.functions import ancestor, count, either, first, number, position
+from dineros.transformations.notation import OverflowQueue, SHEET, arc, inhibit, place, transition
+from dineros.transformations.patterns import Absent, Context, Index, Made, Node
+from dineros.transformations.rule import Rule
+from dineros.transformations.services import S3, S4
+from dineros.transformations.topics import T1, T2, T3
+"""
+
+RULE = """
+class Watchdog(Rule):
+    channel = Node(sym.TopicChannel)
+    port = Node(sym.PublisherPort, channel=channel)
+    source = Node(pn.Place, of=port.place)
+    {}
+    lhs = [channel, port, source]
+    rhs = [*lhs]
+"""
+"""A rule with room for a faulty line."""
+
+# name: (source, part of the message, part of the hint); the faulty line ends with "#!".
+FAULTS: dict[str, tuple[str, str, str]] = {
+    "misspelt feature of a pattern node's value": (
+        RULE.format("limit = either(port.limmit, 3)  #!"),
+        "PublisherPort has no feature 'limmit'",
+        "did you mean 'limit'?",
+    ),
+    "misspelt feature in a chain": (
+        RULE.format("far = Node(pn.Page, of=port.place.pagee)  #!"),
+        "Place has no feature 'pagee'",
+        "did you mean 'page'?",
+    ),
+    "feature of a plain value": (RULE.format("far = port.limit.page  #!"), "is no model element", ""),
+    "misspelt feature in a pattern node": (
+        RULE.format("other = Node(sym.TopicChannel, topik='x')  #!"),
+        "TopicChannel has no feature 'topik'",
+        "did you mean 'topic'?",
+    ),
+    "misspelt feature of a new element": (
+        RULE.format("watch = New(pn.Place, page=SHEET, id='watch', token=1)  #!"),
+        "Place has no feature 'token'",
+        "did you mean 'tokens'?",
+    ),
+    "misspelt feature in a condition of count": (
+        RULE.format("many = count(channel.publishers, lambda port: port.limitt > 3)  #!"),
+        "PublisherPort has no feature 'limitt'",
+        "did you mean 'limit'?",
+    ),
+    "misspelt feature in first": (
+        RULE.format("one = first(channel.dispatchers, nodee=3)  #!"),
+        "Dispatcher has no feature 'nodee'",
+        "did you mean 'node'?",
+    ),
+    "misspelt feature on the second line of a call": (
+        RULE.format(
+            "queue = OverflowQueue(\n        'q',\n        source=source, limit=port.limits,  #!\n    )"
+        ),
+        "PublisherPort has no feature 'limits'",
+        "did you mean 'limit'?",
+    ),
+    "element of the wrong class in a new element": (
+        RULE.format("watch = place('watch')\n    joint = arc(channel, watch)  #!"),
+        "Arc.source needs Node, not TopicChannel",
+        "",
+    ),
+    "element of the wrong class in a pattern node": (
+        RULE.format("other = Node(sym.PublisherPort, place=channel)  #!"),
+        "place needs Place, not TopicChannel",
+        "",
+    ),
+    "of with a value of another class": (
+        RULE.format("other = Node(pn.Transition, of=port.place)  #!"),
+        "of needs Transition, not PublisherPort.place (Place)",
+        "",
+    ),
+    "of with a plain value": (
+        RULE.format("other = Node(pn.Place, of=port.limit)  #!"),
+        "of needs Place, not PublisherPort.limit (a plain value)",
+        "",
+    ),
+    "number for a reference of a new element": (
+        RULE.format("joint = New(pn.Arc, page=SHEET, id='a', source=3, target=source)  #!"),
+        "Arc.source needs Node, not 3 (a plain value)",
+        "",
+    ),
+    "number for a reference of a pattern node": (
+        RULE.format("other = Node(sym.PublisherPort, channel=3)  #!"),
+        "PublisherPort.channel cannot equal 3",
+        "",
+    ),
+    "element for an attribute of a new element": (
+        RULE.format("watch = place('watch', tokens=channel)  #!"),
+        "Place.tokens takes EInt, not an element: TopicChannel",
+        "",
+    ),
+    "element for an attribute of a pattern node": (
+        RULE.format("other = Node(pn.Place, tokens=channel)  #!"),
+        "Place.tokens cannot equal TopicChannel",
+        "",
+    ),
+    "text for a number of a new element": (
+        RULE.format("watch = place('watch', tokens='many')  #!"),
+        "Place.tokens takes EInt, not many",
+        "",
+    ),
+    "text feature for a number of a new element": (
+        RULE.format("watch = place('watch', tokens=channel.topic)  #!"),
+        "Place.tokens takes EInt, not TopicChannel.topic",
+        "",
+    ),
+    "truth value for a number of a new element": (
+        RULE.format("watch = place('watch', tokens=port.limit == 3)  #!"),
+        "Place.tokens takes EInt, not PublisherPort.limit == 3",
+        "",
+    ),
+    "text for a number of a pattern node": (
+        RULE.format("other = Node(pn.Place, tokens='three')  #!"),
+        "Place.tokens cannot equal three",
+        "",
+    ),
+    "list for a single reference of a new element": (
+        RULE.format("joint = arc(channel.publishers.place, T1.transport)  #!"),
+        "Arc.source takes a single value, but TopicChannel.publishers.place is a list",
+        "",
+    ),
+    "list for a feature of a pattern node": (
+        RULE.format("other = Node(sym.PublisherPort, place=channel.publishers.place)  #!"),
+        "PublisherPort.place cannot equal TopicChannel.publishers.place",
+        "",
+    ),
+    "single element for a list of a new element": (
+        RULE.format("other = New(pn.Transition, page=SHEET, id='x', overrides=T1.transport)  #!"),
+        "Transition.overrides takes a list, but transport is a single value",
+        "",
+    ),
+    "comparison of an element with a number": (
+        RULE.format("where = [port.place == 3]  #!"),
+        "PublisherPort.place == 3 compares what can never be equal",
+        "",
+    ),
+    "comparison of elements of unrelated classes": (
+        RULE.format("where = [port.place == channel]  #!"),
+        "compares what can never be equal",
+        "",
+    ),
+    "comparison of a number with a text": (
+        RULE.format("where = [port.limit == 'three']  #!"),
+        "compares what can never be equal",
+        "",
+    ),
+    "order of elements": (
+        RULE.format("where = [port < channel]  #!"),
+        "compares what can never be equal",
+        "",
+    ),
+    "other kind of default": (
+        RULE.format("limit = either(port.limit, 'three')  #!"),
+        "three is no value that PublisherPort.limit can have",
+        "",
+    ),
+    "counting a single value": (RULE.format("many = count(port.place)  #!"), "cannot be counted", ""),
+    "first of a single value": (RULE.format("one = first(port.place)  #!"), "has no first one", ""),
+    "counting up to a text": (
+        RULE.format("step = Index(upto=channel.topic)  #!"),
+        "no number to count up to",
+        "",
+    ),
+    "missing container": (
+        RULE.format("watch = New(pn.Place, id='watch')  #!"),
+        "missing container: a new Place needs page",
+        "",
+    ),
+    "missing container of a class without a feature for it": (
+        RULE.format("watch = New(sym.QualityOfService)  #!"),
+        "missing container: a new QualityOfService needs into=",
+        "",
+    ),
+    "missing required feature": (
+        RULE.format("joint = New(pn.Arc, page=SHEET, id='a', source=source)  #!"),
+        "Arc needs target",
+        "required by the metamodel",
+    ),
+    "abstract class": (
+        RULE.format("watch = New(pn.Node, page=SHEET, id='watch')  #!"),
+        "Node is abstract and cannot be made",
+        "",
+    ),
+    "into that is no list": (
+        RULE.format("watch = New(sym.QualityOfService, into=channel.qos)  #!"),
+        "TopicChannel.qos is no many-valued containment feature",
+        "",
+    ),
+    "into that contains nothing": (
+        RULE.format("watch = New(pn.Transition, id='w', into=port.place.incoming)  #!"),
+        "PublisherPort.place.incoming is no many-valued containment feature",
+        "",
+    ),
+    "into of many elements": (
+        RULE.format(
+            "watch = New(sym.PublisherPort, place=source, into=channel.publishers.channel.publishers)  #!"
+        ),
+        "is no many-valued containment feature",
+        "",
+    ),
+    "into of another class": (
+        RULE.format("watch = New(pn.Place, id='w', into=channel.publishers)  #!"),
+        "into needs Place, not TopicChannel.publishers (PublisherPort)",
+        "",
+    ),
+    "copy into a list of another class": (
+        RULE.format("twin = Copy(source, into=channel.publishers, named=pn.Element, id='x')  #!"),
+        "into needs Place, not TopicChannel.publishers (PublisherPort)",
+        "",
+    ),
+    "copy that names what has no id": (
+        RULE.format("twin = Copy(source, into=source.page.objects, named=sym.QualityOfService, id='x')  #!"),
+        "QualityOfService has no feature 'id'",
+        "",
+    ),
+    "misspelt literal in a new element": (
+        RULE.format(
+            "joint = New(pn.Arc, page=SHEET, id='a', source=source, target=T1.transport, kind='inhibitr')  #!"
+        ),
+        "ArcKind has no literal 'inhibitr'",
+        "did you mean 'inhibitor'?",
+    ),
+    "misspelt literal in a pattern node": (
+        RULE.format("joint = Node(pn.Arc, kind='inhibitr')  #!"),
+        "ArcKind has no literal 'inhibitr'",
+        "did you mean 'inhibitor'?",
+    ),
+    "misspelt literal in a condition": (
+        RULE.format("joint = Node(pn.Arc)\n    where = [joint.kind == 'raed']  #!"),
+        "ArcKind has no literal 'raed'",
+        "did you mean 'read'?",
+    ),
+    "literal of another enumeration": (
+        RULE.format("joint = Node(pn.Arc)\n    where = [joint.kind == sym.PlaceKind.start]  #!"),
+        "compares what can never be equal",
+        "",
+    ),
+    "lookup of a misspelt role": (
+        RULE.format("topic = Made(T1.topik, of=channel)  #!"),
+        "dangling lookup: T1 has no 'topik'",
+        "did you mean 'topic'?",
+    ),
+    "lookup of a role of no rule": (
+        "loose = place('loose')\n" + RULE.format("topic = Made(loose, of=channel)  #!"),
+        "no rule makes Place",
+        "",
+    ),
+    "lookup of a model class": (
+        RULE.format("topic = Made(pn.Place, of=channel)  #!"),
+        "no rule makes",
+        "",
+    ),
+    "lookup by what the maker never matches": (
+        RULE.format("topic = Made(T1.topic, of=port)  #!"),
+        "dangling lookup: T1 matches no PublisherPort",
+        "",
+    ),
+    "lookup by one thing too many": (
+        RULE.format("topic = Made(T1.topic, of=[channel, port])  #!"),
+        "dangling lookup: T1 matches no PublisherPort",
+        "",
+    ),
+    "lookup by what the maker only looks up": (
+        RULE.format("topic = Made(T1.topic, of=channel)\n    queue = Made(T3.queue, of=topic)  #!"),
+        "dangling lookup: T3 matches no Place",
+        "",
+    ),
+    "lookup by a number where the maker counts nothing": (
+        RULE.format("topic = Made(T1.topic, of=[channel, Index(upto=3)])  #!"),
+        "dangling lookup: T1 matches no number",
+        "",
+    ),
+    "misspelt member of a group": (
+        RULE.format("queue = Made(OverflowQueue)\n    bad = queue.laod  #!"),
+        "dangling lookup: OverflowQueue has no 'laod'",
+        "did you mean 'load'?",
+    ),
+    "malformed placeholder": (
+        RULE.format("watch = place('{channel.id')  #!").replace("[*lhs]", "[*lhs, watch]"),
+        "bad text '{channel.id'",
+        "",
+    ),
+    "placeholder without a name": (
+        RULE.format("watch = place('{}.watch')  #!"),
+        "placeholder {} names nothing of the rule",
+        "known:",
+    ),
+    "unknown name in a placeholder": (
+        RULE.format("watch = place('{chanel.id}.watch')  #!"),
+        "placeholder {chanel.id} names nothing of the rule",
+        "did you mean 'channel'?",
+    ),
+    "unknown feature in a placeholder": (
+        RULE.format("watch = place('{channel.ident}.watch')  #!"),
+        "TopicChannel has no feature 'ident'",
+        "",
+    ),
+    "feature of a plain value in a placeholder": (
+        RULE.format("watch = place('{channel.id.size}.watch')  #!"),
+        "has no 'size'",
+        "",
+    ),
+    "unknown name in the id of a copy": (
+        RULE.format("twin = Copy(source, into=source.page.objects, named=pn.Element, id='{originl.id}')  #!"),
+        "placeholder {originl.id} names nothing of the rule",
+        "did you mean 'original'?",
+    ),
+    "unknown name in the id of a group": (
+        RULE.format("queue = OverflowQueue('{prt.id}', source=source, limit=port.limit)  #!").replace(
+            "[*lhs]", "[*lhs, *queue]"
+        ),
+        "placeholder {prt.id} names nothing of the rule",
+        "did you mean 'port'?",
+    ),
+    "new element that is on no side": (
+        RULE.format("watch = place('watch')  #!"),
+        "Watchdog: watch is not on the right-hand side",
+        "",
+    ),
+    "group that is on no side": (
+        RULE.format("queue = OverflowQueue('q', source=source, limit=port.limit)  #!"),
+        "Watchdog: queue.load is not on the right-hand side",
+        "",
+    ),
+    "pattern node on the right-hand side only": (
+        RULE.format("joint = Node(pn.Arc)  #!").replace("[*lhs]", "[*lhs, joint]"),
+        "Watchdog: joint is not on the left-hand side",
+        "",
+    ),
+    "new element on the left-hand side": (
+        RULE.format("watch = place('watch')  #!").replace("source]", "source, watch]"),
+        "Watchdog.lhs cannot hold watch",
+        "it holds Node, Made, Index",
+    ),
+    "pattern node that depends on what is not matched": (
+        RULE.format("")
+        .replace("channel, port, source]", "port, source]")
+        .replace("channel=channel)", "channel=channel)  #!"),
+        "Watchdog: port uses channel, which is not matched or made before it",
+        "list it in lhs",
+    ),
+    "lookup by what is not matched": (
+        RULE.format("topic = Made(T1.topic, of=channel)  #!").replace("[channel, port, source]", "[topic]"),
+        "Watchdog: topic uses channel, which is not matched",
+        "",
+    ),
+    "number up to what is not matched": (
+        RULE.format("step = Index(upto=port.limit)  #!").replace("[channel, port, source]", "[step]"),
+        "Watchdog: step uses port, which is not matched",
+        "",
+    ),
+    "condition about what is not matched": (
+        RULE.format("joint = Node(pn.Arc)\n    where = [joint.weight > 1]  #!"),
+        "joint.weight > 1 uses joint, which is not matched",
+        "",
+    ),
+    "new element used before it is made": (
+        RULE.format("watch = transition('watch')\n    joint = arc(source, watch)  #!").replace(
+            "[*lhs]", "[*lhs, joint, watch]"
+        ),
+        "Watchdog: joint uses watch, which is not matched or made before it",
+        "earlier in rhs",
+    ),
+    "truth value of a comparison": (
+        RULE.format("big = 3 if port.limit == 3 else 4  #!"),
+        "an expression has no truth value while the rule is written",
+        "use where=[...]",
+    ),
+    "truth value by and": (
+        RULE.format("where = [port.limit > 3 and port.limit < 8]  #!"),
+        "an expression has no truth value",
+        "use where=[...]",
+    ),
+    "truth value by not": (RULE.format("where = [not port.limit]  #!"), "has no truth value", "~ for not"),
+    "condition of a for-all about what is not matched": (
+        RULE.format(
+            "joint = Node(pn.Arc, source=source)\n"
+            "    other = Node(pn.Arc)\n"
+            "    every = ForAll([joint], make=[place('w')], where=[other.weight > 1])  #!"
+        ).replace("[*lhs]", "[*lhs, every]"),
+        "other.weight > 1 uses other, which is not matched",
+        "",
+    ),
+    "for-all over what depends on something not matched": (
+        RULE.format(
+            "other = Node(pn.Place)\n"
+            "    joint = Node(pn.Arc, source=other)  #!\n"
+            "    every = ForAll([joint], make=[place('w')])"
+        ).replace("[*lhs]", "[*lhs, every]"),
+        "Watchdog: joint uses other, which is not matched",
+        "",
+    ),
+    "element of a for-all used outside of it": (
+        RULE.format(
+            "joint = Node(pn.Arc, source=source)\n"
+            "    watch = transition('w')\n"
+            "    every = ForAll([joint], make=[watch])\n"
+            "    late = arc(source, watch)  #!"
+        ).replace("[*lhs]", "[*lhs, every, late]"),
+        "Watchdog: late uses watch, which is not matched",
+        "",
+    ),
+    "inner for-all over what depends on something not matched": (
+        RULE.format(
+            "joint = Node(pn.Arc, source=source)\n"
+            "    other = Node(pn.Place)\n"
+            "    inner = Node(pn.Arc, source=other)  #!\n"
+            "    every = ForAll([joint], make=[ForAll([inner], make=[place('w')])])"
+        ).replace("[*lhs]", "[*lhs, every]"),
+        "Watchdog: inner uses other, which is not matched",
+        "",
+    ),
+    "misspelt feature in a for-all": (
+        RULE.format(
+            "joint = Node(pn.Arc, source=source)\n"
+            "    every = ForAll([joint], make=[place('w', joint.wight)])  #!"
+        ),
+        "Arc has no feature 'wight'",
+        "did you mean 'weight'?",
+    ),
+    "forbidden pattern about what is not matched": (
+        RULE.format(
+            "other = Node(pn.Place)\n    joint = Node(pn.Arc, source=other)  #!\n    absent = [Absent(joint)]"
+        ),
+        "Watchdog: joint uses other, which is not matched",
+        "",
+    ),
+    "condition of a forbidden pattern about what is not matched": (
+        RULE.format(
+            "other = Node(pn.Place)\n"
+            "    joint = Node(pn.Arc, source=source)\n"
+            "    absent = [Absent(joint, where=[other.tokens > 1])]  #!"
+        ),
+        "other.tokens > 1 uses other, which is not matched",
+        "",
+    ),
+    "misspelt feature in a forbidden pattern": (
+        RULE.format("absent = [Absent(Node(pn.Arc, sorce=source))]  #!"),
+        "Arc has no feature 'sorce'",
+        "did you mean 'source'?",
+    ),
+    "group that lacks a role": (
+        "class Half(Fragment):\n"
+        "    roles = {'one': pn.Place, 'two': pn.Place}\n"
+        "    def __init__(self):\n"
+        "        super().__init__()  #!\n"
+        "        self.one = place('one')\n" + RULE.format("half = Half()").replace("[*lhs]", "[*lhs, *half]"),
+        "Half does not make two",
+        "",
+    ),
+    "group without its star": (
+        RULE.format("queue = OverflowQueue('q', source=source, limit=port.limit)  #!").replace(
+            "[*lhs]", "[*lhs, queue]"
+        ),
+        "Watchdog.rhs cannot hold queue",
+        "write * in front of it",
+    ),
+    "list without its star": (
+        RULE.format("watch = transition('w')\n    arcs = [arc(source, watch)]")
+        .replace("(Rule):", "(Rule):  #!")
+        .replace("[*lhs]", "[*lhs, watch, arcs]"),
+        "Watchdog.rhs cannot hold arcs",
+        "write * in front of it",
+    ),
+    "condition without brackets": (
+        RULE.format("where = port.limit > 3").replace("(Rule):", "(Rule):  #!"),
+        "Watchdog.where is no list",
+        "put it into [ ]",
+    ),
+    "condition that is decided already": (
+        RULE.format("where = [port.place is None]").replace("(Rule):", "(Rule):  #!"),
+        "Watchdog.where cannot hold a bool",
+        "it holds Expression",
+    ),
+    "element of another rule used without a lookup": (
+        RULE.format("topic = T1.topic").replace("(Rule):", "(Rule):  #!").replace("[*lhs]", "[*lhs, topic]"),
+        "Watchdog.topic belongs to T1",
+        "look it up: Made(T1.topic, of=...)",
+    ),
+}
+
+
+def import_rules(path: Path) -> ModuleType:
+    """Import a module of rules from a file."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_is_reported_with_its_line_when_the_module_is_imported(fault: str, tmp_path: Path) -> None:
+    source, message, hint = FAULTS[fault]
+    path = tmp_path / "my_rules.py"
+    path.write_text(HEADER + source, encoding="utf-8")
+    (line,) = (number for number, text in enumerate(path.read_text().splitlines(), 1) if text.endswith("#!"))
+
+    with pytest.raises(RuleError) as caught:
+        import_rules(path)
+
+    error = caught.value
+    assert message in error.message
+    assert hint in (error.hint or "")
+    assert error.location is not None
+    assert (error.location.file, error.location.line) == (str(path), line), str(error)
+    assert "\n" not in str(error)
+
+
+def test_the_rule_around_the_faults_is_right(tmp_path: Path) -> None:
+    path = tmp_path / "my_rules.py"
+    path.write_text(HEADER + RULE.format(""), encoding="utf-8")
+
+    assert import_rules(path).Watchdog.lhs

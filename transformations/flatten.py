@@ -1,0 +1,255 @@
+"""SyM to PNM: the rules, then references resolved and pages removed (paper, Sect. 5.5)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from dineros.metamodel import pn, pnm, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.elements import arcs, nodes, resolve, transitions
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.files.reading import collector_paused
+from dineros.transformations import services, signals, topics
+from dineros.transformations.certificate import add_certificate, check_certificate
+from dineros.transformations.copying import deep_copy
+from dineros.transformations.engine import Engine, require_makers
+from dineros.transformations.rule import Rule
+from dineros.transformations.traces import Link, Trace
+
+SignalVariant: TypeAlias = Literal["none", "fully-enabled", "input-enabled", "io-enabled"]
+OverflowVariant: TypeAlias = Literal["weighted", "inhibitor"]
+
+_INPUT_ENABLED = [signals.I4, signals.I5InputEnabled, signals.I6InputEnabled]
+_COUNT_LITERALS = [signals.I1, signals.I2, signals.I3]
+_IO_ENABLED = [signals.I5IoEnabled, signals.I6IoEnabled]
+
+SIGNAL_RULES: dict[SignalVariant, list[type[Rule]]] = {
+    "none": [],
+    "fully-enabled": [signals.I4, signals.I5FullyEnabled, *_COUNT_LITERALS],
+    "input-enabled": [*_INPUT_ENABLED, *_COUNT_LITERALS],
+    "io-enabled": [*_INPUT_ENABLED, *_IO_ENABLED, *_COUNT_LITERALS],
+}
+OVERFLOW_RULES: dict[OverflowVariant, type[Rule]] = {"weighted": topics.T5b, "inhibitor": topics.T5a}
+TOPIC_RULES: list[type[Rule]] = [topics.T1, topics.T2, topics.T3, topics.T4]
+SERVICE_RULES: list[type[Rule]] = [services.S3, services.S1, services.S2]
+
+KEPT = "kept"
+"""Name in the trace for what is taken over from the system model as it is."""
+
+
+@dataclass(frozen=True)
+class Flattened:
+    """A flattened model.
+
+    Attributes
+    ----------
+    net : pnm.PetriNetModel
+        The plain net: one page, no references.
+    trace : Trace
+        Which rule made each of its elements from what.
+    """
+
+    net: pnm.PetriNetModel
+    trace: Trace
+
+
+def rules_of(signals: SignalVariant, overflow: OverflowVariant) -> list[type[Rule]]:
+    """Return the rules of a variant, in the order they run; S4 runs before all of them."""
+    return [*SERVICE_RULES, *TOPIC_RULES, OVERFLOW_RULES[overflow], *SIGNAL_RULES[signals]]
+
+
+@collector_paused()
+def flatten(
+    model: sym.SystemModel,
+    signals: SignalVariant = "input-enabled",
+    overflow: OverflowVariant = "weighted",
+    extra: Sequence[type[Rule]] = (),
+) -> Flattened:
+    """Flatten a system model; the model itself is not changed.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model.
+    signals : {"none", "fully-enabled", "input-enabled", "io-enabled"}
+        How signals may change.
+    overflow : {"weighted", "inhibitor"}
+        How a full queue drops: T5b or T5a.
+    extra : sequence of Rule
+        Rules to apply after the standard ones.
+
+    Raises
+    ------
+    ReferenceCycleError
+        References run in a circle.
+    CertificateError
+        The net lacks a place invariant that the rules guarantee.
+    RuleError
+        A rule fails.
+    """
+    standard = rules_of(signals, overflow)
+    require_makers([services.S4, *standard, *extra])
+    working, images = deep_copy(model)
+    assert isinstance(working, sym.SystemModel)
+    working.pages.append(pnm.Sheet(id="the rules' sheet"))
+    engine = Engine(working)
+    engine.apply(services.S4)
+    prototypes = _take_out_prototypes(working, engine)
+    _join_transitions(working)
+    engine.run([*standard, *extra])
+
+    net = pnm.PetriNetModel(
+        id=model.id,
+        name=model.name,
+        systemModel=model.id,
+        signals=_literal(signals),
+        overflow=overflow,
+    )
+    made = _plain_net(working, net, set(images.values()))
+    trace = _trace(engine, {image: original for original, image in images.items()}, made)
+    add_certificate(net, engine, made)
+    check_certificate(net)
+    del prototypes  # the links of S4 needed them
+    return Flattened(net, trace)
+
+
+def _literal(variant: str) -> str:
+    """Return the name of a variant in the metamodel: ``io-enabled`` is `ioEnabled`."""
+    first, _, second = variant.partition("-")
+    return first + second.capitalize()
+
+
+def _take_out_prototypes(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
+    """Remove the server pages whose instances S4 has made; the instances take their place in priorities."""
+    prototypes = []
+    for channel in working.channels:
+        if isinstance(channel, sym.ServiceChannel) and channel.server is not None:
+            page = channel.server.page
+            if page.page is not None:
+                page.page.objects.remove(page)
+                engine.extents.discard(page)
+                prototypes.append(page)
+    for page in prototypes:
+        for part in page.eAllContents():
+            if isinstance(part, sym.Literal):
+                part.signal = None  # type: ignore[assignment]  # else the signal counts as used where there are no instances
+    instances: dict[EObject, list[pn.Transition]] = {}
+    for application in engine.applications_of(services.S4):
+        for original, copied in application.made["page"]._images.items():  # type: ignore[attr-defined]
+            if isinstance(copied, pn.Transition):
+                instances.setdefault(original, []).append(copied)
+    for transition in transitions(working):
+        for lower in list(transition.overrides):
+            transition.overrides.extend(instances.get(lower, ()))
+    return prototypes
+
+
+def _join_transitions(working: sym.SystemModel) -> None:
+    """Resolve references to transitions, so that rules about the arcs of a transition see all of them."""
+    for arc in arcs(working):
+        if isinstance(arc.source, pn.ReferenceTransition):
+            arc.source = resolve(arc.source)
+        if isinstance(arc.target, pn.ReferenceTransition):
+            arc.target = resolve(arc.target)
+
+
+def _plain_net(
+    working: sym.SystemModel, net: pnm.PetriNetModel, kept: set[EObject]
+) -> dict[EObject, pn.Element]:
+    """Fill the net with the places, transitions and arcs of the working model; return what became of each.
+
+    What is kept from the system model keeps its id.
+    """
+    taken = {net.id}
+    taken.update(element.id for element in (*nodes(working), *arcs(working)) if element in kept)
+    page = pn.Page(id=_fresh("net", taken), net=net)
+
+    def id_of(element: pn.Element) -> str:
+        return element.id if element in kept else _fresh(element.id, taken)
+
+    made: dict[EObject, pn.Element] = {}
+    for node in nodes(working):
+        if isinstance(node, pn.Place):
+            made[node] = pn.Place(id=id_of(node), name=node.name, tokens=node.tokens)
+        elif isinstance(node, pn.Transition):
+            made[node] = pn.Transition(id=id_of(node), name=node.name)
+    page.objects.extend(made.values())  # type: ignore[arg-type]
+    for original, copied in list(made.items()):
+        if isinstance(original, pn.Transition) and isinstance(copied, pn.Transition):
+            copied.overrides.extend(
+                lower for other in original.overrides if isinstance(lower := made.get(other), pn.Transition)
+            )
+    joined = []
+    for arc in arcs(working):
+        joint = pn.Arc(id=id_of(arc), weight=arc.weight, kind=arc.kind)
+        joint.source = _image(arc, arc.source, made)
+        joint.target = _image(arc, arc.target, made)
+        made[arc] = joint
+        joined.append(joint)
+    page.arcs.extend(joined)
+    return made
+
+
+def _image(arc: pn.Arc, end: pn.Node, made: dict[EObject, pn.Element]) -> pn.Node:
+    found = made.get(resolve(end))
+    if not isinstance(found, pn.Node):
+        raise DinerosError(
+            f"arc {arc.id} ends at {end.id}, which leads into a server page from outside",
+            element=arc.id,
+            hint="only the elements of a server page may use its places",
+        )
+    return found
+
+
+def _fresh(id: str, taken: set[str]) -> str:
+    """Return an id that nothing else has; the second ``a-b`` becomes ``a-b~2``."""
+    fresh, number = id, 1
+    while fresh in taken:
+        number += 1
+        fresh = f"{id}~{number}"
+    taken.add(fresh)
+    return fresh
+
+
+def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, pn.Element]) -> Trace:
+    """Collect the links from elements of the system model to elements of the net."""
+    links: list[Link] = []
+    instances: dict[EObject, tuple[EObject, int]] = {}
+    numbers = (len(engine.applications) + number for number in range(len(made)))
+    for application in engine.applications:
+        sources: dict[EObject, None] = {}
+        index: int | None = None
+        for source in application.sources:
+            if isinstance(source, int):
+                index = source
+            elif source in instances:
+                original, index = instances[source]
+                sources[original] = None
+            elif source in origins:
+                sources[origins[source]] = None
+        for role, element in application.elements():
+            copies = getattr(element, "_images", None)
+            if copies is not None and index is not None:
+                for original, copied in copies.items():
+                    instances[copied] = (origins[original], index)
+            if element in made:
+                links.append(
+                    Link(
+                        application.rule.__name__,
+                        role,
+                        application.number,
+                        tuple(sources),
+                        index,
+                        made[element],
+                    )
+                )
+    linked = {link.target for link in links}
+    for element, target in made.items():
+        if target in linked:
+            continue
+        original, instance = instances.get(element) or (origins[element], None)
+        rule = KEPT if instance is None else services.S4.__name__
+        links.append(Link(rule, type(target).__name__.lower(), next(numbers), (original,), instance, target))
+    return Trace(links)

@@ -1,0 +1,115 @@
+"""What a transformation made from what, queried in both directions, and saved as a `trace.ecore` model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from dineros.metamodel import pn, trace
+from dineros.metamodel.base import EObject
+from dineros.metamodel.errors import UnknownElementError, near_matches
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """One element made.
+
+    Attributes
+    ----------
+    rule : str
+        Name of the rule; ``kept`` for what was taken over as it is.
+    role : str
+        Name of the element in the rule's right-hand side, such as ``queue.load``.
+    application : int
+        Links with the same number were made together.
+    sources : tuple of model objects
+        What the rule matched in the source model.
+    index : int or None
+        Number of the server instance, from 1, where there is one.
+    target : pn.Element
+        What was made.
+    """
+
+    rule: str
+    role: str
+    application: int
+    sources: tuple[EObject, ...]
+    index: int | None
+    target: pn.Element
+
+
+class Trace:
+    """The links of one transformation.
+
+    Parameters
+    ----------
+    links : iterable of Link
+        In the order they were made.
+    """
+
+    def __init__(self, links: Iterable[Link]) -> None:
+        self.links = list(links)
+        self._by_target = {link.target: link for link in self.links}
+        self._by_source: dict[EObject, list[Link]] = {}
+        self._by_role: dict[tuple[str, str], list[Link]] = {}
+        for link in self.links:
+            self._by_role.setdefault((link.rule, link.role), []).append(link)
+            for source in link.sources:
+                self._by_source.setdefault(source, []).append(link)
+
+    def __iter__(self) -> Iterator[Link]:
+        return iter(self.links)
+
+    def origin(self, target: pn.Element) -> Link:
+        """Return how an element came to be."""
+        return self._by_target[target]
+
+    def made_from(self, source: EObject) -> list[Link]:
+        """Return what was made because of an element of the source model."""
+        return self._by_source.get(source, [])
+
+    def role(self, rule: str, role: str) -> list[Link]:
+        """Return everything that a rule made in a role."""
+        return self._by_role.get((rule, role), [])
+
+    def with_role(self, role: str) -> list[Link]:
+        """Return everything made in a role, whichever rule made it: ``queue.drop``."""
+        return [link for link in self.links if link.role == role]
+
+    def find(self, id: str) -> Link:
+        """Return the link of the made element with an id.
+
+        Raises
+        ------
+        UnknownElementError
+            Nothing made has the id.
+        """
+        for link in self.links:
+            if link.target.id == id:
+                return link
+        known = [link.target.id for link in self.links]
+        raise UnknownElementError(f"no element {id!r} was made", hint=near_matches(id, known))
+
+    def to_model(self, source: str, target: str) -> trace.TraceModel:
+        """Return the links as a model that can be saved.
+
+        Parameters
+        ----------
+        source, target : str
+            The files (or ids) of the two models.
+        """
+        return trace.TraceModel(
+            source=source,
+            target=target,
+            links=[
+                trace.TraceLink(
+                    rule=link.rule,
+                    role=link.role,
+                    application=link.application,
+                    index=link.index,
+                    sources=link.sources,
+                    target=link.target,
+                )
+                for link in self.links
+            ],
+        )
