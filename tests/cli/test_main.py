@@ -172,7 +172,9 @@ def test_names_that_no_terminal_can_show(tmp_path: Path) -> None:
 
 def test_an_interrupt_ends_quietly() -> None:
     program = (
-        "import time, dineros.cli.commands.validate as validate\n"
+        "import signal, time, dineros.cli.commands.validate as validate\n"
+        # A shell's background job, as CI may be, starts with interrupts ignored.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "from dineros.cli.main import main\n"
         "def load(*_):\n"
         "    print('ready', flush=True)\n"
