@@ -91,7 +91,7 @@ class Trace:
         raise UnknownElementError(f"no element {id!r} was made", hint=near_matches(id, known))
 
     def with_sources(self, origin: Callable[[EObject], EObject]) -> Trace:
-        """Return the same links speaking of other source elements, such as the originals of a copied model."""
+        """Return the same links speaking of other source elements, such as a copied model's originals."""
         return Trace(replace(link, sources=tuple(map(origin, link.sources))) for link in self.links)
 
     def to_model(self, source: str, target: str) -> trace.TraceModel:

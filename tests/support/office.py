@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from hypothesis import strategies as st
 from pyecore.ecore import EAttribute, EClass, EEnum, EInt, EPackage, EReference, EString
+
+from dineros.transformations.creation import New
+from dineros.transformations.functions import count
+from dineros.transformations.patterns import Context, Index, Node
+from dineros.transformations.rule import Rule
 
 Rank = EEnum("Rank", literals=["visitor", "staff", "board"])
 _package = EPackage("office", nsURI="http://example.org/office", nsPrefix="office")
@@ -84,4 +90,44 @@ def companies(draw: st.DrawFn, people: int = 5) -> Any:
         if company.departments:
             badge.location = draw(st.sampled_from([None, *company.departments]))
         company.badges.append(badge)
+    return company
+
+
+COMPANY = Context(Company)
+
+
+def badge(name: str, **features: object) -> New:
+    """Make a badge of the company."""
+    return New(Badge, into=COMPANY.badges, name=name, **features)
+
+
+class BadgeForEach(Rule):
+    person = Node(Person)
+    made = badge("{person.name}", owner=person, number=person.age)
+
+    lhs = [person]
+    rhs = [*lhs, made]
+
+
+class Counted(Rule):
+    person = Node(Person)
+    step = Index(upto=count(person.friends))
+    made = badge("{person.name}[{step}]", number=step, owner=person)
+    lhs = [person, step]
+    rhs = [*lhs, made]
+
+
+def names(elements: Iterable[Any]) -> list[str]:
+    return [element.name for element in elements]
+
+
+def office() -> Any:
+    """Return a company: Ada leads Bo and Cy, who are friends; Bo and Cy work in the laboratory."""
+    company = Company(name="office")
+    ada = Manager(name="Ada", age=50)
+    bo, cy = Person(name="Bo", age=30, boss=ada), Person(name="Cy", age=20, boss=ada)
+    bo.friends.append(cy)
+    cy.friends.extend([bo, ada])
+    company.people.extend([ada, bo, cy])
+    company.departments.append(Department(name="laboratory", lead=bo, members=[bo, cy]))
     return company
