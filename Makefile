@@ -7,7 +7,7 @@ SHELL := /bin/bash
 # What development needs; an extra joins when the room that needs it is there.
 extras := regenerate,docs,test
 ifneq ($(wildcard analysis),)
-extras := $(extras),analysis
+extras := $(extras),analysis,cluster
 endif
 
 python := .venv/bin/python

@@ -31,7 +31,8 @@ def _circles(edges: dict[N, list[N]]) -> dict[N, str]:
 def _knots(edges: dict[N, list[N]]) -> dict[N, str]:
     import networkx  # takes a while to import, and hardly a model needs it
 
-    graph: networkx.DiGraph[N] = networkx.DiGraph(edges)
+    pairs = ((source, target) for source, targets in edges.items() for target in targets)
+    graph: networkx.DiGraph[N] = networkx.DiGraph(pairs)
     order = {node: position for position, node in enumerate(edges)}
     found = {}
     for knot in networkx.strongly_connected_components(graph):

@@ -10,6 +10,7 @@ from click.testing import CliRunner, Result
 
 from dineros.cli.main import main
 from dineros.metamodel.files import save
+from tests.support.commands import NETS
 from tests.support.talker import talker
 
 Run = Callable[..., Result]
@@ -57,4 +58,12 @@ def doubtful(tmp_path: Path) -> Path:
     listener.objects.remove(callback)
     path = tmp_path / "doubtful.sym.xmi"
     save(net, path)
+    return path
+
+
+@pytest.fixture
+def net(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    """Return the file of one of the nets."""
+    path = tmp_path / f"{request.param}.net"
+    path.write_text(NETS[request.param], encoding="utf-8")
     return path

@@ -28,7 +28,7 @@ def completed(words: list[str], incomplete: str) -> list[tuple[str, str]]:
 
 
 def test_commands_and_options() -> None:
-    assert completed([], "v") == [("plain", "validate")]
+    assert completed([], "va") == [("plain", "validate")]
     assert ("plain", "--set") in completed(["validate"], "--s")
     assert completed(["completion"], "f") == [("plain", "fish")]
 

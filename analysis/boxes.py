@@ -1,0 +1,243 @@
+"""Nets as guarded translations over fewer places: determined places dropped, guards turned into boxes.
+
+A transition becomes one or more *events*: a box (an interval of tokens for some places) and a translation.
+A place that an invariant determines from others, ``D = c + sum k_i x_i``, needs no room in a stored
+marking: what arcs ask of D is asked of the x_i instead. Where that is no box, the event is split into
+disjoint boxes, so that the events of a transition never overlap and counts of arcs stay exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from math import prod
+
+from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.structure import PlaceInvariant
+
+Box = dict[int, tuple[int, int]]
+
+#: Combinations of values looked at when a determined place's guard is turned into boxes; beyond it the
+#: place is kept.
+LARGEST_PRODUCT = 256
+
+
+@dataclass(frozen=True)
+class Event:
+    """One box of a transition's guard and the change of the kept places.
+
+    Attributes
+    ----------
+    transition : int
+    guard : dict
+        Place -> (fewest, most) tokens, both inclusive. Places not named are free.
+    change : dict
+        Place -> tokens gained, never 0.
+    """
+
+    transition: int
+    guard: Box
+    change: dict[int, int]
+
+
+@dataclass(frozen=True)
+class Determined:
+    """A dropped place: its tokens are ``constant + sum(factor * tokens of place)`` over kept places."""
+
+    constant: int
+    factors: dict[int, int]
+
+
+@dataclass(frozen=True)
+class BoxNet:
+    """A net over its kept places only.
+
+    Attributes
+    ----------
+    net : CompiledNet
+    bounds : tuple of int
+        Largest number of tokens assumed per place (of all places); proved, or a cap to be checked when
+        firing.
+    kept : tuple of int
+        Places whose tokens are stored.
+    determined : dict
+        Dropped place -> how to recover it.
+    events : tuple of Event
+        Over kept places; events whose guard can never hold are left out.
+    """
+
+    net: CompiledNet
+    bounds: tuple[int, ...]
+    kept: tuple[int, ...]
+    determined: dict[int, Determined]
+    events: tuple[Event, ...]
+
+    def drop(self, flow: PlaceInvariant, place: int, largest_growth: int) -> BoxNet | None:
+        """The same net without `place`, determined by an exact invariant over otherwise kept places.
+
+        Returns None when the guards on the place cannot be recovered with at most `largest_growth`
+        additional events.
+        """
+        sign = flow.weights[place]
+        if abs(sign) != 1 or not flow.exact or set(flow.weights) - {place} - set(self.kept):
+            return None
+        rule = Determined(flow.constant * sign, {p: -w * sign for p, w in flow.weights.items() if p != place})
+        events: list[Event] = []
+        growth = 0
+        for event in self.events:
+            if place not in event.guard:
+                change = {p: tokens for p, tokens in event.change.items() if p != place}
+                events.append(replace(event, change=change) if place in event.change else event)
+                continue
+            boxes = _split(event.guard, place, rule, self.bounds)
+            if boxes is None:
+                return None
+            growth += max(0, len(boxes) - 1)
+            if growth > largest_growth:
+                return None
+            change = {p: tokens for p, tokens in event.change.items() if p != place}
+            events.extend(Event(event.transition, box, change) for box in boxes)
+        kept = tuple(p for p in self.kept if p != place)
+        return replace(self, kept=kept, determined={**self.determined, place: rule}, events=tuple(events))
+
+    def over_kept(self, flow: PlaceInvariant) -> PlaceInvariant:
+        """The same invariant written over kept places."""
+        weights: dict[int, int] = {}
+        constant = flow.constant
+        for place, weight in flow.weights.items():
+            rule = self.determined.get(place)
+            constant -= weight * rule.constant if rule else 0
+            for p, factor in (rule.factors if rule else {place: 1}).items():
+                weights[p] = weights.get(p, 0) + weight * factor
+        return PlaceInvariant({p: w for p, w in weights.items() if w}, constant, flow.exact)
+
+    def full_marking(self, tokens: dict[int, int]) -> list[int]:
+        """Marking of all places from the tokens of the kept ones."""
+        marking = [tokens.get(p, 0) for p in range(len(self.net.places))]
+        for place, rule in self.determined.items():
+            marking[place] = rule.constant + sum(k * tokens[p] for p, k in rule.factors.items())
+        return marking
+
+    def guard_boxes(self, guard: Box) -> list[Box]:
+        """A guard over all places as disjoint boxes over the kept ones.
+
+        Raises
+        ------
+        ValueError
+            If a determined place's guard needs more combinations than are looked at.
+        """
+        boxes = [dict(guard)]
+        for place, rule in self.determined.items():
+            split: list[Box] = []
+            for box in boxes:
+                parts = _split(box, place, rule, self.bounds) if place in box else [box]
+                if parts is None:
+                    raise ValueError(f"guard on {self.net.places[place]!r} is not a small union of boxes")
+                split.extend(parts)
+            boxes = split
+        return boxes
+
+
+def box_net(net: CompiledNet, bounds: Sequence[int]) -> BoxNet:
+    """The net with every place kept."""
+    events = []
+    for transition, change in enumerate(net.delta):
+        guard = {p: (weight, bounds[p]) for p, weight in net.pre.row(transition)}
+        for p, weight in net.inhibitor.row(transition):
+            low, high = guard.get(p, (0, bounds[p]))
+            guard[p] = (low, min(high, weight - 1))
+        guard = {p: interval for p, interval in guard.items() if interval != (0, bounds[p])}
+        if all(low <= high for low, high in guard.values()):
+            events.append(Event(transition, guard, dict(change)))
+    return BoxNet(net, tuple(bounds), tuple(range(len(net.places))), {}, tuple(events))
+
+
+def drop_determined(
+    net: BoxNet,
+    flows: Iterable[PlaceInvariant],
+    largest_growth: int,
+    candidates: Container[int] | None = None,
+) -> BoxNet:
+    """Drop places that short invariants determine, shortest first.
+
+    Of an invariant the place with the largest bound goes first, then the one that the fewest guards ask
+    for; places that determine another one stay.
+
+    Parameters
+    ----------
+    net
+        The net.
+    flows
+        Exact invariants.
+    largest_growth
+        Additional events allowed for each dropped place.
+    candidates
+        Places that may be dropped; all of them by default.
+    """
+    locked: set[int] = {p for rule in net.determined.values() for p in rule.factors}
+    asked = [0] * len(net.bounds)
+    for event in net.events:
+        for p in event.guard:
+            asked[p] += 1
+    for original in sorted(flows, key=lambda y: len(y.weights)):
+        flow = net.over_kept(original)
+        if len(flow.weights) < 2:
+            continue
+        for place in sorted(flow.weights, key=lambda p: (-net.bounds[p], asked[p], -p)):
+            if place in locked or (candidates is not None and place not in candidates):
+                continue
+            smaller = net.drop(flow, place, largest_growth)
+            if smaller is not None:
+                net = smaller
+                locked.update(net.determined[place].factors)
+                break
+    return net
+
+
+def _split(guard: Box, place: int, rule: Determined, bounds: Sequence[int]) -> list[Box] | None:
+    low, high = guard[place]
+    rest = {p: interval for p, interval in guard.items() if p != place}
+    places = sorted(rule.factors)
+    ranges = [rest.get(p, (0, bounds[p])) for p in places]
+    if prod(b - a + 1 for a, b in ranges) > LARGEST_PRODUCT and len(places) > 1:
+        return None
+    good = {
+        values
+        for values in product(*(range(a, b + 1) for a, b in ranges))
+        if low
+        <= rule.constant + sum(rule.factors[p] * v for p, v in zip(places, values, strict=True))
+        <= high
+    }
+    boxes = []
+    for intervals in _cover(good, len(places)):
+        box = dict(rest)
+        for p, interval in zip(places, intervals, strict=True):
+            if interval != (0, bounds[p]) or p in rest:
+                box[p] = interval
+        boxes.append(box)
+    return boxes
+
+
+def _cover(values: set[tuple[int, ...]], width: int) -> list[tuple[tuple[int, int], ...]]:
+    """Return disjoint boxes that cover exactly a set of vectors, split on the first coordinate."""
+    if not values:
+        return []
+    if width == 0:
+        return [()]
+    tails: dict[int, frozenset[tuple[int, ...]]] = {}
+    for first in sorted({value[0] for value in values}):
+        tails[first] = frozenset(value[1:] for value in values if value[0] == first)
+    boxes: list[tuple[tuple[int, int], ...]] = []
+    firsts = sorted(tails)
+    start = 0
+    while start < len(firsts):
+        end = start
+        while end + 1 < len(firsts) and firsts[end + 1] == firsts[end] + 1:
+            if tails[firsts[end + 1]] != tails[firsts[start]]:
+                break
+            end += 1
+        interval = (firsts[start], firsts[end])
+        boxes.extend((interval, *tail) for tail in _cover(set(tails[firsts[start]]), width - 1))
+        start = end + 1
+    return boxes

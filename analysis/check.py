@@ -1,0 +1,215 @@
+"""Every question with a yes/no answer that can be asked of any model (paper, Sect. 7).
+
+The complete state space of the net without signals answers most of them at once; a witness is then searched
+breadth first, so that it is a shortest one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from dineros.analysis.behaviour import behaviour
+from dineros.analysis.coverability import coverability
+from dineros.analysis.findings import Finding, Report, Witness, witness_of
+from dineros.analysis.goals import find_firing
+from dineros.analysis.levels import UnknownBoundError
+from dineros.analysis.logic.budget import Budget
+from dineros.analysis.satisfiability import unsatisfiable_clauses
+from dineros.analysis.subject import Subject, base_subject
+from dineros.analysis.symbolic import DEFAULT_MEMORY, SymbolicStateSpace, symbolic_state_space
+from dineros.analysis.unused import unused_parts
+from dineros.analysis.wording import queue_words
+from dineros.metamodel import pn, sym
+from dineros.transformations.traces import Link
+
+
+@dataclass(frozen=True)
+class Queue:
+    """A queue of a flattened model.
+
+    Attributes
+    ----------
+    link : Link
+        How its dropping transition came to be.
+    drop : str
+        Id of that transition: it is enabled exactly when a message would be lost.
+    """
+
+    link: Link
+    drop: str
+
+    @property
+    def channel(self) -> sym.TopicChannel:
+        """The topic it belongs to."""
+        return next(source for source in self.link.sources if isinstance(source, sym.TopicChannel))
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """Ids of the topic, and of the publisher's or subscriber's place or the dispatcher's node net."""
+        ends = [
+            source.place.id if isinstance(source, sym.TopicPort) else source.id
+            for source in self.link.sources
+            if isinstance(source, (sym.TopicPort, sym.NodeNet))
+        ]
+        return (self.channel.id, *ends[:1])
+
+    def __str__(self) -> str:
+        return queue_words(self.link)
+
+
+def queues(subject: Subject) -> list[Queue]:
+    """Return the queues of a flattened model, publishers' first."""
+    return [
+        Queue(link, link.target.id)
+        for link in subject.links()
+        if link.role == "queue.drop" and isinstance(link.target, pn.Transition)
+    ]
+
+
+def check(
+    model: pn.Net,
+    memory: int = DEFAULT_MEMORY,
+    progress: Callable[[Any], None] | None = None,
+    report: Report | None = None,
+) -> Report:
+    """Ask everything that can be asked of any model.
+
+    Parameters
+    ----------
+    model : pn.Net
+        A system model, or any place/transition net.
+    memory : int
+        Bytes that the state space may take; running into it leaves questions unknown.
+    progress : callable, optional
+        Told now and then how far the engines are.
+    report : Report, optional
+        Where to put the answers as they come, for those who want them after an interruption.
+    """
+    report = Report() if report is None else report
+    if isinstance(model, sym.SystemModel):
+        _clauses(model, report)
+    subject = base_subject(model)
+    try:
+        space = symbolic_state_space(subject.net, memory, progress)
+    except UnknownBoundError as error:
+        _unbounded(subject, report, str(error))
+        return report
+    if not space.complete:
+        report.unknown.append(f"all questions on the state space: {space.reason} ran out")
+        return report
+    _bounded(space, report)
+    _overflows(subject, space, report, memory)
+    dead = {index for index, name in enumerate(subject.net.transitions) if space.enabled(name) == 0}
+    drops = {subject.transition_index[queue.drop] for queue in queues(subject)}
+    unused = unused_parts(subject, dead)
+    report.findings += unused
+    if not unused:
+        report.proved.append("every transition can fire, every channel is used")
+    _deadlocks(subject, space, dead - drops, report, memory)
+    return report
+
+
+def check_behaviour(
+    model: pn.Net, memory: int = DEFAULT_MEMORY, progress: Callable[[Any], None] | None = None
+) -> Report:
+    """Ask for liveness, reversibility and home markings, which need every marking one by one.
+
+    Few applications are live (a pool of objects runs empty), so what does not hold is a note, no fault.
+    """
+    report = Report()
+    subject = base_subject(model)
+    answer = behaviour(subject.net, Budget(memory), progress)
+    if isinstance(answer, str):
+        report.unknown.append(f"liveness, reversibility, home markings: {answer}")
+        return report
+    identity = (str(model.id),)
+    if answer.not_live:
+        names = tuple(dict.fromkeys(subject.transition_text(t) for t in answer.not_live))
+        shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+        report.findings.append(
+            Finding("not-live", "note", identity, f"some marking shuts off for ever: {shown}")
+        )
+    else:
+        report.proved.append("the net is live: every transition can always fire again")
+    if answer.reversible:
+        report.proved.append("the net is reversible: the initial marking can always be reached again")
+    else:
+        report.findings.append(
+            Finding("not-reversible", "note", identity, "the initial marking cannot always be reached again")
+        )
+    if answer.home_markings:
+        report.proved.append(f"{answer.home_markings} home markings can always be reached")
+    else:
+        report.findings.append(
+            Finding("no-home-marking", "note", identity, "no marking can always be reached")
+        )
+    return report
+
+
+def _clauses(model: sym.SystemModel, report: Report) -> None:
+    found = unsatisfiable_clauses(model)
+    for clause in found:
+        report.findings.append(
+            Finding("unsatisfiable-clause", "error", (str(clause.transition.id),), str(clause))
+        )
+    if not found:
+        report.proved.append("every clause can be true")
+
+
+def _bounded(space: SymbolicStateSpace, report: Report) -> None:
+    report.proved.append(
+        f"the net is bounded: {space.markings} markings without signals, "
+        f"at most {max(space.largest_place(), default=0)} tokens in a place"
+    )
+
+
+def _unbounded(subject: Subject, report: Report, reason: str) -> None:
+    answer = coverability(subject.net)
+    if answer.pumping is None:
+        report.unknown.append(f"whether the net is bounded: {reason}")
+        return
+    pumping = answer.pumping
+    grown = tuple(subject.place_text(place) for place in pumping.places)
+    report.findings.append(
+        Finding(
+            "unbounded",
+            "error",
+            grown,
+            f"tokens grow without bound: {', '.join(grown)}",
+            witness_of(subject, [*pumping.prefix, *pumping.suffix], loop=len(pumping.prefix)),
+        )
+    )
+    report.unknown.append("all questions on the state space: it is infinite")
+
+
+def _overflows(subject: Subject, space: SymbolicStateSpace, report: Report, memory: int) -> None:
+    for queue in queues(subject):
+        if space.enabled(queue.drop) == 0:
+            report.proved.append(f"{queue} never overflows")
+            continue
+        message = f"{queue} can overflow: a message is lost"
+        witness = _witness(subject, queue.drop, memory)
+        if witness is None:
+            report.unknown.append(f"how {queue} overflows: memory ran out")
+        report.findings.append(Finding("queue-overflow", "error", queue.elements, message, witness))
+
+
+def _witness(subject: Subject, transition: str, memory: int) -> Witness | None:
+    """Return a firing sequence that ends with a transition."""
+    answer = find_firing(subject.net, subject.transition_index[transition], memory)
+    return None if answer.trace is None else witness_of(subject, answer.trace)
+
+
+def _deadlocks(
+    subject: Subject, space: SymbolicStateSpace, dead: set[int], report: Report, memory: int
+) -> None:
+    count = space.deadlocks()
+    if count is None:
+        report.unknown.append("whether there is a deadlock: memory ran out")
+    elif count == 0:
+        report.proved.append("no deadlock")
+    else:
+        text = "one marking enables nothing" if count == 1 else f"{count} markings enable nothing"
+        report.findings.append(Finding("deadlock", "warning", (str(subject.model.id),), text))

@@ -1,0 +1,211 @@
+"""Kernels of multi-valued decision diagrams: node store, union, garbage collection.
+
+A diagram is quasi-reduced: a node of level k has children of level k - 1 only (or the empty node 0); level
+0 holds the one terminal node 1. Nodes live in one int32 array; a node's identity is the position of its
+record::
+
+    [next in hash chain, level, first, size, child of local state first, first + 1, ..., first + size - 1]
+
+so that header and children share cache lines. Free records keep their size, have level -1 and form one list
+per size.
+
+`control` holds the scalars of the store (the constants below), so that kernels can stop and be resumed.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+POOL_TOP, POOL_LIMIT, NODES, CREATED, BUCKET_MASK, CACHE_MASK, FAILED, STACK, HAVE, RESULT, MISSES = range(11)
+CONTROL_SIZE = 16
+
+FIRST_NODE = 8
+HEADER = 4
+MARK = 1 << 24
+UNION = -1
+
+
+@njit(cache=True)
+def make_node(mem, heads, control, free, level, buffer, start, low, high):  # type: ignore[no-untyped-def]
+    """The node of `level` whose children are ``buffer[start + low:start + high]``: found or made.
+
+    Returns 0 for no children, and sets FAILED when the store is full.
+    """
+    while low < high and buffer[start + low] == 0:
+        low += 1
+    while high > low and buffer[start + high - 1] == 0:
+        high -= 1
+    size = high - low
+    if size == 0:
+        return 0
+    code = level * 0x9E3779B1 + low
+    for i in range(start + low, start + high):
+        code = (code ^ buffer[i]) * 0x1E3779B97F4A7C15
+        code ^= (code >> 29) & 0x7FFFFFFFF
+    bucket = code & control[BUCKET_MASK]
+    node = heads[bucket]
+    while node != 0:
+        if mem[node + 3] == size and mem[node + 2] == low and mem[node + 1] == level:
+            same = True
+            for i in range(size):
+                if mem[node + HEADER + i] != buffer[start + low + i]:
+                    same = False
+                    break
+            if same:
+                return node
+        node = mem[node]
+    node = free[size]
+    if node != 0:
+        free[size] = mem[node]
+    else:
+        node = control[POOL_TOP]
+        if node + HEADER + size > control[POOL_LIMIT]:
+            control[FAILED] = 1
+            return 0
+        control[POOL_TOP] = node + HEADER + size
+    mem[node] = heads[bucket]
+    heads[bucket] = node
+    mem[node + 1] = level
+    mem[node + 2] = low
+    mem[node + 3] = size
+    for i in range(size):
+        mem[node + HEADER + i] = buffer[start + low + i]
+    control[NODES] += 1
+    control[CREATED] += 1
+    return node
+
+
+@njit(cache=True)
+def slot_of(a, b, mask):  # type: ignore[no-untyped-def]
+    """Position of the cache entry for a pair of keys."""
+    code = (a * 0x9E3779B1 + b) * 0x1E3779B97F4A7C15
+    return (((code >> 31) & 0x1FFFFFFFF) & mask) << 2
+
+
+@njit(cache=True)
+def union(a, b, mem, heads, cache, control, free, base, buffer, pending):  # type: ignore[no-untyped-def]
+    """Union of two nodes of one level; 0 with FAILED set when the store is full.
+
+    ``pending[k]`` holds the pair of level k under way and the local state reached; the recursion is
+    unrolled because Numba loads self-recursive functions from its cache broken.
+    """
+    if a == b or b == 0:
+        return a
+    if a == 0:
+        return b
+    if a > b:
+        a, b = b, a
+    slot = slot_of(a, b, control[CACHE_MASK])
+    if cache[slot] == a and cache[slot + 1] == b and cache[slot + 2] == UNION:
+        return cache[slot + 3]
+    control[MISSES] += 1
+    top = level = mem[a + 1]
+    i = min(mem[a + 2], mem[b + 2])
+    while True:
+        first_a, first_b = mem[a + 2], mem[b + 2]
+        end_a, end_b = first_a + mem[a + 3], first_b + mem[b + 3]
+        high = max(end_a, end_b)
+        start = base[level]
+        descend = False
+        while i < high:
+            child = mem[a + HEADER + i - first_a] if first_a <= i < end_a else 0
+            other = mem[b + HEADER + i - first_b] if first_b <= i < end_b else 0
+            if child == 0:
+                child = other
+            elif other != 0 and child != other:
+                if child > other:
+                    child, other = other, child
+                slot = slot_of(child, other, control[CACHE_MASK])
+                if cache[slot] == child and cache[slot + 1] == other and cache[slot + 2] == UNION:
+                    child = cache[slot + 3]
+                else:
+                    control[MISSES] += 1
+                    pending[level, 0] = a
+                    pending[level, 1] = b
+                    pending[level, 2] = i
+                    a, b = child, other
+                    level -= 1
+                    i = min(mem[a + 2], mem[b + 2])
+                    descend = True
+                    break
+            buffer[start + i] = child
+            i += 1
+        if descend:
+            continue
+        node = make_node(mem, heads, control, free, level, buffer, start, min(first_a, first_b), high)
+        if control[FAILED]:
+            return 0
+        slot = slot_of(a, b, control[CACHE_MASK])
+        cache[slot] = a
+        cache[slot + 1] = b
+        cache[slot + 2] = UNION
+        cache[slot + 3] = node
+        if level == top:
+            return node
+        level += 1
+        a, b, i = pending[level, 0], pending[level, 1], pending[level, 2]
+        buffer[base[level] + i] = node
+        i += 1
+
+
+@njit(cache=True)
+def mark(mem, node, stack):  # type: ignore[no-untyped-def]
+    """Mark every node below `node`, itself included."""
+    if node < FIRST_NODE or mem[node + 1] & MARK:
+        return
+    mem[node + 1] |= MARK
+    depth = 1
+    stack[0] = node
+    while depth:
+        depth -= 1
+        node = stack[depth]
+        for i in range(mem[node + 3]):
+            child = mem[node + HEADER + i]
+            if child >= FIRST_NODE and not mem[child + 1] & MARK:
+                mem[child + 1] |= MARK
+                stack[depth] = child
+                depth += 1
+
+
+@njit(cache=True)
+def sweep(mem, heads, cache, control, free):  # type: ignore[no-untyped-def]
+    """Free all unmarked nodes, forget cache entries that name one, unmark the rest."""
+    for slot in range(0, (control[CACHE_MASK] + 1) << 2, 4):
+        a, b, result = cache[slot], cache[slot + 1], cache[slot + 3]
+        if a == 0:
+            continue
+        dead = a >= FIRST_NODE and not mem[a + 1] & MARK
+        dead |= result >= FIRST_NODE and not mem[result + 1] & MARK
+        dead |= cache[slot + 2] == UNION and b >= FIRST_NODE and not mem[b + 1] & MARK
+        if dead:
+            cache[slot] = 0
+    rehash(mem, heads, control, free, True)
+
+
+@njit(cache=True)
+def rehash(mem, heads, control, free, only_marked):  # type: ignore[no-untyped-def]
+    """Rebuild the hash chains and, when `only_marked`, the lists of free records, in one walk."""
+    heads[:] = 0
+    free[:] = 0
+    alive = 0
+    node = FIRST_NODE
+    while node < control[POOL_TOP]:
+        size = mem[node + 3]
+        level = mem[node + 1]
+        if level >= 0 and (level & MARK or not only_marked):
+            level &= MARK - 1
+            mem[node + 1] = level
+            code = level * 0x9E3779B1 + mem[node + 2]
+            for i in range(size):
+                code = (code ^ mem[node + HEADER + i]) * 0x1E3779B97F4A7C15
+                code ^= (code >> 29) & 0x7FFFFFFFF
+            bucket = code & control[BUCKET_MASK]
+            mem[node] = heads[bucket]
+            heads[bucket] = node
+            alive += 1
+        else:
+            mem[node + 1] = -1
+            mem[node] = free[size]
+            free[size] = node
+        node += HEADER + size
+    control[NODES] = alive

@@ -1,0 +1,314 @@
+"""Packed markings: how the explicit engine writes a marking as a few machine words.
+
+Places are gathered in *cells*. A cell's tokens are numbered by a linear *code*, the sum of factor times
+tokens, which tells apart all combinations that the invariants allow; places that others determine get the
+factor 0 and cost nothing, and k places that share one token cost log2 k bits. As codes are linear, firing a
+transition adds one constant to each word of the marking. Places that nothing bounds have cells of their
+own, with a guard bit that tells when a cell is too small.
+
+References
+----------
+K. Schmidt, *Using Petri net invariants in state space construction*, TACAS 2003, LNCS 2619 (leaving out
+places that invariants determine). H. S. Warren, *Hacker's Delight*, 2nd ed., 2013, section 2-18 (arithmetic
+on fields of a word).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dineros.analysis.bounds import place_bounds
+from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.structure import PlaceInvariant, place_invariants, semiflows
+
+Int64Array = NDArray[np.int64]
+
+#: Codes a cell may have: what is looked up by code must stay in the cache of a core.
+LARGEST_CELL = 256
+#: Combinations looked at while cells are joined.
+LARGEST_JOIN = 1 << 14
+#: First number of bits of a place that nothing bounds.
+FIRST_BITS = 6
+WORD_BITS = 64
+#: Most bits of a place, one less than a positive word for its guard.
+WIDEST = 61
+#: Places up to which the semiflows, and bounds by linear programming, are worth their time.
+LARGEST_FOR_SEMIFLOWS = 1_000
+
+
+class TooManyTokensError(OverflowError):
+    """A place holds more tokens than fit into a word."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Some places and where their tokens stand.
+
+    Attributes
+    ----------
+    places : tuple of int
+    factors : tuple of int
+        The code is the sum of factor times tokens.
+    values : int64 array, shape (codes, places), optional
+        Tokens by code, -1 in codes that do not occur. None for a *wide* cell: one place, whose code is its
+        tokens.
+    bits : int
+        Bits of the code.
+    has_guard : bool
+        Whether the next higher bit is kept free to tell an overflow.
+    """
+
+    places: tuple[int, ...]
+    factors: tuple[int, ...]
+    values: Int64Array | None
+    bits: int
+    has_guard: bool = False
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Cells and their positions in the words of a marking."""
+
+    cells: tuple[Cell, ...]
+    word: Int64Array
+    shift: Int64Array
+    words: int
+
+    @classmethod
+    def of(cls, cells: Sequence[Cell]) -> Layout:
+        """Give each cell a position: widest first, each in the first word with room."""
+        used: list[int] = []
+        word = np.zeros(len(cells), dtype=np.int64)
+        shift = np.zeros(len(cells), dtype=np.int64)
+        for k in sorted(range(len(cells)), key=lambda k: -cells[k].bits - cells[k].has_guard):
+            size = cells[k].bits + cells[k].has_guard
+            at = next((w for w, bits in enumerate(used) if bits + size <= WORD_BITS), len(used))
+            if at == len(used):
+                used.append(0)
+            word[k], shift[k] = at, min(used[at], WORD_BITS - 1)
+            used[at] += size
+        return cls(tuple(cells), word, shift, max(1, len(used)))
+
+    @property
+    def masks(self) -> Int64Array:
+        """By cell: the ones of its code."""
+        return np.array([(1 << cell.bits) - 1 for cell in self.cells], dtype=np.int64)
+
+    @property
+    def guards(self) -> Int64Array:
+        """By word: the guard bits."""
+        guards = [0] * self.words
+        for k, cell in enumerate(self.cells):
+            if cell.has_guard:
+                guards[self.word[k]] |= 1 << int(self.shift[k]) + cell.bits
+        return signed(guards)
+
+    def pack(self, tokens: Sequence[int] | dict[int, int]) -> Int64Array:
+        """Words of a marking, or of a change of a marking (place -> tokens)."""
+        amounts = tokens if isinstance(tokens, dict) else dict(enumerate(tokens))
+        words = [0] * self.words
+        for k, cell in enumerate(self.cells):
+            code = sum(f * amounts.get(p, 0) for p, f in zip(cell.places, cell.factors, strict=True))
+            words[self.word[k]] += code << int(self.shift[k])
+        return signed(words)
+
+    def unpack(self, words: Int64Array) -> list[int]:
+        """Tokens of every place."""
+        plain = [value % 2**WORD_BITS for value in words.tolist()]
+        tokens = [0] * sum(len(cell.places) for cell in self.cells)
+        for k, cell in enumerate(self.cells):
+            code = plain[self.word[k]] >> int(self.shift[k]) & ((1 << cell.bits) - 1)
+            found = [code] if cell.values is None else cell.values[code].tolist()
+            for place, value in zip(cell.places, found, strict=True):
+                tokens[place] = value
+        return tokens
+
+    def overflowing(self, net: CompiledNet, marking: Sequence[int]) -> set[int]:
+        """Places that some firing in a marking fills past their cells."""
+        sizes = {cell.places[0]: 1 << cell.bits for cell in self.cells if cell.has_guard}
+        return {
+            place
+            for t in range(len(net.transitions))
+            if net.is_enabled(t, marking)
+            for place, tokens in net.delta[t].items()
+            if place in sizes and marking[place] + tokens >= sizes[place]
+        }
+
+    def widened(self, places: set[int]) -> Layout:
+        """The same cells with twice the bits for some wide ones."""
+        cells = []
+        for cell in self.cells:
+            if cell.values is None and cell.places[0] in places:
+                if cell.bits == WIDEST:
+                    raise TooManyTokensError("a place holds too many tokens")
+                cells.append(replace(cell, bits=min(2 * cell.bits, WIDEST)))
+            else:
+                cells.append(cell)
+        return Layout.of(cells)
+
+
+def signed(words: Sequence[int]) -> Int64Array:
+    """Words, modulo 2**64, as signed numbers of the same bits."""
+    return np.array([word % 2**WORD_BITS for word in words], dtype=np.uint64).view(np.int64)
+
+
+def layout(net: CompiledNet) -> Layout:
+    """Choose cells for the places of a net."""
+    invariants = place_invariants(net)
+    flows = semiflows(net) if len(net.places) <= LARGEST_FOR_SEMIFLOWS else []
+    if len(net.places) <= LARGEST_FOR_SEMIFLOWS:
+        proved = place_bounds(net, flows)
+        bounds = [None if bound is None else bound.value for bound in proved]
+    else:
+        bounds = _bounds_by_invariants(net, invariants)
+    limits = {tuple(y.weights.items()): y for y in [*invariants, *flows] if y.exact}
+    parts = [
+        _Part((p,), np.arange(b + 1)[:, None])
+        for p, b in enumerate(bounds)
+        if b is not None and b < LARGEST_CELL
+    ]
+    parts = _joined_by_invariants(
+        parts, sorted(limits.values(), key=lambda y: (len(y.weights), abs(y.constant)))
+    )
+    small = [_encoded(part) for part in parts]
+    cells = _joined_by_use(net, small)
+    for p, bound in enumerate(bounds):
+        if bound is None:
+            cells.append(Cell((p,), (1,), None, _first_bits(net, p), has_guard=True))
+        elif bound >= LARGEST_CELL:
+            if bound.bit_length() > WIDEST:
+                raise TooManyTokensError(f"place {net.places[p]!r} may hold too many tokens")
+            cells.append(Cell((p,), (1,), None, bound.bit_length()))
+    return Layout.of(cells)
+
+
+def _bounds_by_invariants(net: CompiledNet, invariants: Sequence[PlaceInvariant]) -> list[int | None]:
+    bounds: list[int | None] = [None] * len(net.places)
+    for y in invariants:
+        if y.is_semiflow:
+            for p, weight in y.weights.items():
+                bound, known = y.constant // weight, bounds[p]
+                bounds[p] = bound if known is None else min(known, bound)
+    return bounds
+
+
+def _first_bits(net: CompiledNet, place: int) -> int:
+    """Enough bits that one firing from any value in them cannot pass the guard."""
+    largest = int(net.initial[place])
+    for table in (net.pre, net.post, net.inhibitor):
+        largest = max(largest, int(table.weight[table.place == place].max(initial=0)))
+    if largest.bit_length() > WIDEST:
+        raise TooManyTokensError(f"place {net.places[place]!r} holds too many tokens")
+    return max(FIRST_BITS, largest.bit_length())
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Places and the combinations of their tokens that are possible as far as is known."""
+
+    places: tuple[int, ...]
+    states: Int64Array
+
+
+def _joined_by_invariants(parts: list[_Part], invariants: Sequence[PlaceInvariant]) -> list[_Part]:
+    """Join the parts that an invariant connects, where few enough combinations are left."""
+    home = {p: part for part in parts for p in part.places}
+    for y in invariants:
+        if not y.weights.keys() <= home.keys():
+            continue
+        joined = _join(list({id(home[p]): home[p] for p in y.weights}.values()), y)
+        if joined is not None:
+            home.update(dict.fromkeys(joined.places, joined))
+    return list({id(part): part for part in home.values()}.values())
+
+
+def _join(parts: list[_Part], y: PlaceInvariant) -> _Part | None:
+    sums = [part.states @ np.array([y.weights.get(p, 0) for p in part.places]) for part in parts]
+    smallest, largest = sum(int(s.min()) for s in sums), sum(int(s.max()) for s in sums)
+    places: tuple[int, ...] = ()
+    states = np.zeros((1, 0), dtype=np.int64)
+    total = np.zeros(1, dtype=np.int64)
+    for part, gain in zip(parts, sums, strict=True):
+        if len(states) * len(gain) > LARGEST_JOIN:
+            return None
+        smallest, largest = smallest - int(gain.min()), largest - int(gain.max())
+        both = total[:, None] + gain[None, :]
+        # What is still to come must be able to fill up the sum.
+        left, right = np.nonzero((both + smallest <= y.constant) & (both + largest >= y.constant))
+        states = np.hstack([states[left], part.states[right]])
+        total = both[left, right]
+        places += part.places
+    return _Part(places, states) if 0 < len(states) <= LARGEST_CELL else None
+
+
+def _encoded(part: _Part) -> Cell:
+    """A code for a part: factors one by one, each the smallest that keeps all combinations apart."""
+    kept = list(range(len(part.places)))
+    largest = part.states.max(axis=0)
+    if len(part.places) > 1:
+        for k in sorted(kept, key=lambda k: -int(largest[k])):
+            rest = [other for other in kept if other != k]
+            if len(np.unique(part.states[:, rest], axis=0)) == len(part.states):
+                kept = rest
+    factors = [0] * len(part.places)
+    codes = np.zeros(len(part.states), dtype=np.int64)
+    done: list[int] = []
+    for k in sorted(kept, key=lambda k: int(largest[k])):
+        done.append(k)
+        different = len(np.unique(part.states[:, done], axis=0))
+        # With the first factor past all codes so far, nothing can coincide, so the search ends.
+        factors[k] = next(
+            a
+            for a in range(1, int(codes.max()) + 2)
+            if len(np.unique(codes + a * part.states[:, k])) == different
+        )
+        codes = codes + factors[k] * part.states[:, k]
+    values = np.full((int(codes.max()) + 1, len(part.places)), -1, dtype=np.int64)
+    values[codes] = part.states
+    return Cell(part.places, tuple(factors), values, (len(values) - 1).bit_length())
+
+
+def _joined_by_use(net: CompiledNet, cells: list[Cell]) -> list[Cell]:
+    """Join small cells to larger ones, those that the same transitions touch first: fewer bits are lost."""
+    users: dict[int, set[int]] = {}
+    for t in range(len(net.transitions)):
+        for p, _ in [*net.pre.row(t), *net.inhibitor.row(t)]:
+            users.setdefault(p, set()).add(t)
+    touching = {id(cell): set().union(*(users.get(p, set()) for p in cell.places)) for cell in cells}
+    open_cells = sorted(cells, key=lambda cell: -_codes(cell))
+    result = []
+    while open_cells:
+        cell = open_cells.pop(0)
+        touched = set(touching[id(cell)])
+        while True:
+            fitting = [c for c in open_cells if _codes(c) * _codes(cell) <= LARGEST_CELL]
+            if not fitting:
+                break
+            best = max(
+                fitting,
+                key=lambda c: (len(touching[id(c)] & touched) - len(touching[id(c)] - touched), _codes(c)),
+            )
+            open_cells = [c for c in open_cells if c is not best]
+            touched |= touching[id(best)]
+            cell = _product(cell, best)
+        result.append(cell)
+    return result
+
+
+def _codes(cell: Cell) -> int:
+    assert cell.values is not None
+    return len(cell.values)
+
+
+def _product(one: Cell, other: Cell) -> Cell:
+    assert one.values is not None and other.values is not None
+    size = len(one.values)
+    values = np.hstack([np.tile(one.values, (len(other.values), 1)), np.repeat(other.values, size, axis=0)])
+    # A code of which one half does not occur does not occur.
+    values[(values < 0).any(axis=1)] = -1
+    factors = one.factors + tuple(factor * size for factor in other.factors)
+    return Cell(one.places + other.places, factors, values, (len(values) - 1).bit_length())

@@ -1,0 +1,187 @@
+"""Levels of a decision diagram: small groups of places with their local states, and events as local tables.
+
+Places of a semiflow of constant one (a state machine with one token) share a level: at most one of them is
+marked, so k places need k + 1 local states instead of k levels. All other kept places get a level of their
+own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dineros.analysis.bounds import Bound, bounds_like, place_bounds
+from dineros.analysis.boxes import LARGEST_PRODUCT, Box, BoxNet, box_net, drop_determined
+from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.structure import PlaceInvariant, semiflows
+
+Int32Array = NDArray[np.int32]
+
+#: Additional events allowed for each dropped place.
+LARGEST_GROWTH = 8
+
+
+@dataclass(frozen=True)
+class Level:
+    """A group of places and the combinations of tokens it can hold.
+
+    Attributes
+    ----------
+    places : tuple of int
+    states : tuple of tuple of int
+        Local states: tokens of the places, in their order.
+    initial : int
+        Index of the initial local state.
+    """
+
+    places: tuple[int, ...]
+    states: tuple[tuple[int, ...], ...]
+    initial: int
+
+
+@dataclass(frozen=True)
+class LocalEvent:
+    """An event: per level it touches, a table from local state to the next, -1 where it is not enabled."""
+
+    transition: int
+    tables: dict[int, tuple[int, ...]]
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """What the symbolic engine needs of a net, before any order of the levels."""
+
+    boxes: BoxNet
+    levels: tuple[Level, ...]
+    events: tuple[LocalEvent, ...]
+    bounds: tuple[Bound | None, ...]
+
+    def level_of(self) -> dict[int, int]:
+        """Kept place -> level."""
+        return {place: index for index, level in enumerate(self.levels) for place in level.places}
+
+    def masks(self, guard: Box) -> list[dict[int, Sequence[bool]]]:
+        """A guard over any places as disjoint products of sets of local states (level -> flags)."""
+        home = self.level_of()
+        answers: list[dict[int, Sequence[bool]]] = []
+        for box in self.boxes.guard_boxes(guard):
+            touched = {home[place] for place in box}
+            masks: dict[int, Sequence[bool]] = {
+                k: tuple(_holds(self.levels[k], state, box) for state in self.levels[k].states)
+                for k in touched
+            }
+            answers.append(masks)
+        return answers
+
+
+def encode(net: CompiledNet, caps: Sequence[int | None] | None = None) -> Encoding:
+    """Choose levels for a net and write its events over them.
+
+    Parameters
+    ----------
+    net
+        The net.
+    caps
+        Assumed largest number of tokens for places that no invariant bounds.
+
+    Raises
+    ------
+    UnknownBoundError
+        If a place is bounded neither by an invariant nor by a cap; it names the places.
+    """
+    flows = semiflows(net)
+    bounds = place_bounds(net, flows)
+    values = [None if bound is None else bound.value for bound in bounds]
+    if caps is not None:
+        values = [cap if value is None else value for value, cap in zip(values, caps, strict=True)]
+    known = [value for value in values if value is not None]
+    if len(known) < len(values):
+        raise UnknownBoundError([net.places[p] for p, value in enumerate(values) if value is None])
+    exact = [flow for flow in flows if flow.exact]
+    boxes = drop_determined(box_net(net, known), (y for y in exact if len(y.weights) == 2), 0)
+    groups = _groups(boxes, [flow for flow in flows if flow.constant == 1])
+    alone = set(boxes.kept) - {place for group in groups for place in group}
+    boxes = drop_determined(boxes, exact, LARGEST_GROWTH, alone)
+    groups += [(place,) for place in boxes.kept if place in alone]
+    levels = tuple(_level(net, known, group) for group in groups)
+    return Encoding(boxes, levels, tuple(_local_events(boxes, levels)), tuple(bounds))
+
+
+def encode_like(encoding: Encoding, net: CompiledNet) -> Encoding:
+    """The encoding of another net of the same structure, with the same levels and the same places dropped.
+
+    Used for scaled-down instances, on which orders of levels are tried: a level means the same in both
+    encodings.
+    """
+    known = [value for value in bounds_like(net, encoding.bounds) if value is not None]
+    if len(known) < len(net.places):
+        raise ValueError("the weightings that bound the net do not bound the other one")
+    boxes = box_net(net, known)
+    for place, rule in encoding.boxes.determined.items():
+        weights = {place: 1, **{p: -factor for p, factor in rule.factors.items()}}
+        constant = sum(int(net.initial[p]) * weight for p, weight in weights.items())
+        smaller = boxes.drop(PlaceInvariant(weights, constant), place, LARGEST_PRODUCT)
+        if smaller is None:
+            raise ValueError(f"place {net.places[place]!r} cannot be dropped in the other net")
+        boxes = smaller
+    levels = tuple(_level(net, known, level.places) for level in encoding.levels)
+    return Encoding(boxes, levels, tuple(_local_events(boxes, levels)), encoding.bounds)
+
+
+def _groups(boxes: BoxNet, flows: Sequence[PlaceInvariant]) -> list[tuple[int, ...]]:
+    """Disjoint groups of places with at most one token together, largest first."""
+    free = set(boxes.kept)
+    groups: list[tuple[int, ...]] = []
+    while True:
+        best = max(flows, key=lambda y: len(free & y.weights.keys()), default=None)
+        group = tuple(sorted(free & best.weights.keys())) if best else ()
+        if len(group) < 2:
+            return groups
+        groups.append(group)
+        free.difference_update(group)
+
+
+def _level(net: CompiledNet, bounds: Sequence[int], group: tuple[int, ...]) -> Level:
+    if len(group) == 1:
+        states: list[tuple[int, ...]] = [(tokens,) for tokens in range(bounds[group[0]] + 1)]
+    else:
+        states = [tuple(int(p == marked) for p in group) for marked in (-1, *group)]
+    initial = states.index(tuple(int(net.initial[p]) for p in group))
+    return Level(group, tuple(states), initial)
+
+
+def _holds(level: Level, state: tuple[int, ...], box: Box) -> bool:
+    return all(
+        box[p][0] <= tokens <= box[p][1] for p, tokens in zip(level.places, state, strict=True) if p in box
+    )
+
+
+def _local_events(boxes: BoxNet, levels: Sequence[Level]) -> list[LocalEvent]:
+    home = {place: k for k, level in enumerate(levels) for place in level.places}
+    position = [{state: i for i, state in enumerate(level.states)} for level in levels]
+    events = []
+    for event in boxes.events:
+        tables: dict[int, tuple[int, ...]] = {}
+        for k in sorted({home[p] for p in event.guard} | {home[p] for p in event.change}):
+            level = levels[k]
+            gain = tuple(event.change.get(p, 0) for p in level.places)
+            table = []
+            for state in level.states:
+                target = tuple(a + b for a, b in zip(state, gain, strict=True))
+                # A target outside the local states breaks a proved bound, so the guard elsewhere forbids it.
+                table.append(position[k].get(target, -1) if _holds(level, state, event.guard) else -1)
+            tables[k] = tuple(table)
+        if all(max(table) >= 0 for table in tables.values()):
+            events.append(LocalEvent(event.transition, tables))
+    return events
+
+
+class UnknownBoundError(ValueError):
+    """Places that no invariant bounds."""
+
+    def __init__(self, places: list[str]) -> None:
+        super().__init__(f"no invariant bounds {', '.join(places)}")
+        self.places = places

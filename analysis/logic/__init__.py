@@ -1,0 +1,25 @@
+"""Temporal logic on nets: conditions on markings, state/event LTL with fairness, and CTL.
+
+`verify_ltl` and `check_ctl` answer with a `Verdict` whose witness has been replayed by the plain firing rule.
+Importing this package does not import Numba; the first question does.
+"""
+
+from dineros.analysis.logic.budget import Budget, Progress
+from dineros.analysis.logic.ctl import check_ctl
+from dineros.analysis.logic.errors import FormulaError
+from dineros.analysis.logic.ltl import verify_ltl
+from dineros.analysis.logic.names import Names, NetNames
+from dineros.analysis.logic.parser import parse
+from dineros.analysis.logic.verdict import Verdict
+
+__all__ = [
+    "Budget",
+    "FormulaError",
+    "Names",
+    "NetNames",
+    "Progress",
+    "Verdict",
+    "check_ctl",
+    "parse",
+    "verify_ltl",
+]

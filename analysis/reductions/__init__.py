@@ -1,0 +1,22 @@
+"""Structural reductions: a smaller net with the same answer, and the way back (paper, Algorithm 4)."""
+
+from dineros.analysis.reductions.net import Arcs, Change, Marking, MutableNet
+from dineros.analysis.reductions.reduction import RULES, Reduction, ReductionError, reduce, replay
+from dineros.analysis.reductions.rule import PlaceEquation, Property, Question, Rule, Step
+
+__all__ = [
+    "RULES",
+    "Arcs",
+    "Change",
+    "Marking",
+    "MutableNet",
+    "PlaceEquation",
+    "Property",
+    "Question",
+    "Reduction",
+    "ReductionError",
+    "Rule",
+    "Step",
+    "reduce",
+    "replay",
+]

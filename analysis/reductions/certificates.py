@@ -1,0 +1,112 @@
+"""Bounds of places under a guard, proved from the state equation.
+
+For place weights y >= 0 on the other places with y . C <= r (C the incidence matrix, r one number per
+transition), and a guard g, every reachable marking m >= g has ``sum over firings of r >= y . (m - m0) >= y .
+(g - m0)``. With r the row of a place p this bounds m(p) from below, with r its negation from above, and with
+r = 0 a positive value of y . (g - m0) proves that the guard never holds. Linear programming proposes y in
+floating point; it is used only after an exact check in rational numbers.
+
+References
+----------
+G. Berthelot, *Transformations and decompositions of nets*, Advances in Petri Nets 1986, LNCS 254, 1987
+(redundant places). M. Silva, E. Teruel, J. M. Colom, *Linear algebraic and linear programming techniques for
+the analysis of place/transition net systems*, Lectures on Petri Nets I, LNCS 1491, 1998.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Literal
+
+from dineros.analysis.reductions.net import MutableNet
+
+#: Weights found by floating point are rounded to fractions with at most this denominator.
+LARGEST_DENOMINATOR = 1_000
+#: Upper limit of a weight, so that no program is unbounded.
+LARGEST_WEIGHT = 1_000.0
+
+
+class StateEquation:
+    """The state equation of a net as it is now; to be made anew after transitions were added.
+
+    Removing places or transitions from the net keeps it usable: every proof is checked on the net as it is
+    then, and removed places get no weight.
+    """
+
+    def __init__(self, net: MutableNet) -> None:
+        import numpy as np
+
+        self._net = net
+        self._places = list(net.places)
+        self._index = {place: p for p, place in enumerate(self._places)}
+        self._deltas = {t: arcs.delta for t, arcs in net.transitions.items()}
+        self._rows = {t: row for row, t in enumerate(self._deltas)}
+        matrix = np.zeros((len(self._rows), len(self._places)))
+        for t, delta in self._deltas.items():
+            for place, gain in delta.items():
+                matrix[self._rows[t], self._index[place]] = gain
+        self._matrix = matrix
+
+    def least(self, place: str, guard: Mapping[str, int]) -> Fraction | None:
+        """Return a lower bound of a place in reachable markings with at least the guard on other places."""
+        value = self._value(guard, place, 1)
+        return None if value is None else self._net.places[place] + value
+
+    def largest(self, place: str, guard: Mapping[str, int]) -> Fraction | None:
+        """Return an upper bound of a place in reachable markings with at least the guard on other places."""
+        value = self._value(guard, place, -1)
+        return None if value is None else self._net.places[place] - value
+
+    def excludes(self, guard: Mapping[str, int]) -> bool:
+        """Whether no reachable marking has at least the guard (False: not known)."""
+        value = self._value(guard, None, 0)
+        return value is not None and value > 0
+
+    def _value(self, guard: Mapping[str, int], place: str | None, sign: Literal[-1, 0, 1]) -> Fraction | None:
+        import numpy as np
+        from scipy.optimize import linprog
+
+        limits = np.zeros(len(self._rows))
+        if place is not None:
+            for t in self._net.neighbours(place):
+                limits[self._rows[t]] = sign * self._deltas[t].get(place, 0)
+        gain = np.zeros(len(self._places))
+        upper = [0.0] * len(self._places)
+        for p, name in enumerate(self._places):
+            if name in self._net.places and name != place:
+                gain[p] = guard.get(name, 0) - self._net.places[name]
+                upper[p] = LARGEST_WEIGHT
+        answer = linprog(
+            -gain,
+            A_ub=self._matrix,
+            b_ub=limits,
+            bounds=[(0.0, limit) for limit in upper],
+            method="highs",
+        )
+        if answer.status != 0:
+            return None
+        values: list[float] = np.asarray(answer.x, dtype=float).tolist()
+        weights = {
+            self._places[p]: Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
+            for p, value in enumerate(values)
+            if value > 1e-9
+        }
+        return self._checked(weights, guard, place, sign)
+
+    def _checked(
+        self, weights: Mapping[str, Fraction], guard: Mapping[str, int], place: str | None, sign: int
+    ) -> Fraction | None:
+        """Value that the weights prove, or None if they are no certificate."""
+        touched = {t for name in weights for t in self._net.neighbours(name)}
+        if place is not None:
+            touched.update(self._net.neighbours(place))
+        for t in touched:
+            delta = self._net.transitions[t].delta
+            limit = sign * delta.get(place, 0) if place is not None else 0
+            if sum(weights.get(name, 0) * tokens for name, tokens in delta.items()) > limit:
+                return None
+        return sum(
+            (weight * (guard.get(name, 0) - self._net.places[name]) for name, weight in weights.items()),
+            Fraction(0),
+        )

@@ -1,0 +1,175 @@
+"""Rules that make one place of several between which tokens move on their own.
+
+Other than agglomerations of transitions, they keep the reachable markings of all other places.
+
+References
+----------
+B. Berthomieu, D. Le Botlan, S. Dal Zilio, *Petri net reductions for counting markings*, SPIN 2018, LNCS 10869
+(agglomeration of places). T. Murata, *Petri nets: properties, analysis and applications*, Proc. IEEE 77(4),
+1989, section V (fusion of series places).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+
+import networkx as nx
+
+from dineros.analysis.reductions.net import Arcs, Change, Marking, MutableNet
+from dineros.analysis.reductions.rule import ALL_PROPERTIES, Lift, Property, Question, Rule, Step
+
+MERGE_PRESERVES = ALL_PROPERTIES - {Property.STATE_SPACE_SIZE}
+
+
+def move_of(arcs: Arcs) -> tuple[str, str] | None:
+    """Source and target of a transition that only moves one token from one place to another, else None."""
+    if arcs.inhibitors or len(arcs.inputs) != 1 or len(arcs.outputs) != 1:
+        return None
+    (source, taken), (target, put) = *arcs.inputs.items(), *arcs.outputs.items()
+    return (source, target) if taken == put == 1 and source != target else None
+
+
+class ChainOfPlaces(Rule):
+    """Merge two places when the only consumer of the one moves its tokens to the other.
+
+    ``p -> t -> q`` becomes ``p+q``.
+
+    Conditions: t moves one token and is p's only consumer, neither place has inhibitor arcs or is observed.
+
+    *Proof.* A run of the net N becomes one of N' by leaving t out: p + q holds at least what q does, and all
+    else that takes or reads takes from q. A run of N' becomes one of N by firing t as soon as p is marked, so
+    that all tokens of p + q are in q. Both have the same markings outside {p, q}. t cannot fire for ever
+    alone, so endless runs stay endless; N stops only with p empty, where N' stops, too. t is live if a
+    producer of p is; without one `LIVENESS` is not claimed.
+    """
+
+    preserves = MERGE_PRESERVES
+
+    def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
+        """Offer every chain."""
+        for t in list(net.transitions):
+            move = move_of(net.transitions[t])
+            if move is None or t in question.observed_transitions:
+                continue
+            source, target = move
+            if len(net.consumers[source]) > 1 or net.inhibited[source] or net.inhibited[target]:
+                continue
+            if not question.observed_places.isdisjoint(move):
+                continue
+            preserved = self.preserves if net.producers[source] else self.preserves - {Property.LIVENESS}
+            change, _ = merging(net, move, (t,))
+            yield Step(self.name, move, (t,), preserved, change, _moving_eagerly(source, t))
+
+
+class LoopOfPlaces(Rule):
+    """Merge places between which transitions move single tokens to and fro, unseen and unconditionally.
+
+    Conditions: the moves make the places strongly connected; the places have no inhibitor arcs and are not
+    observed.
+
+    *Proof.* A run of N becomes one of N' by leaving the moves out. Conversely, before each step of a run of
+    N', the tokens can be moved to where the step takes or reads them. Both have the same markings of all
+    other places. While the merged place is marked, N can go on moving tokens for ever, and N' can fire
+    *idle*, which reads it. A move is live iff the merged place can always be marked again, iff *idle* is
+    live.
+    """
+
+    preserves = MERGE_PRESERVES
+
+    def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
+        """Offer every loop."""
+        graph: nx.DiGraph[str] = nx.DiGraph()
+        moves: dict[tuple[str, str], list[str]] = {}
+        for t, arcs in net.transitions.items():
+            move = move_of(arcs)
+            if move is None or t in question.observed_transitions:
+                continue
+            if any(net.inhibited[place] or place in question.observed_places for place in move):
+                continue
+            moves.setdefault(move, []).append(t)
+            graph.add_edge(*move)
+        order = {place: position for position, place in enumerate(net.places)}
+        loops = [sorted(loop, key=order.__getitem__) for loop in nx.strongly_connected_components(graph)]
+        for loop in sorted(loops, key=lambda loop: order[loop[0]]):
+            if len(loop) > 1:
+                inside = [t for move, ts in moves.items() if move[0] in loop and move[1] in loop for t in ts]
+                yield self._step(net, tuple(loop), tuple(inside), moves)
+
+    def _step(
+        self,
+        net: MutableNet,
+        loop: tuple[str, ...],
+        inside: tuple[str, ...],
+        moves: Mapping[tuple[str, str], list[str]],
+    ) -> Step:
+        change, merged = merging(net, loop, inside)
+        idle = net.fresh_transition(f"idle({inside[0]})")
+        change = Change(
+            change.removed_places,
+            change.added_places,
+            change.removed_transitions,
+            {**change.added_transitions, idle: Arcs({merged: 1}, {merged: 1}, {})},
+        )
+        first = {move: ts[0] for move, ts in moves.items() if move[0] in loop and move[1] in loop}
+        graph: nx.DiGraph[str] = nx.DiGraph(list(first))
+        return Step(
+            self.name, loop, inside, self.preserves, change, _moving_on_demand(loop, graph, first, idle)
+        )
+
+
+def merging(net: MutableNet, places: tuple[str, ...], dropped: tuple[str, ...]) -> tuple[Change, str]:
+    """Return the change that makes one place of several and drops transitions, and the new place's name."""
+    merged = net.fresh_place("+".join(places))
+    touched = dict.fromkeys(t for place in places for t in net.neighbours(place))
+    removed = {t: net.transitions[t] for t in touched}
+    names = dict.fromkeys(places, merged)
+    change = Change(
+        removed_places={place: net.places[place] for place in places},
+        added_places={merged: sum(net.places[place] for place in places)},
+        removed_transitions=removed,
+        added_transitions={t: arcs.renamed(names) for t, arcs in removed.items() if t not in dropped},
+    )
+    return change, merged
+
+
+def _moving_eagerly(source: str, mover: str) -> Lift:
+    def lift(before: MutableNet, trace: list[str], _settle: bool) -> list[str]:
+        result = [mover] * before.places[source]
+        for t in trace:
+            result += [t, *[mover] * before.transitions[t].outputs.get(source, 0)]
+        return result
+
+    return lift
+
+
+def _moving_on_demand(
+    loop: tuple[str, ...], graph: nx.DiGraph[str], movers: Mapping[tuple[str, str], str], idle: str
+) -> Lift:
+    def lift(before: MutableNet, trace: list[str], _settle: bool) -> list[str]:
+        tokens: Marking = {place: before.places[place] for place in loop}
+        result: list[str] = []
+
+        def move(path: list[str]) -> None:
+            for step in pairwise(path):
+                result.append(movers[step])
+            tokens[path[0]] -= 1
+            tokens[path[-1]] += 1
+
+        for t in trace:
+            if t == idle:
+                source = next(place for place in loop if tokens[place])
+                move([source, next(iter(graph.successors(source)))])
+                continue
+            arcs = before.transitions[t]
+            needed = {place: arcs.inputs.get(place, 0) for place in loop}
+            for place in loop:
+                while tokens[place] < needed[place]:
+                    donor = next(other for other in loop if tokens[other] > needed[other])
+                    move(nx.shortest_path(graph, donor, place))
+            for place in loop:
+                tokens[place] += arcs.outputs.get(place, 0) - needed[place]
+            result.append(t)
+        return result
+
+    return lift

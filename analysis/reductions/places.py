@@ -1,0 +1,241 @@
+"""Rules that remove places which never decide anything.
+
+A place that is never the only one to disable a transition can go: the firing sequences stay the same. If an
+equation gives its tokens from those of other places, the number of reachable markings stays the same, too.
+
+References
+----------
+G. Berthelot, *Transformations and decompositions of nets*, Advances in Petri Nets 1986, LNCS 254, 1987. T.
+Murata, *Petri nets: properties, analysis and applications*, Proc. IEEE 77(4), 1989, section V. B. Berthomieu,
+D. Le Botlan, S. Dal Zilio, *Petri net reductions for counting markings*, SPIN 2018, LNCS 10869.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from math import ceil, gcd
+
+from dineros.analysis.reductions.certificates import StateEquation
+from dineros.analysis.reductions.net import Marking, MutableNet
+from dineros.analysis.reductions.rule import (
+    ALL_PROPERTIES,
+    LANGUAGE_PROPERTIES,
+    PlaceEquation,
+    Question,
+    Rule,
+    Step,
+)
+from dineros.analysis.reductions.sampling import Sample
+from dineros.analysis.structure import place_invariants
+
+#: Nets with more places, or more transitions, are not given to linear programming.
+LARGEST_PROGRAM = 600
+
+#: (other place, factor, constant): tokens = factor * tokens of the other place + constant.
+Affine = tuple[str, Fraction, Fraction]
+
+
+class ConstantPlace(Rule):
+    """Remove a place whose tokens never change and that disables nothing.
+
+    *Proof.* No firing changes the place, so every arc with it holds in all markings or in none; the rule asks
+    that all hold initially. Removing it changes neither enabling nor any other place; its tokens are its
+    initial ones.
+    """
+
+    preserves = ALL_PROPERTIES
+
+    def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
+        """Offer each constant place."""
+        for place, tokens in list(net.places.items()):
+            if place in question.observed_places:
+                continue
+            around = [net.transitions[t] for t in net.neighbours(place)]
+            if all(
+                arcs.inputs.get(place, 0) == arcs.outputs.get(place, 0) <= tokens
+                and tokens < arcs.inhibitors.get(place, tokens + 1)
+                for arcs in around
+            ):
+                yield Step(
+                    self.name,
+                    (place,),
+                    (),
+                    self.preserves,
+                    net.removing_places([place]),
+                    equation=PlaceEquation(place, {}, Fraction(tokens)),
+                )
+
+
+class ParallelPlace(Rule):
+    """Remove a place that changes in proportion to another one, with arcs that the other's arcs imply.
+
+    The simplest case are two places with the same arcs and tokens.
+
+    *Proof.* With ``delta(p) = k * delta(q)``, k > 0, m(p) = k m(q) + c in every reachable marking m. A
+    transition t with m(q) >= pre(q, t) has m(p) >= k pre(q, t) + c; where this, rounded up, is at least
+    pre(p, t), p never disables t alone.
+    """
+
+    preserves = ALL_PROPERTIES
+
+    def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
+        """Offer each place that has an earlier or later proportional partner."""
+        for family in proportional_places(net).values():
+            for place in family:
+                if place in question.observed_places or place not in net.places or net.inhibited[place]:
+                    continue
+                for other in family:
+                    if other == place or other not in net.places:
+                        continue
+                    relation = affine_relation(net, place, other)
+                    if relation is not None and relation[1] > 0 and _implies(net, place, relation):
+                        _, factor, constant = relation
+                        yield Step(
+                            self.name,
+                            (place, other),
+                            (),
+                            self.preserves,
+                            net.removing_places([place]),
+                            equation=PlaceEquation(place, {other: factor}, constant),
+                        )
+                        if place not in net.places:
+                            break
+
+
+class ImpliedPlace(Rule):
+    """Remove a place that the state equation proves never to disable a transition alone.
+
+    *Proof.* `StateEquation.least` bounds m(p) in all markings where the other places enable t; rounded up
+    (tokens are integers) the bound is at least pre(p, t), for every t. Hence the net without p has the same
+    firing sequences. The bound needs no arc of p to hold, so it is no circular argument. If an invariant has
+    a weight for p, m(p) follows from the other places, so that markings with and without p are in bijection,
+    and p is bounded if they are. Otherwise only the properties of firing sequences are claimed.
+    """
+
+    preserves = ALL_PROPERTIES
+    is_costly = True
+
+    def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
+        """Offer each implied place."""
+        if max(len(net.places), len(net.transitions)) > LARGEST_PROGRAM:
+            return
+        equation = StateEquation(net)
+        relations = _Relations(net)
+        sample = Sample(net)
+        for place in list(net.places):
+            if place in question.observed_places or net.inhibited[place] or place in sample.deciding_places:
+                continue
+            if not _can_be_implied(net, place):
+                continue
+            relation = relations.equation(place)
+            preserved = LANGUAGE_PROPERTIES if relation is None else self.preserves
+            if question.preserve <= preserved and _is_implied(net, place, equation):
+                yield Step(
+                    self.name, (place,), (), preserved, net.removing_places([place]), equation=relation
+                )
+                if place not in net.places:
+                    relations.drop(place)
+
+
+class _Relations:
+    """Place invariants, kept up to date while places are removed."""
+
+    def __init__(self, net: MutableNet) -> None:
+        names = list(net.places)
+        self._initial = dict(net.places)
+        self._basis = [
+            {names[p]: Fraction(weight) for p, weight in invariant.weights.items()}
+            for invariant in place_invariants(net.compile())
+        ]
+
+    def _with(self, place: str) -> dict[str, Fraction] | None:
+        return min((y for y in self._basis if place in y), key=len, default=None)
+
+    def equation(self, place: str) -> PlaceEquation | None:
+        weights = self._with(place)
+        if weights is None:
+            return None
+        constant = sum((weight * self._initial[name] for name, weight in weights.items()), Fraction(0))
+        scale = weights[place]
+        return PlaceEquation(
+            place,
+            {name: -weight / scale for name, weight in weights.items() if name != place},
+            constant / scale,
+        )
+
+    def drop(self, place: str) -> None:
+        pivot = self._with(place)
+        if pivot is None:
+            return
+        basis = []
+        for weights in self._basis:
+            if weights is pivot:
+                continue
+            factor = weights.get(place, Fraction(0)) / pivot[place]
+            combined = {n: weights.get(n, 0) - factor * pivot.get(n, 0) for n in {**weights, **pivot}}
+            basis.append({n: Fraction(weight) for n, weight in combined.items() if weight})
+        self._basis = basis
+
+
+def _can_be_implied(net: MutableNet, place: str) -> bool:
+    """Whether no transition takes tokens from this place only: else no weights prove that it is implied."""
+    for t in net.consumers[place]:
+        delta = net.transitions[t].delta
+        if delta.get(place, 0) < 0 and not any(tokens < 0 for name, tokens in delta.items() if name != place):
+            return False
+    return True
+
+
+def _is_implied(net: MutableNet, place: str, equation: StateEquation) -> bool:
+    for t in net.consumers[place]:
+        inputs = net.transitions[t].inputs
+        least = equation.least(place, {name: weight for name, weight in inputs.items() if name != place})
+        if least is None or ceil(least) < inputs[place]:
+            return False
+    return True
+
+
+def _implies(net: MutableNet, place: str, relation: Affine) -> bool:
+    other, factor, constant = relation
+    for t in net.consumers[place]:
+        inputs = net.transitions[t].inputs
+        if ceil(factor * inputs.get(other, 0) + constant) < inputs[place]:
+            return False
+    return True
+
+
+def place_changes(net: MutableNet) -> dict[str, Marking]:
+    """Rows of the incidence matrix: place -> transition -> tokens gained, without zeros."""
+    rows: dict[str, Marking] = {place: {} for place in net.places}
+    for t, arcs in net.transitions.items():
+        for place, tokens in arcs.delta.items():
+            rows[place][t] = tokens
+    return rows
+
+
+def proportional_places(net: MutableNet) -> dict[tuple[tuple[str, int], ...], list[str]]:
+    """Group the places whose rows of the incidence matrix are multiples, also negative, of each other."""
+    groups: dict[tuple[tuple[str, int], ...], list[str]] = {}
+    for place, row in place_changes(net).items():
+        if row:
+            scale = gcd(*row.values()) * (1 if next(iter(row.values())) > 0 else -1)
+            groups.setdefault(tuple((t, tokens // scale) for t, tokens in row.items()), []).append(place)
+    return {key: family for key, family in groups.items() if len(family) > 1}
+
+
+def affine_relation(net: MutableNet, place: str, other: str) -> Affine | None:
+    """Return how a place's tokens follow from those of one proportional place, or None if they do not."""
+    factor: Fraction | None = None
+    for t in {**net.producers[place], **net.consumers[place], **net.producers[other], **net.consumers[other]}:
+        delta = net.transitions[t].delta
+        mine, others = delta.get(place, 0), delta.get(other, 0)
+        if (mine == 0) != (others == 0):
+            return None
+        if mine:
+            if factor is not None and factor != Fraction(mine, others):
+                return None
+            factor = Fraction(mine, others)
+    if factor is None:
+        return None
+    return other, factor, net.places[place] - factor * net.places[other]

@@ -1,0 +1,254 @@
+"""Reduction of a net to a smaller one with the same answer (paper, Algorithm 4), and the way back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from math import prod
+
+from dineros.analysis.compiled import CompiledNet, NetError
+from dineros.analysis.reductions.agglomerations import PostAgglomeration, PreAgglomeration
+from dineros.analysis.reductions.components import IndependentComponent, UnreadableTransition
+from dineros.analysis.reductions.inhibitors import ComplementaryInhibitor, ImpliedInhibitor
+from dineros.analysis.reductions.merges import ChainOfPlaces, LoopOfPlaces
+from dineros.analysis.reductions.net import Marking, MutableNet
+from dineros.analysis.reductions.places import ConstantPlace, ImpliedPlace, ParallelPlace
+from dineros.analysis.reductions.rule import PlaceEquation, Property, Question, Rule, Step
+from dineros.analysis.reductions.sources import InexhaustiblePlace
+from dineros.analysis.reductions.transitions import (
+    ComposedTransition,
+    DeadTransition,
+    DuplicateTransition,
+    ExcludedTransition,
+    IdentityTransition,
+)
+
+#: All rules in the order in which they are tried: what only removes before what makes new elements.
+RULES: tuple[Rule, ...] = (
+    DeadTransition(),
+    UnreadableTransition(),
+    ConstantPlace(),
+    IndependentComponent(),
+    IdentityTransition(),
+    DuplicateTransition(),
+    ComplementaryInhibitor(),
+    ParallelPlace(),
+    InexhaustiblePlace(),
+    ChainOfPlaces(),
+    LoopOfPlaces(),
+    PostAgglomeration(),
+    PreAgglomeration(),
+    ComposedTransition(),
+    ExcludedTransition(),
+    ImpliedInhibitor(),
+    ImpliedPlace(),
+)
+
+
+class ReductionError(NetError):
+    """A question that cannot be asked: an unknown property, place or transition."""
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """A reduced net and how it came about.
+
+    Attributes
+    ----------
+    original, net : CompiledNet
+        The nets before and after.
+    question : Question
+        What every step preserves.
+    steps : tuple of Step
+        The applications of rules, in order.
+    """
+
+    original: CompiledNet
+    net: CompiledNet
+    question: Question
+    steps: tuple[Step, ...]
+
+    @cached_property
+    def preserves(self) -> frozenset[Property]:
+        """Everything that all steps preserve: at least what was asked."""
+        return frozenset(Property).intersection(*(step.preserves for step in self.steps))
+
+    @cached_property
+    def kept_places(self) -> tuple[str, ...]:
+        """Places of the reduced net that are places of the original one, with the same meaning."""
+        return tuple(place for place in self.net.places if place in self._original_places)
+
+    @cached_property
+    def count_factor(self) -> int:
+        """Markings of the original net for each one of the reduced net.
+
+        Raises
+        ------
+        ReductionError
+            If the steps do not preserve `Property.STATE_SPACE_SIZE`.
+        """
+        self._require_counting()
+        return prod(step.factor for step in self.steps)
+
+    @property
+    def equations(self) -> tuple[PlaceEquation, ...]:
+        """Equations that give the tokens of removed places, to be evaluated from last to first."""
+        return tuple(step.equation for step in self.steps if step.equation is not None)
+
+    def markings_of(self, marking: Mapping[str, int]) -> Iterator[Marking]:
+        """All markings of the original net that one reachable marking of the reduced net stands for.
+
+        Raises
+        ------
+        ReductionError
+            If the steps do not preserve `Property.STATE_SPACE_SIZE`.
+        """
+        self._require_counting()
+        components = [step.component for step in self.steps if step.component]
+        for choice in product(*components):
+            result = {**marking, **{place: n for part in choice for place, n in part.items()}}
+            for equation in reversed(self.equations):
+                result[equation.place] = equation.value(result)
+            yield {place: result[place] for place in self.original.places}
+
+    def expand(self, trace: Sequence[str], *, until_deadlock: bool = False) -> list[str]:
+        """Turn a firing sequence of the reduced net into one of the original net.
+
+        Kept places pass through the same markings, up to stuttering, if `Property.KEPT_PLACES` or, for
+        observed ones, `Property.LTL_WITHOUT_NEXT` is preserved. The result has been replayed.
+
+        Parameters
+        ----------
+        trace
+            Names of the transitions of a firing sequence of the reduced net.
+        until_deadlock
+            Whether the sequence leads to a deadlock; then the result does so, too, if `Property.DEADLOCKS` is
+            preserved.
+
+        Raises
+        ------
+        NetError
+            If the trace is none of the reduced net.
+        """
+        net = MutableNet.of(self.net)
+        result = list(trace)
+        replay(net, result)
+        for step in reversed(self.steps):
+            net.apply(step.change.inverse())
+            result = step.lift(net, result, until_deadlock)
+        marking = replay(net, result)
+        if until_deadlock and Property.DEADLOCKS in self.preserves:
+            assert not any(net.is_enabled(t, marking) for t in net.transitions), (
+                "an expanded deadlock is none"
+            )
+        return result
+
+    @cached_property
+    def _original_places(self) -> frozenset[str]:
+        return frozenset(self.original.places)
+
+    def _require_counting(self) -> None:
+        if Property.STATE_SPACE_SIZE not in self.preserves:
+            raise ReductionError("this reduction does not preserve the number of markings")
+
+
+def replay(net: MutableNet, trace: Iterable[str]) -> Marking:
+    """Return the marking after a firing sequence.
+
+    Raises
+    ------
+    NetError
+        If a transition is unknown or not enabled when it is to fire.
+    """
+    marking = dict(net.places)
+    for t in trace:
+        if t not in net.transitions:
+            raise NetError(f"unknown transition {t!r}")
+        net.fire(t, marking)
+    return marking
+
+
+def reduce(
+    net: CompiledNet,
+    preserve: Iterable[Property | str],
+    *,
+    observed_places: Iterable[str] = (),
+    observed_transitions: Iterable[str] = (),
+    rules: Sequence[Rule] = RULES,
+) -> Reduction:
+    """Apply reduction rules until none applies any more.
+
+    Parameters
+    ----------
+    net
+        The net.
+    preserve
+        What must be preserved (`Property`, or its text). Only rules that preserve all of it are applied.
+    observed_places, observed_transitions
+        Elements that must stay as they are. A formula that asks whether a transition is enabled observes the
+        places around it.
+    rules
+        The rules, in the order in which they are tried.
+
+    Returns
+    -------
+    Reduction
+        The same for the same input, whatever the hash seed.
+
+    Raises
+    ------
+    ReductionError
+        If a property, place or transition is unknown.
+
+    Examples
+    --------
+    >>> from dineros.analysis.compiled import CompiledNet
+    >>> start = ("start", {"wait": 1}, {"run": 1, "copy": 1})
+    >>> end = ("end", {"run": 1, "copy": 1})
+    >>> net = CompiledNet.build({"wait": 1, "run": 0, "copy": 0}, [start, end])
+    >>> reduction = reduce(net, {"state_space_size"})
+    >>> reduction.net.places, [str(equation) for equation in reduction.equations]
+    (('wait', 'copy'), ['run = 0 + copy'])
+    """
+    question = _question(net, preserve, observed_places, observed_transitions)
+    current = MutableNet.of(net)
+    steps: list[Step] = []
+    usable = [rule for rule in rules if question.preserve <= rule.preserves]
+    cheap, costly = ([rule for rule in usable if rule.is_costly is flag] for flag in (False, True))
+    while True:
+        while sum(_exhaust(rule, current, question, steps) for rule in cheap):
+            pass
+        if not any(_exhaust(rule, current, question, steps) for rule in costly):
+            break
+    return Reduction(net, current.compile(), question, tuple(steps))
+
+
+def _exhaust(rule: Rule, net: MutableNet, question: Question, steps: list[Step]) -> int:
+    """Apply one rule wherever it applies in one pass; return how often."""
+    before = len(steps)
+    for step in rule.steps(net, question):
+        if question.preserve <= step.preserves:
+            net.apply(step.change)
+            steps.append(step)
+    return len(steps) - before
+
+
+def _question(
+    net: CompiledNet, preserve: Iterable[Property | str], places: Iterable[str], transitions: Iterable[str]
+) -> Question:
+    try:
+        asked = frozenset(Property(item) for item in preserve)
+    except ValueError as error:
+        known = ", ".join(Property)
+        raise ReductionError(f"{error}; the properties are {known}") from None
+    question = Question(asked, frozenset(places), frozenset(transitions))
+    for kind, names, all_names in (
+        ("place", question.observed_places, net.places),
+        ("transition", question.observed_transitions, net.transitions),
+    ):
+        unknown = sorted(names.difference(all_names))
+        if unknown:
+            raise ReductionError(f"unknown {kind} {unknown[0]!r}")
+    return question

@@ -1,0 +1,169 @@
+"""What a reduction rule is, what it may claim to preserve, and what one application of it records."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from fractions import Fraction
+from typing import ClassVar
+
+from dineros.analysis.reductions.net import Arcs, Change, Marking, MutableNet
+
+
+class Property(StrEnum):
+    """What a reduction can preserve. N is the net before and N' the net after."""
+
+    STATE_SPACE_SIZE = "state_space_size"
+    """The number of reachable markings of N is that of N' times `Step.factor`, and each can be recovered."""
+
+    KEPT_PLACES = "kept_places"
+    """On the places that both nets have, both reach the same markings."""
+
+    DEADLOCKS = "deadlocks"
+    """N reaches a marking in which no transition is enabled iff N' does."""
+
+    LTL_WITHOUT_NEXT = "ltl_without_next"
+    """The maximal runs of N and N' agree, up to stuttering, on the tokens of observed places and the firings
+    of observed transitions, where a run that ends stays in its last marking for ever. No fairness is
+    assumed."""
+
+    LIVENESS = "liveness"
+    """N is live (every transition can fire again from every reachable marking) iff N' is."""
+
+    BOUNDEDNESS = "boundedness"
+    """N is bounded iff N' is."""
+
+
+ALL_PROPERTIES = frozenset(Property)
+#: What holds as soon as both nets have the same firing sequences.
+LANGUAGE_PROPERTIES = ALL_PROPERTIES - {Property.STATE_SPACE_SIZE, Property.BOUNDEDNESS}
+
+
+@dataclass(frozen=True)
+class Question:
+    """What a reduction has to respect.
+
+    Attributes
+    ----------
+    preserve
+        Properties that every applied rule must preserve.
+    observed_places, observed_transitions
+        Elements that stay in the net, with their names and their meaning.
+    """
+
+    preserve: frozenset[Property]
+    observed_places: frozenset[str] = frozenset()
+    observed_transitions: frozenset[str] = frozenset()
+
+    def is_invisible(self, transition: str, arcs: Arcs) -> bool:
+        """Whether nobody who looks at observed elements sees a transition fire."""
+        return transition not in self.observed_transitions and self.observed_places.isdisjoint(arcs.delta)
+
+
+@dataclass(frozen=True)
+class PlaceEquation:
+    """Tokens of a removed place in every reachable marking: constant + sum of weight * tokens."""
+
+    place: str
+    weights: Mapping[str, Fraction]
+    constant: Fraction
+
+    def value(self, marking: Mapping[str, int]) -> int:
+        """Tokens of the place in a marking of the others.
+
+        Raises
+        ------
+        ValueError
+            If the marking is not one the equation can hold in.
+        """
+        tokens = self.constant + sum(weight * marking[place] for place, weight in self.weights.items())
+        if tokens.denominator != 1 or tokens < 0:
+            raise ValueError(f"place {self.place!r} would hold {tokens} tokens")
+        return int(tokens)
+
+    def __str__(self) -> str:
+        terms = "".join(
+            f" {'-' if weight < 0 else '+'} {'' if abs(weight) == 1 else f'{abs(weight)} * '}{place}"
+            for place, weight in self.weights.items()
+        )
+        return f"{self.place} = {self.constant}{terms}"
+
+
+#: (net before the step, trace of the net after it, whether to run on to a deadlock) -> trace of the net
+#: before.
+Lift = Callable[[MutableNet, list[str], bool], list[str]]
+
+
+def same_trace(_before: MutableNet, trace: list[str], _settle: bool) -> list[str]:
+    """Lift of a rule whose reduced net has only firing sequences of the net before."""
+    return trace
+
+
+@dataclass(frozen=True)
+class Step:
+    """One application of a rule.
+
+    Attributes
+    ----------
+    rule : str
+        Name of the rule.
+    places, transitions : tuple of str
+        Elements it is about, as they were called before it.
+    preserves : frozenset of Property
+        What this application preserves; it can be less than the most its rule can.
+    change : Change
+        What it did.
+    lift : Lift
+        Maps a trace back over this step.
+    equation : PlaceEquation, optional
+        How the removed place follows from the others.
+    component : tuple of markings
+        The markings of an independent component that was removed (each combines with each of the rest), else
+        empty.
+    """
+
+    rule: str
+    places: tuple[str, ...]
+    transitions: tuple[str, ...]
+    preserves: frozenset[Property]
+    change: Change
+    lift: Lift = field(default=same_trace, repr=False)
+    equation: PlaceEquation | None = None
+    component: tuple[Marking, ...] = field(default=(), repr=False)
+
+    @property
+    def factor(self) -> int:
+        """Markings before for each marking after, where `STATE_SPACE_SIZE` is preserved."""
+        return len(self.component) or 1
+
+    def __str__(self) -> str:
+        return f"{self.rule}: {', '.join((*self.places, *self.transitions))}"
+
+
+class Rule(ABC):
+    """A reduction rule: finds where it applies, and says what each application preserves.
+
+    Attributes
+    ----------
+    preserves : frozenset of Property
+        The most any application preserves; a rule that cannot do what is asked is not even tried.
+    is_costly : bool
+        Whether it is tried only when no cheap rule applies any more.
+    """
+
+    preserves: ClassVar[frozenset[Property]]
+    is_costly: ClassVar[bool] = False
+
+    @property
+    def name(self) -> str:
+        """Name of the rule, as steps show it."""
+        return type(self).__name__
+
+    @abstractmethod
+    def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
+        """Offer steps one by one; the net changes between two of them whenever a step is taken.
+
+        A step that preserves too little for the question is not taken, and the net then stays as it is.
+        """

@@ -1,0 +1,83 @@
+"""Clauses that can never be true, with a minimal unsatisfiable core (paper, Sect. 7.2).
+
+A clause is already in conjunctive normal form, so it goes to a SAT solver as it is. The core is made minimal
+by deletion: a disjunction stays only if the others are satisfiable without it (Marques-Silva, ISMVL 2010).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pysat.solvers import Cadical153
+
+from dineros.metamodel import sym
+from dineros.metamodel.elements import node_net_of, transitions
+
+
+@dataclass(frozen=True)
+class Unsatisfiable:
+    """A clause that no values of its signals make true.
+
+    Attributes
+    ----------
+    transition : sym.Transition
+        The transition it guards, which can therefore never fire.
+    core : tuple of sym.Disjunction
+        A minimal set of its disjunctions that exclude each other.
+    """
+
+    transition: sym.Transition
+    core: tuple[sym.Disjunction, ...]
+
+    def __str__(self) -> str:
+        node = node_net_of(self.transition)
+        clause = self.transition.clause
+        text = clause.text if clause is not None else ""
+        core = " and ".join(disjunction_text(disjunction) for disjunction in self.core)
+        where = f" of {node.id}" if node is not None else ""
+        return f"clause {text!r} of {self.transition.id}{where} can never be true: {core or 'false'}"
+
+
+def unsatisfiable_clauses(model: sym.SystemModel) -> list[Unsatisfiable]:
+    """Return the clauses of a system model that can never be true, in model order."""
+    found = []
+    for transition in transitions(model):
+        if isinstance(transition, sym.Transition) and transition.clause is not None:
+            core = _minimal_core(transition.clause)
+            if core is not None:
+                found.append(Unsatisfiable(transition, core))
+    return found
+
+
+def _minimal_core(clause: sym.InputClause) -> tuple[sym.Disjunction, ...] | None:
+    """Return a minimal unsatisfiable subset of the disjunctions, or None for a satisfiable clause."""
+    numbers: dict[sym.InputSignal, int] = {}
+    disjunctions = list(clause.disjunctions)
+    for disjunction in disjunctions:
+        for literal in disjunction.literals:
+            numbers.setdefault(literal.signal, len(numbers) + 1)
+    selectors = {len(numbers) + number: disjunction for number, disjunction in enumerate(disjunctions, 1)}
+    with Cadical153() as solver:
+        for selector, disjunction in selectors.items():
+            literals = [
+                -numbers[literal.signal] if literal.negated else numbers[literal.signal]
+                for literal in disjunction.literals
+            ]
+            solver.add_clause([-selector, *literals])
+        if solver.solve(assumptions=list(selectors)):
+            return None
+        core = sorted(solver.get_core() or [])
+        for selector in list(core):
+            others = [kept for kept in core if kept != selector]
+            if not solver.solve(assumptions=others):
+                core = others
+    return tuple(selectors[selector] for selector in core)
+
+
+def disjunction_text(disjunction: sym.Disjunction) -> str:
+    """Return a disjunction as text, such as ``(Idle | !Busy)``."""
+    literals = [
+        f"{'!' if literal.negated else ''}{literal.signal.name or literal.signal.id}"
+        for literal in disjunction.literals
+    ]
+    return literals[0] if len(literals) == 1 else f"({' | '.join(literals) or 'false'})"

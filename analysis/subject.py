@@ -1,0 +1,111 @@
+"""What is analysed: a model compiled to a net, and how to speak of the net in the words of the model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.logic.names import NetNames
+from dineros.analysis.model_names import ModelNames
+from dineros.analysis.nets import compile_net
+from dineros.analysis.satisfiability import unsatisfiable_clauses
+from dineros.analysis.wording import words
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.transformations.copying import deep_copy
+from dineros.transformations.flatten import Flattened, OverflowVariant, SignalVariant, flatten
+from dineros.transformations.traces import Link
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A net under analysis.
+
+    Attributes
+    ----------
+    model : pn.Net
+        The model it comes from: a system model, or the net itself.
+    net : CompiledNet
+        The compiled net.
+    flattened : Flattened or None
+        How a system model became the net; None for a plain net.
+    """
+
+    model: pn.Net
+    net: CompiledNet
+    flattened: Flattened | None = None
+
+    @cached_property
+    def place_index(self) -> dict[str, int]:
+        """Index of each place, by its id in the net."""
+        return {name: index for index, name in enumerate(self.net.places)}
+
+    @cached_property
+    def transition_index(self) -> dict[str, int]:
+        """Index of each transition, by its id in the net."""
+        return {name: index for index, name in enumerate(self.net.transitions)}
+
+    @cached_property
+    def names(self) -> ModelNames | NetNames:
+        """Names of the model, for formulas and goals."""
+        return NetNames(self.net) if self.flattened is None else ModelNames(self.net, self.links())
+
+    def links(self) -> list[Link]:
+        """Return how each element of the net was made; empty for a plain net."""
+        return [] if self.flattened is None else self.flattened.trace.links
+
+    @cached_property
+    def _by_id(self) -> dict[str, Link]:
+        return {link.target.id: link for link in self.links() if not isinstance(link.target, pn.Arc)}
+
+    def place_text(self, index: int) -> str:
+        """Return a place in the words of the model."""
+        name = self.net.places[index]
+        return words(self._by_id[name]) if name in self._by_id else name
+
+    def transition_text(self, index: int) -> str:
+        """Return what firing a transition means, in the words of the model."""
+        name = self.net.transitions[index]
+        return words(self._by_id[name]) if name in self._by_id else name
+
+
+def subject_of(
+    model: pn.Net, signals: SignalVariant = "input-enabled", overflow: OverflowVariant = "weighted"
+) -> Subject:
+    """Flatten a system model and compile it; compile any other net as it is."""
+    if isinstance(model, sym.SystemModel) and (len(model.channels) or _has_clauses(model)):
+        flattened = flatten(model, signals, overflow)
+        return Subject(model, compile_net(flattened.net), flattened)
+    return Subject(model, compile_net(model))
+
+
+def base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> Subject:
+    """Compile the net without signals and without the transitions whose clause can never be true.
+
+    With fully-enabled signals, a marking of the other places, or the enabling of a transition of the system
+    model, is reachable if and only if it is in this net: a signal can always change, so a satisfiable clause
+    never blocks for ever, and changes of signals change nothing else.
+    """
+    if not isinstance(model, sym.SystemModel):
+        return subject_of(model)
+    blocked = {found.transition for found in unsatisfiable_clauses(model)}
+    if not blocked:
+        return subject_of(model, "none", overflow)
+    arcs = {arc for transition in blocked for arc in (*transition.incoming, *transition.outgoing)}
+    copied, images = deep_copy(model, omit={*blocked, *arcs})
+    assert isinstance(copied, sym.SystemModel)
+    subject = subject_of(copied, "none", overflow)
+    return subject if subject.flattened is None else _speaking_of(model, subject, images)
+
+
+def _speaking_of(model: pn.Net, subject: Subject, images: dict[EObject, EObject]) -> Subject:
+    """Let the trace of a copied model speak of the original."""
+    assert subject.flattened is not None
+    origins = {image: original for original, image in images.items()}
+    trace = subject.flattened.trace.with_sources(lambda source: origins.get(source, source))
+    return Subject(model, subject.net, Flattened(subject.flattened.net, trace))
+
+
+def _has_clauses(model: sym.SystemModel) -> bool:
+    return any(isinstance(element, sym.InputClause) for element in model.eAllContents())

@@ -1,0 +1,11 @@
+"""Sweeps: the state spaces of a grid of models, as a table (the data of the paper's Figs 15 to 17).
+
+A sweep runs on this machine or on a Dask cluster, every point in a process of its own. What is finished
+stands in a journal beside the output at once, so that a killed worker or run loses none of it.
+"""
+
+from dineros.analysis.sweeps.grid import Axis, Grid, Point, SweepError
+from dineros.analysis.sweeps.point import Figures
+from dineros.analysis.sweeps.sweep import Outcome, Progress, sweep
+
+__all__ = ["Axis", "Figures", "Grid", "Outcome", "Point", "Progress", "SweepError", "sweep"]

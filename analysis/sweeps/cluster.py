@@ -1,0 +1,114 @@
+"""Workers of a Dask cluster (dask.distributed): what `dineros sweep --scheduler` uses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from dineros.analysis.sweeps.grid import SweepError
+from dineros.analysis.sweeps.point import Figures, Job
+from dineros.analysis.sweeps.workers import PointProcesses
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+PATIENCE = 60
+"""Seconds to wait for the scheduler, and for the first worker."""
+
+
+def count_on_worker(job: Job) -> Figures:
+    """Count a point; runs on a worker of the cluster, which starts processes of its own for this."""
+    return _processes().count(job)
+
+
+@cache
+def _processes() -> PointProcesses:
+    return PointProcesses()
+
+
+def cluster_figures(jobs: Iterable[Job], address: str) -> Iterator[tuple[Job, Figures]]:
+    """Count points on a Dask cluster; yield each when it is done.
+
+    Points of a worker that dies are given to others by the scheduler; one that several die of is given up
+    (``distributed.scheduler.allowed-failures``).
+
+    Parameters
+    ----------
+    jobs : iterable of Job
+        The points.
+    address : str
+        Of the scheduler, such as ``tcp://10.0.0.1:8786``.
+
+    Raises
+    ------
+    SweepError
+        distributed is not installed, the cluster cannot be reached or goes away, or its workers cannot count.
+    """
+    try:
+        from distributed import KilledWorker, as_completed
+    except ImportError:
+        raise SweepError(
+            "a scheduler needs dask.distributed", hint="pip install 'dineros[cluster]'"
+        ) from None
+
+    waiting = iter(jobs)
+    with _connected(address) as client:
+        running: dict[Any, Job] = {}
+        completed = as_completed(loop=client.loop)
+
+        def submit_some() -> None:
+            # Enough to keep the workers busy, and no more: every point carries its model.
+            most = 2 * sum(client.nthreads().values()) + 2
+            while len(running) < most and (job := next(waiting, None)) is not None:
+                future = client.submit(count_on_worker, job, pure=False)
+                running[future.key] = job
+                completed.add(future)
+
+        submit_some()
+        for future in completed:
+            if future.status not in ("finished", "error"):
+                raise SweepError(
+                    f"the scheduler at {address} went away", hint="run the same command again to go on"
+                )
+            job = running.pop(future.key)
+            error = future.exception()
+            if error is None:
+                yield job, future.result()
+            elif isinstance(error, KilledWorker):
+                yield job, Figures(error=f"its workers died: {' '.join(str(error).split())}")
+            elif isinstance(error, SweepError):
+                raise SweepError(f"a worker of {address}: {error.message}", hint=error.hint)
+            else:
+                reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+                raise SweepError(
+                    f"a worker of {address} cannot count: {reason}",
+                    hint="install the same dineros[analysis] on all workers",
+                )
+            submit_some()
+
+
+@contextmanager
+def _connected(address: str) -> Iterator[Client]:
+    from distributed import Client
+
+    options: dict[str, Any] = {"timeout": PATIENCE, "set_as_default": False}
+    try:
+        client = Client(address, **options)
+    except (OSError, ValueError, TypeError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise SweepError(
+            f"no scheduler at {address!r}: {reason}", hint="for example tcp://10.0.0.1:8786"
+        ) from None
+    try:
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError:
+            raise SweepError(
+                f"no worker came to the scheduler at {address} within {PATIENCE:g} s",
+                hint=f"dask worker {address}",
+            ) from None
+        yield client
+    finally:
+        client.close()

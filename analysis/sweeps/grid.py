@@ -1,0 +1,221 @@
+"""Grids: which settings and variants of a model a sweep goes through, and in which order."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from math import prod
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from dineros.metamodel import pn
+from dineros.metamodel.errors import DinerosError
+
+MOST_POINTS = 1_000_000
+
+_RANGE = re.compile(r"([+-]?[0-9]{1,18})\.\.([+-]?[0-9]{1,18})(?:\.\.([0-9]{1,18}))?")
+
+
+class SweepError(DinerosError):
+    """A sweep cannot be run: a grid makes no sense, a journal is another sweep's, a cluster is away."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Features that take the same values together.
+
+    Attributes
+    ----------
+    features : tuple of str
+        Such as ``RedObjects.tokens``; see `dineros.metamodel.settings`.
+    values : tuple of str
+        What they are set to, one after the other.
+    """
+
+    features: tuple[str, ...]
+    values: tuple[str, ...]
+
+    @classmethod
+    def parse(cls, text: str) -> Axis:
+        """Read ``FEATURE[,FEATURE...]=VALUES``; values are ``a..b``, ``a..b..step`` or texts, by commas.
+
+        Raises
+        ------
+        SweepError
+            The text has another form, or values are missing, too many, or occur twice.
+        """
+        left, equals, right = text.partition("=")
+        features = tuple(feature.strip() for feature in left.split(","))
+        if not equals or not all(re.fullmatch(r".+\.[^.]+", feature) for feature in features):
+            raise SweepError(
+                f"{text!r} is not of the form ELEMENT.FEATURE=VALUES",
+                hint="for example RedObjects.tokens=0..10",
+            )
+        values = tuple(value for part in right.split(",") for value in _values(part.strip(), text))
+        for what, found in (("feature", features), ("value", values)):
+            twice = next((one for number, one in enumerate(found) if one in found[:number]), None)
+            if twice is not None and len(found) <= 10_000:
+                raise SweepError(f"{text!r} has the {what} {twice!r} twice", hint="leave one out")
+        return cls(features, values)
+
+
+def _values(part: str, text: str) -> Iterator[str]:
+    found = _RANGE.fullmatch(part)
+    if found is None:
+        if not part:
+            raise SweepError(f"{text!r} has an empty value", hint="for example RedObjects.tokens=0..10")
+        yield part
+        return
+    first, last, step = int(found[1]), int(found[2]), int(found[3] or 1)
+    if step == 0 or last < first:
+        raise SweepError(
+            f"{part!r} is an empty range",
+            hint="write FIRST..LAST or FIRST..LAST..STEP, ascending, step 1 or more",
+        )
+    numbers = range(first, last + 1, step)
+    if len(numbers) > MOST_POINTS:
+        raise SweepError(
+            f"{part!r} has {len(numbers)} values", hint=f"at most {MOST_POINTS}: take a larger step"
+        )
+    yield from map(str, numbers)
+
+
+@dataclass(frozen=True)
+class Point:
+    """One model of a grid.
+
+    Attributes
+    ----------
+    settings : tuple of (str, str)
+        Feature and value, in the order of the axes.
+    signals, overflow : str or None
+        How the model is flattened; None for a plain net.
+    reduced : bool
+        Whether the net is reduced before it is explored.
+    """
+
+    settings: tuple[tuple[str, str], ...]
+    signals: str | None
+    overflow: str | None
+    reduced: bool
+
+    @property
+    def key(self) -> str:
+        """What tells it from all other points."""
+        return json.dumps([self.settings, self.signals, self.overflow, self.reduced], ensure_ascii=False)
+
+    def columns(self) -> dict[str, str | bool | None]:
+        """Return its part of a row of the table."""
+        return {
+            **dict(self.settings),
+            "signals": self.signals,
+            "overflow": self.overflow,
+            "reduced": self.reduced,
+        }
+
+
+@dataclass(frozen=True)
+class Grid:
+    """All combinations of the values of axes and of variants.
+
+    Attributes
+    ----------
+    axes : tuple of Axis
+        What is varied, outermost first.
+    signals, overflow : tuple
+        Variants of the flattening; ``(None,)`` for a plain net.
+    reduced : tuple of bool
+        Whether nets are reduced; the innermost axis.
+
+    Raises
+    ------
+    SweepError
+        A feature stands in two axes, or there are too many points.
+    """
+
+    axes: tuple[Axis, ...]
+    signals: tuple[str | None, ...] = ("input-enabled",)
+    overflow: tuple[str | None, ...] = ("weighted",)
+    reduced: tuple[bool, ...] = (False,)
+
+    def __post_init__(self) -> None:
+        for number, feature in enumerate(self.features):
+            if feature in self.features[:number]:
+                raise SweepError(f"{feature} is varied twice", hint="give it once, with all its values")
+        if len(self) > MOST_POINTS:
+            raise SweepError(f"the grid has {len(self)} points", hint=f"at most {MOST_POINTS}: vary less")
+
+    def __len__(self) -> int:
+        variants = (self.signals, self.overflow, self.reduced)
+        return prod([*(len(axis.values) for axis in self.axes), *map(len, variants)])
+
+    @cached_property
+    def features(self) -> tuple[str, ...]:
+        """All features that are varied."""
+        return tuple(feature for axis in self.axes for feature in axis.features)
+
+    def __iter__(self) -> Iterator[Point]:
+        values = product(*(axis.values for axis in self.axes))
+        for chosen, signals, overflow, reduced in product(values, self.signals, self.overflow, self.reduced):
+            pairs = zip(self.axes, chosen, strict=True)
+            settings = tuple((feature, value) for axis, value in pairs for feature in axis.features)
+            yield Point(settings, signals, overflow, reduced)
+
+    def check(self, model: str) -> None:
+        """Apply every value, and validate the model at the ends of each axis.
+
+        Parameters
+        ----------
+        model : str
+            The model, as XMI.
+
+        Raises
+        ------
+        DinerosError
+            There is no such feature, a value does not fit it, or breaks a constraint.
+        """
+        from dineros.metamodel.settings import apply
+
+        for number, axis in enumerate(self.axes):
+            changed = parse_model(model)
+            for value in axis.values:
+                for feature in axis.features:
+                    apply(changed, f"{feature}={value}")
+            for value in {axis.values[0], axis.values[-1]}:
+                axes = (*self.axes[:number], Axis(axis.features, (value,)), *self.axes[number + 1 :])
+                model_of(next(iter(Grid(axes))), model)
+
+
+def parse_model(text: str) -> pn.Net:
+    """Return the model in a text, which is XMI."""
+    from dineros.metamodel.files import load
+
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "model.xmi"
+        path.write_text(text, encoding="utf-8")
+        return load(path)
+
+
+def model_of(point: Point, text: str) -> pn.Net:
+    """Return the model of a point.
+
+    Raises
+    ------
+    DinerosError
+        A setting does not fit the model, or breaks a constraint.
+    """
+    from dineros.metamodel.constraints import validate
+    from dineros.metamodel.settings import apply
+
+    model = parse_model(text)
+    for feature, value in point.settings:
+        apply(model, f"{feature}={value}")
+    errors = [violation for violation in validate(model) if violation.severity == "error"]
+    if errors:
+        settings = ", ".join(f"{feature}={value}" for feature, value in point.settings)
+        raise SweepError(f"with {settings}, {errors[0].message}", hint=errors[0].fix or None)
+    return model

@@ -1,0 +1,128 @@
+"""The journal of a sweep: what is finished, beside the output, until the output is written."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+from dataclasses import asdict
+from pathlib import Path
+from types import TracebackType
+from typing import Any, BinaryIO
+
+from dineros.analysis.sweeps.grid import Grid, Point, SweepError
+from dineros.analysis.sweeps.point import Figures
+from dineros.metamodel.errors import Location
+
+FORMAT = 1
+
+
+class Journal:
+    """Figures of finished points, each synchronised to the disk as soon as it is there.
+
+    The first line says what sweep it is; every other line is a point. A line that a crash left half-written
+    does not count.
+
+    Parameters
+    ----------
+    path : Path
+        The file; made where it is not there.
+    model : str
+        The model, as XMI.
+    grid : Grid
+        The points.
+    engine : str
+        The engine asked for.
+    limits : list
+        Memory and time given to a point. Points that ended for want of them are done again with other ones.
+
+    Raises
+    ------
+    SweepError
+        The file is the journal of another sweep, or of one that is running.
+    OSError
+        It cannot be read or written.
+    """
+
+    def __init__(self, path: Path, model: str, grid: Grid, engine: str, limits: list[float | None]) -> None:
+        self.path = path
+        self.limits = limits
+        self.finished: dict[str, Figures] = {}
+        self._file: BinaryIO = path.open("a+b")
+        try:
+            self._lock()
+            self._begin({"sweep": FORMAT, "of": _hash(model, grid, engine)})
+        except BaseException:
+            self._file.close()
+            raise
+
+    def _lock(self) -> None:
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise SweepError("a sweep that writes it is running", location=Location(self.path)) from None
+
+    def _begin(self, header: dict[str, Any]) -> None:
+        """Read what an earlier run finished, and drop the half line of a crash."""
+        self._file.seek(0)
+        text = self._file.read()
+        whole = text[: text.rfind(b"\n") + 1]
+        first, *lines = whole.split(b"\n")
+        if not whole and not text.startswith(b'{"sweep"'[: len(text)]):
+            raise self._foreign()
+        if whole and _read(first) != header:
+            raise self._foreign()
+        self._file.truncate(len(whole))
+        if not whole:
+            self._append(header)
+        for line in lines:
+            entry = _read(line)
+            if entry is not None and (entry["figures"]["complete"] or entry["limits"] == self.limits):
+                self.finished[entry["point"]] = Figures(**entry["figures"])
+
+    def _foreign(self) -> SweepError:
+        return SweepError(
+            "is the journal of another sweep: of another model, grid or engine",
+            location=Location(self.path),
+            hint="finish that sweep, remove the file, or write to another one",
+        )
+
+    def add(self, point: Point, figures: Figures) -> None:
+        """Note a finished point for good."""
+        self.finished[point.key] = figures
+        self._append({"point": point.key, "limits": self.limits, "figures": asdict(figures)})
+
+    def _append(self, entry: dict[str, Any]) -> None:
+        self._file.write(json.dumps(entry, ensure_ascii=False).encode() + b"\n")
+        self._file.flush()
+        os.fsync(self._file.fileno())
+
+    def remove(self) -> None:
+        """Remove the file: the output holds it all."""
+        self.path.unlink(missing_ok=True)
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if not self.finished:  # nothing was lost either
+            self.remove()
+        self._file.close()
+
+
+def _hash(model: str, grid: Grid, engine: str) -> str:
+    axes = [[axis.features, axis.values] for axis in grid.axes]
+    variants = [grid.signals, grid.overflow, grid.reduced]
+    return hashlib.sha256(json.dumps([model, axes, variants, engine]).encode()).hexdigest()
+
+
+def _read(line: bytes) -> dict[str, Any] | None:
+    """Return what a line says; None for one that is damaged."""
+    try:
+        entry = json.loads(line)
+    except ValueError:
+        return None
+    return entry if isinstance(entry, dict) else None

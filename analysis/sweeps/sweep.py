@@ -1,0 +1,165 @@
+"""A sweep from the grid to the table, and on after it was interrupted."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from dineros.analysis.sweeps.cluster import cluster_figures
+from dineros.analysis.sweeps.grid import Grid, Point
+from dineros.analysis.sweeps.journal import Journal
+from dineros.analysis.sweeps.point import Figures, Job
+from dineros.analysis.sweeps.tables import Row, Value, write_table, writer_for
+from dineros.analysis.sweeps.workers import local_figures
+from dineros.metamodel import pn
+from dineros.metamodel.errors import Location, ModelFileError
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a sweep is: points done and in all, those of earlier runs, those without an answer."""
+
+    done: int
+    points: int
+    resumed: int
+    unknown: int
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a sweep wrote.
+
+    Attributes
+    ----------
+    rows : tuple of dict
+        The table, in the order of the grid.
+    resumed : int
+        How many of them an earlier run had finished.
+    unknown : int
+        How many have no complete state space.
+    """
+
+    rows: tuple[Row, ...]
+    resumed: int
+    unknown: int
+
+
+def journal_path(output: Path) -> Path:
+    """Return where the journal of a sweep stands."""
+    return output.with_name(f"{output.name}.partial.jsonl")
+
+
+def sweep(
+    model: pn.Net,
+    grid: Grid,
+    output: Path,
+    *,
+    engine: str = "auto",
+    memory: int | None = None,
+    timeout: float | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Outcome:
+    """Count the state spaces of a grid of models, and write them as a table.
+
+    Every finished point stands in a journal beside the output, synchronised to the disk. The same sweep goes
+    on where an earlier run of it was ended, by whatever means, and removes the journal when it has written
+    the output.
+
+    Parameters
+    ----------
+    model : pn.Net
+        What is varied.
+    grid : Grid
+        How.
+    output : Path
+        A ``.csv`` or ``.parquet`` file, written as a whole at the end.
+    engine : {"auto", "explicit", "symbolic"}
+        See `dineros.analysis.statespace`.
+    memory : int, optional
+        Bytes that an engine may take for one point; an equal share of 70 % of what is free unless given, and
+        on a cluster the engine's default.
+    timeout : float, optional
+        Seconds for one point.
+    workers : int, optional
+        Points counted at a time on this machine; as many as there are processors unless given.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers count the points instead.
+    progress : callable, optional
+        Told after every point.
+
+    Raises
+    ------
+    SweepError
+        The grid does not fit the model, the journal is that of another sweep, or the cluster is away.
+    DinerosError
+        A setting does not fit the model, or a file cannot be written.
+    """
+    from dineros.metamodel.files.xmi import xmi_bytes
+
+    writer_for(output)
+    _refuse_output(output)
+    text = xmi_bytes(model).decode()
+    grid.check(text)
+    points = list(grid)
+    with _journal(output, text, grid, engine, [memory, timeout]) as journal:
+        finished = {point.key for point in points} & journal.finished.keys()
+        resumed = len(finished)
+        unknown = sum(not journal.finished[key].complete for key in finished)
+        local = min(workers or os.cpu_count() or 1, len(points) - resumed)
+        budget = memory if memory is not None or scheduler is not None else _share_of_memory(local)
+        jobs = [
+            Job(text, point, engine, budget, timeout) for point in points if point.key not in journal.finished
+        ]
+        if progress is not None:
+            progress(Progress(resumed, len(points), resumed, unknown))
+        counted = local_figures(jobs, local) if scheduler is None else cluster_figures(jobs, scheduler)
+        for number, (job, figures) in enumerate(counted, resumed + 1):
+            journal.add(job.point, figures)
+            unknown += not figures.complete
+            if progress is not None:
+                progress(Progress(number, len(points), resumed, unknown))
+        rows = tuple(_row(point, journal.finished[point.key]) for point in points)
+        write_table(rows, output)
+        journal.remove()
+    return Outcome(rows, resumed, unknown)
+
+
+def _journal(output: Path, model: str, grid: Grid, engine: str, limits: list[float | None]) -> Journal:
+    path = journal_path(output)
+    try:
+        return Journal(path, model, grid, engine, limits)
+    except OSError as error:
+        raise ModelFileError(f"cannot be written: {error.strerror}", location=Location(path)) from None
+
+
+def _share_of_memory(workers: int) -> int:
+    from dineros.analysis.explicit_memory import DEFAULT_SHARE, free_memory
+
+    return int(free_memory() * DEFAULT_SHARE) // max(workers, 1)
+
+
+def _refuse_output(output: Path) -> None:
+    """Find out before long work, not after it, that a file cannot be written."""
+    if output.is_dir():
+        raise ModelFileError("is a directory", location=Location(output), hint="name a file")
+    if not output.parent.is_dir():
+        raise ModelFileError(
+            f"cannot be written: there is no folder {str(output.parent)!r}",
+            location=Location(output),
+            hint="make the folder first",
+        )
+
+
+def _row(point: Point, figures: Figures) -> Row:
+    settings: dict[str, Value] = {feature: _value(value) for feature, value in point.settings}
+    return {**point.columns(), **settings, **asdict(figures)}
+
+
+def _value(text: str) -> Value:
+    """Return whole numbers as such."""
+    return int(text) if re.fullmatch(r"[+-]?[0-9]{1,18}", text) else text

@@ -1,0 +1,235 @@
+"""What the commands that analyse share: the net to analyse, budgets, progress, answers and exit statuses."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from dineros.cli.console import say, warn
+from dineros.cli.models import load, refuse_invalid
+from dineros.cli.options import invocation
+
+if TYPE_CHECKING:
+    from dineros.analysis.findings import Witness
+    from dineros.analysis.subject import Subject
+    from dineros.metamodel import pn
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+HOLDS, VIOLATED, UNKNOWN = 0, 1, 3
+SIGNALS = ("none", "fully-enabled", "input-enabled", "io-enabled")
+OVERFLOW = ("weighted", "inhibitor")
+OWN_MEMORY = 256 << 20
+"""Bytes that Python, its libraries and the compiled engines take, before anything is searched."""
+
+_CLEAR = "\r\033[K"
+_UNITS = {"k": 1 << 10, "m": 1 << 20, "g": 1 << 30}
+
+
+class Memory(click.ParamType[int]):
+    """An amount of memory: bytes, or a number with K, M or G."""
+
+    name = "memory"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Return bytes."""
+        if isinstance(value, int):
+            return value
+        text = str(value).strip().lower().removesuffix("ib").removesuffix("b")
+        factor = _UNITS.get(text[-1:], 1)
+        try:
+            amount = int(float(text[:-1] if factor > 1 else text) * factor)
+        except (ValueError, OverflowError):
+            self.fail(f"{value!r} is no amount of memory, such as 4G", param, ctx)
+        if amount < 1 << 20:
+            self.fail(f"{value!r} is too little: give 1M or more", param, ctx)
+        return amount
+
+
+def variant_options(function: F) -> F:
+    """Add `--signals` and `--overflow`: how a system model is flattened first."""
+    for option in (
+        click.option(
+            "--overflow",
+            type=click.Choice(OVERFLOW),
+            default="weighted",
+            show_default=True,
+            help="How a full queue drops.",
+        ),
+        click.option(
+            "--signals",
+            type=click.Choice(SIGNALS),
+            default="input-enabled",
+            show_default=True,
+            help="When a signal may change.",
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+def memory_option(function: F) -> F:
+    """Add `--memory`, in bytes; by default 70 % of what is free."""
+    option = click.option(
+        "--memory",
+        type=Memory(),
+        metavar="SIZE",
+        help="Memory that the process may use, such as 4G; default: 70 % of what is free.",
+    )
+    return option(function)
+
+
+def memory_budget(given: int | None) -> int:
+    """Return the bytes an engine may use: of what is given, what the process itself does not need."""
+    if given is not None:
+        return max(given - OWN_MEMORY, 1 << 20)
+    free = _read_number(Path("/proc/meminfo"), "MemAvailable:", 1 << 10) or (2 << 30) * 10 // 7
+    limit = _read_number(Path("/sys/fs/cgroup/memory.max"))  # of a container, where there is one
+    if limit is not None:
+        free = min(free, limit - (_read_number(Path("/sys/fs/cgroup/memory.current")) or 0))
+    return max(free * 7 // 10, 1 << 20)
+
+
+def _read_number(path: Path, label: str = "", unit: int = 1) -> int | None:
+    """Return the number behind a label in a file of the kernel; None where there is none."""
+    try:
+        words = path.read_text(encoding="ascii").split()
+        return int(words[words.index(label) + 1 if label else 0]) * unit
+    except (OSError, ValueError, IndexError):
+        return None
+
+
+def load_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> Subject:
+    """Read a model, refuse an invalid one, flatten it where it is a system model, and compile it."""
+    from dineros.analysis.subject import subject_of
+    from dineros.metamodel.errors import DinerosError, Location
+
+    model = load_valid(path, settings)
+    try:
+        return subject_of(model, signals, overflow)  # type: ignore[arg-type]
+    except DinerosError as error:
+        error.location = error.location or Location(path)
+        raise
+
+
+def load_valid(path: Path, settings: Sequence[str]) -> pn.Net:
+    """Read a model, change it, and refuse it where it is not valid."""
+    model = load(path, settings)
+    refuse_invalid(model, path)
+    return model
+
+
+@contextmanager
+def reading_formula(option: str) -> Iterator[None]:
+    """Let errors of a formula, or of a name, say which option it was given to.
+
+    Raises
+    ------
+    DinerosError
+        The formula cannot be read, or names something unknown.
+    """
+    from dineros.analysis.logic.errors import FormulaError
+    from dineros.metamodel.errors import DinerosError
+
+    try:
+        yield
+    except FormulaError as error:
+        where = f"{option}, column {error.column}" if error.column else option
+        raise DinerosError(f"{where}: {error.message}", hint=error.hint) from None
+
+
+@contextmanager
+def exploring() -> Iterator[Callable[[Any], None]]:
+    """Show how far an engine is, on terminals only, and what was seen when it is interrupted.
+
+    The value is the callback for the engine. A first run, which compiles the engines, says so.
+    """
+    shown = sys.stderr.isatty() and invocation().verbosity >= 0
+    began = time.monotonic()
+    last: list[Any] = [None, began]
+
+    def tell(progress: Any) -> None:
+        last[0], now = progress, time.monotonic()
+        if shown and now - last[1] >= 0.5:
+            last[1] = now
+            sys.stderr.write(f"\r\033[K{_seen(progress)}")
+            sys.stderr.flush()
+
+    try:
+        with _announcing_compilation():
+            yield tell
+    except KeyboardInterrupt:
+        seen = _seen(last[0]) if last[0] is not None else "nothing seen yet"
+        click.echo(
+            f"{_CLEAR if shown else ''}interrupted after {time.monotonic() - began:.1f} s: {seen}", err=True
+        )
+        raise
+    finally:
+        if shown:
+            sys.stderr.write(_CLEAR)
+            sys.stderr.flush()
+
+
+def _seen(progress: Any) -> str:
+    """Say how far an engine is; each has counts of its own."""
+    parts = [
+        f"{getattr(progress, name):,} {name}"
+        for name in ("markings", "states", "nodes")
+        if hasattr(progress, name)
+    ]
+    rate = getattr(progress, "rate", None)
+    if rate:
+        parts.append(f"{rate:,.0f}/s")
+    memory: int = getattr(progress, "bytes", 0) or getattr(progress, "memory_bytes", 0)
+    return ", ".join([*parts, f"{memory / 2**20:,.0f} MiB"])
+
+
+@contextmanager
+def _announcing_compilation() -> Iterator[None]:
+    """Say once that kernels are compiled, as soon as the first one is: Numba keeps them for later runs."""
+    if invocation().verbosity <= 0 and not (sys.stderr.isatty() and invocation().verbosity == 0):
+        yield  # what scripts capture does not change from the first run to the second
+        return
+    from numba.core import event
+
+    class Announcer(event.Listener):
+        said = False
+
+        def on_start(self, _: event.Event) -> None:
+            if not self.said:
+                warn("compiling the engines, once; this takes up to a minute")
+            Announcer.said = True
+
+        def on_end(self, _: event.Event) -> None:
+            """Nothing to say."""
+
+    with event.install_listener("numba:compile", Announcer()):
+        yield
+
+
+def say_witness(witness: Witness) -> None:
+    """Print a witness, a line per firing."""
+    for number, step in enumerate(witness.steps, 1):
+        if witness.loop is not None and number - 1 == witness.loop:
+            say("  for ever:")
+        say(f"  {number:3}  {step.text}")
+
+
+def write_report(report: dict[str, Any], output: Path) -> None:
+    """Write a report with its trace as JSON, as a whole or not at all."""
+    import json
+
+    from dineros.metamodel.files.atomic import write_atomically
+
+    write_atomically(output, (json.dumps(report, indent=2, ensure_ascii=False) + "\n").encode())
+
+
+def count(number: int, noun: str) -> str:
+    """Return a number of things, such as ``1 step``."""
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"

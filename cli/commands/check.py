@@ -1,0 +1,157 @@
+"""``dineros check``: every question with a yes/no answer that can be asked of any model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dineros.cli.analysing import (
+    HOLDS,
+    UNKNOWN,
+    VIOLATED,
+    count,
+    exploring,
+    load_valid,
+    memory_budget,
+    memory_option,
+    say_witness,
+)
+from dineros.cli.console import note, say, say_json, summarise
+from dineros.cli.options import command, json_option, model_argument, settings_option
+
+if TYPE_CHECKING:
+    from dineros.analysis.findings import Report
+    from dineros.metamodel import pn
+
+_STYLES = {"error": "bold red", "warning": "yellow", "note": "blue"}
+
+
+@command(
+    "dineros check sorting.sym.xmi",
+    "dineros check sorting.sym.xmi --set RedObjects.tokens=2 --format junit > findings.xml",
+    "dineros check sorting.sym.xmi --suggest-capacities",
+)
+@model_argument()
+@click.option(
+    "--format",
+    "format",
+    type=click.Choice(["text", "json", "sarif", "junit"]),
+    default="text",
+    show_default=True,
+    help="How to print the findings; CI shows SARIF and JUnit.",
+)
+@click.option(
+    "--suggest-capacities",
+    is_flag=True,
+    help="Instead, for each queue, the smallest capacity that loses no message.",
+)
+@click.option("--behaviour", is_flag=True, help="Ask for liveness, reversibility and home markings as well.")
+@click.option("--witnesses", is_flag=True, help="Print how each finding comes about, step by step.")
+@memory_option
+@settings_option
+@json_option
+def check(
+    model: Path,
+    format: str,
+    suggest_capacities: bool,
+    behaviour: bool,
+    witnesses: bool,
+    memory: int | None,
+    settings: tuple[str, ...],
+    as_json: bool,
+) -> int:
+    """Check a model: clauses, overflow of queues, unused and dead parts, boundedness, deadlock.
+
+    Exit status 1 when something is found (a note does not count), 3 when something stays unknown.
+    """
+    from dineros.analysis.check import check as check_model
+    from dineros.analysis.check import check_behaviour
+    from dineros.analysis.findings import Report
+
+    format = "json" if as_json else format
+    if suggest_capacities and format not in ("text", "json"):
+        raise click.UsageError(f"capacities are no findings: there is no --format {format} of them")
+    net = load_valid(model, settings)
+    if suggest_capacities:
+        return _suggest(net, model, memory_budget(memory), format == "json", witnesses)
+    report = Report()
+    try:
+        with exploring() as progress:
+            check_model(net, memory_budget(memory), progress, report)
+            if behaviour:
+                report.add(check_behaviour(net, memory_budget(memory), progress))
+    except KeyboardInterrupt:
+        report.unknown.append("everything else: interrupted")
+        _print(report, net, model, format, witnesses)
+        raise
+    _print(report, net, model, format, witnesses)
+    if any(finding.severity != "note" for finding in report.findings):
+        return VIOLATED
+    return UNKNOWN if report.unknown else HOLDS
+
+
+def _print(report: Report, net: pn.Net, model: Path, format: str, witnesses: bool) -> None:
+    if format == "json":
+        say_json(report.to_dict(str(model)))
+    elif format == "sarif":
+        from dineros.analysis.report_formats import to_sarif
+
+        say_json(to_sarif(report, net, model))
+    elif format == "junit":
+        from dineros.analysis.report_formats import to_junit
+
+        say(to_junit(report, model).decode())
+    else:
+        _print_text(report, model, witnesses)
+
+
+def _print_text(report: Report, model: Path, witnesses: bool) -> None:
+    for finding in report.findings:
+        length = f" [{count(len(finding.witness.steps), 'step')}]" if finding.witness else ""
+        say(f"{finding.severity}: {finding.message}{length} [{finding.rule}]", _STYLES[finding.severity])
+        if witnesses and finding.witness:
+            say_witness(finding.witness)
+    for unknown in report.unknown:
+        say(f"unknown: {unknown}", "magenta")
+    for proved in report.proved:
+        note(f"proved: {proved}")
+    counts = f"{len(report.findings)} found, {len(report.proved)} proved, {len(report.unknown)} unknown"
+    summarise(f"{model}: {counts}")
+
+
+def _suggest(net: pn.Net, model: Path, memory: int, as_json: bool, witnesses: bool) -> int:
+    from dineros.analysis.capacities import suggest_capacities
+    from dineros.metamodel import sym
+    from dineros.metamodel.errors import DinerosError, Location
+
+    if not isinstance(net, sym.SystemModel):
+        raise DinerosError("has no queues: it is no system model", location=Location(model))
+    with exploring() as progress:
+        found = suggest_capacities(net, memory, progress)
+    if as_json:
+        rows = [
+            {
+                "elements": list(capacity.queue.elements),
+                "queue": str(capacity.queue),
+                "limit": capacity.limit,
+                "needed": capacity.needed,
+                "reason": capacity.reason,
+                "witness": capacity.witness.to_dict() if capacity.witness else None,
+            }
+            for capacity in found
+        ]
+        say_json({"model": str(model), "capacities": rows})
+    else:
+        for capacity in found:
+            needed = f"needs {capacity.needed}" if capacity.needed is not None else f"none: {capacity.reason}"
+            say(f"{capacity.queue}: has {capacity.limit}, {needed}")
+            if witnesses and capacity.witness:
+                say_witness(capacity.witness)
+        summarise(f"{model}: {count(len(found), 'queue')}")
+    if all(capacity.needed is not None and capacity.needed <= capacity.limit for capacity in found):
+        return HOLDS
+    return (
+        UNKNOWN if any(capacity.needed is None and not capacity.witness for capacity in found) else VIOLATED
+    )

@@ -1,0 +1,91 @@
+"""``dineros find``: how is this reached (paper, Alg. 5)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from dineros.cli.analysing import (
+    HOLDS,
+    UNKNOWN,
+    VIOLATED,
+    count,
+    exploring,
+    load_subject,
+    memory_budget,
+    memory_option,
+    reading_formula,
+    say_witness,
+    variant_options,
+    write_report,
+)
+from dineros.cli.console import say, say_json, summarise
+from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
+
+
+@command(
+    "dineros find sorting.sym.xmi --enabled TShowResult",
+    "dineros find sorting.sym.xmi --signals none --marking 'Shown >= 1 & StateGet >= 1'",
+)
+@model_argument()
+@click.option("--enabled", metavar="TRANSITION", help="Find a marking that enables a transition.")
+@click.option("--marking", metavar="EXPR", help="Find a marking with a property, such as 'Shown >= 2'.")
+@click.option(
+    "-o", "--output", type=ModelPath(), metavar="TRACE", help="Write the trace to this file, as JSON."
+)
+@variant_options
+@memory_option
+@settings_option
+@json_option
+def find(
+    model: Path,
+    enabled: str | None,
+    marking: str | None,
+    output: Path | None,
+    signals: str,
+    overflow: str,
+    memory: int | None,
+    settings: tuple[str, ...],
+    as_json: bool,
+) -> int:
+    """Find a shortest way to a marking.
+
+    Exit status 0: found; 1: proved unreachable; 3: unknown.
+    """
+    from dineros.analysis.findings import witness_of
+    from dineros.analysis.goals import find_enabled, find_marking
+
+    if (enabled is None) == (marking is None):
+        raise click.UsageError("give either --enabled or --marking")
+    subject = load_subject(model, settings, signals, overflow)
+    with exploring() as progress:
+        if enabled is not None:
+            with reading_formula("--enabled"):
+                answer = find_enabled(subject.net, enabled, subject.names, memory_budget(memory), progress)
+        else:
+            assert marking is not None
+            with reading_formula("--marking"):
+                answer = find_marking(subject.net, marking, subject.names, memory_budget(memory), progress)
+    witness = witness_of(subject, answer.trace) if answer.trace is not None else None
+    report = {
+        "model": str(model),
+        "goal": f"enabled({enabled})" if enabled is not None else marking,
+        "status": answer.status,
+        "reason": answer.reason,
+        "states": answer.states,
+        "witness": witness.to_dict() if witness else None,
+    }
+    if output is not None and witness is not None:
+        write_report(report, output)
+    if as_json:
+        say_json(report)
+    else:
+        reason = f" ({answer.reason})" if answer.reason else ""
+        seen = f"; {count(answer.states, 'state')}" if answer.states is not None else ""
+        say(f"{answer.status}: {report['goal']}{reason}{seen}")
+        if witness and output is None:
+            say_witness(witness)
+        elif witness:
+            summarise(f"{model} -> {output}: {count(len(witness.steps), 'step')}")
+    return {"reachable": HOLDS, "unreachable": VIOLATED, "unknown": UNKNOWN}[answer.status]

@@ -1,0 +1,108 @@
+"""``dineros reduce``: a smaller net with the same answer (paper, Alg. 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dineros.cli.analysing import load_subject, variant_options
+from dineros.cli.console import say, say_json, summarise
+from dineros.cli.options import command, json_option, model_argument, output_option, settings_option
+
+if TYPE_CHECKING:
+    from dineros.analysis.subject import Subject
+
+PROPERTIES = ("state_space_size", "kept_places", "deadlocks", "ltl_without_next", "liveness", "boundedness")
+
+
+@command(
+    "dineros reduce sorting.sym.xmi -o small.net",
+    "dineros reduce sorting.sym.xmi --signals fully-enabled --preserve deadlocks -o small.pnml",
+)
+@model_argument()
+@output_option("The reduced net; its suffix tells the format: .net, .pnml, .xmi.")
+@click.option(
+    "--preserve",
+    "preserve",
+    type=click.Choice(PROPERTIES),
+    multiple=True,
+    default=["state_space_size"],
+    show_default=True,
+    help="What the smaller net must agree on; repeatable.",
+)
+@click.option("--keep", multiple=True, metavar="ELEMENT", help="A place or transition to keep; repeatable.")
+@variant_options
+@settings_option
+@json_option
+def reduce(
+    model: Path,
+    output: Path,
+    preserve: tuple[str, ...],
+    keep: tuple[str, ...],
+    signals: str,
+    overflow: str,
+    settings: tuple[str, ...],
+    as_json: bool,
+) -> int:
+    """Reduce a net by structural rules; each names what it preserves, and only those that fit are applied."""
+    from dineros.analysis.nets import to_model
+    from dineros.analysis.reductions import reduce as reduce_net
+    from dineros.metamodel.files import save
+
+    subject = load_subject(model, settings, signals, overflow)
+    net = subject.net
+    places, transitions = _kept(subject, keep)
+    reduction = reduce_net(net, set(preserve), observed_places=places, observed_transitions=transitions)
+    save(to_model(reduction.net, str(subject.model.id)), output)
+    steps = [
+        {
+            "rule": step.rule,
+            "elements": [*step.places, *step.transitions],
+            "preserves": sorted(map(str, step.preserves)),
+        }
+        for step in reduction.steps
+    ]
+    small = reduction.net
+    report = {
+        "model": str(model),
+        "places": [len(net.places), len(small.places)],
+        "transitions": [len(net.transitions), len(small.transitions)],
+        "steps": steps,
+    }
+    if as_json:
+        say_json(report)
+        return 0
+    counts: dict[str, int] = {}
+    for step in reduction.steps:
+        counts[str(step.rule)] = counts.get(str(step.rule), 0) + 1
+    for rule, number in counts.items():
+        say(f"{number:4} x {rule}")
+    summarise(
+        f"{model} -> {output}: {len(net.places)} -> {len(small.places)} places, "
+        f"{len(net.transitions)} -> {len(small.transitions)} transitions"
+    )
+    return 0
+
+
+def _kept(subject: Subject, names: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the places and the transitions of the net that names of the model stand for."""
+    from dineros.analysis.logic.errors import FormulaError
+    from dineros.metamodel.errors import DinerosError, near_matches
+
+    places: list[str] = []
+    transitions: list[str] = []
+    for name in names:
+        try:
+            places += [subject.net.places[index] for index in subject.names.places(name)]
+            continue
+        except FormulaError:
+            pass
+        try:
+            transitions += [subject.net.transitions[index] for index in subject.names.transitions(name)]
+        except FormulaError:
+            hint = near_matches(name, [*subject.net.places, *subject.net.transitions])
+            raise DinerosError(f"--keep: no place or transition is named {name!r}", hint=hint) from None
+    return places, transitions

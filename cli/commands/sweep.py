@@ -1,0 +1,213 @@
+"""``dineros sweep``: state spaces over a grid of models, as a table (the paper's Figs 15 to 17)."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dineros.cli.analysing import HOLDS, OVERFLOW, SIGNALS, UNKNOWN, load_valid, memory_budget, memory_option
+from dineros.cli.console import say_json, summarise, warn
+from dineros.cli.options import (
+    command,
+    invocation,
+    json_option,
+    model_argument,
+    output_option,
+    settings_option,
+)
+
+if TYPE_CHECKING:
+    from dineros.analysis.sweeps import Progress
+    from dineros.metamodel import pn
+
+_REDUCED = {"no": (False,), "yes": (True,), "both": (False, True)}
+
+
+def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
+    """Return a callback for an option that takes some of the known names, by commas, or ``all``."""
+
+    def read(context: click.Context, option: click.Parameter, value: str | None) -> tuple[str, ...] | None:
+        if value is None or value == "all":
+            return known if value else None
+        names = [name.strip() for name in value.split(",")]
+        for name in names:
+            if name not in known:
+                raise click.BadParameter(f"{name!r} is not one of {', '.join(known)}, all", context, option)
+        return tuple(dict.fromkeys(names))
+
+    return read
+
+
+@command(
+    "dineros sweep sorting.sym.xmi --vary RedObjects.tokens=0..1 --signals none -o red.csv",
+    "dineros sweep sorting.sym.xmi --vary RedObjects.tokens,BlueObjects.tokens=0,1 -o two.parquet",
+)
+@model_argument()
+@click.option(
+    "--vary",
+    "vary",
+    multiple=True,
+    required=True,
+    metavar="ELEMENT.FEATURE[,..]=VALUES",
+    help="Values as 0..10, 0..10..2 or 1,2,5; repeatable; features before one '=' take the same value.",
+)
+@click.option(
+    "--signals",
+    callback=_names(SIGNALS),
+    metavar="all|NAME,..",
+    show_default="input-enabled",
+    help=f"Signal variants: {', '.join(SIGNALS)}.",
+)
+@click.option(
+    "--overflow",
+    callback=_names(OVERFLOW),
+    metavar="all|NAME,..",
+    show_default="weighted",
+    help=f"Overflow variants: {', '.join(OVERFLOW)}.",
+)
+@click.option(
+    "--reduced",
+    type=click.Choice(list(_REDUCED)),
+    default="no",
+    show_default=True,
+    help="Count the nets as they are, reduced ones, or both.",
+)
+@click.option(
+    "--engine",
+    type=click.Choice(["auto", "explicit", "symbolic"]),
+    default="auto",
+    show_default=True,
+    help="Explicit search, or decision diagrams.",
+)
+@output_option("The table to write: .csv or .parquet.")
+@click.option(
+    "--workers",
+    type=click.IntRange(1),
+    metavar="N",
+    show_default="one for each processor",
+    help="Points at a time.",
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Use the workers of this Dask scheduler, such as tcp://10.0.0.1:8786.",
+)
+@click.option(
+    "--timeout",
+    type=click.FloatRange(0, min_open=True),
+    metavar="SECONDS",
+    help="Give up a point after so long.",
+)
+@memory_option
+@settings_option
+@json_option
+def sweep(
+    model: Path,
+    vary: tuple[str, ...],
+    signals: tuple[str, ...] | None,
+    overflow: tuple[str, ...] | None,
+    reduced: str,
+    engine: str,
+    output: Path,
+    workers: int | None,
+    scheduler: str | None,
+    timeout: float | None,
+    memory: int | None,
+    settings: tuple[str, ...],
+    as_json: bool,
+) -> int:
+    """Count the state spaces of a grid of models, and write a table with a row for each.
+
+    Finished points stand in OUT.partial.jsonl at once: run the same command again after an interruption, and
+    it goes on. Exit status 3 when some point stays unknown; the column `error` says why. Without --memory,
+    points at a time share 70 % of what is free, and on a cluster each may take 2G.
+    """
+    from dineros.analysis.sweeps import Axis, Grid, SweepError
+    from dineros.analysis.sweeps import sweep as run_sweep
+    from dineros.metamodel.errors import DinerosError, Location
+
+    if workers is not None and scheduler is not None:
+        raise click.UsageError("--workers is for this machine; a scheduler has its own")
+    axes = tuple(Axis.parse(text) for text in vary)
+    net = load_valid(model, settings)
+    with _progress() as progress:
+        try:
+            outcome = run_sweep(
+                net,
+                Grid(axes, *_variants(net, signals, overflow), _REDUCED[reduced]),
+                output,
+                engine=engine,
+                memory=None if memory is None else memory_budget(memory),
+                timeout=timeout,
+                workers=workers,
+                scheduler=scheduler,
+                progress=progress,
+            )
+        except DinerosError as error:
+            if not isinstance(error, SweepError):  # a setting stands in no file; its model does
+                error.location = error.location or Location(model)
+            raise
+    if as_json:
+        say_json(
+            {
+                "model": str(model),
+                "output": str(output),
+                "points": len(outcome.rows),
+                "resumed": outcome.resumed,
+                "unknown": outcome.unknown,
+            }
+        )
+    else:
+        resumed = f", {outcome.resumed} of them from the interrupted run" if outcome.resumed else ""
+        unknown = f"; {outcome.unknown} unknown" if outcome.unknown else ""
+        points = f"{len(outcome.rows)} point{'' if len(outcome.rows) == 1 else 's'}"
+        summarise(f"{model} -> {output}: {points}{resumed}{unknown}")
+    return UNKNOWN if outcome.unknown else HOLDS
+
+
+def _variants(
+    net: pn.Net, signals: tuple[str, ...] | None, overflow: tuple[str, ...] | None
+) -> tuple[tuple[str | None, ...], tuple[str | None, ...]]:
+    """Return the variants asked for; a plain net has none."""
+    from dineros.metamodel import sym
+
+    if isinstance(net, sym.SystemModel):
+        return signals or ("input-enabled",), overflow or ("weighted",)
+    if signals or overflow:
+        raise click.UsageError("--signals and --overflow are for system models; this is a plain net")
+    return (None,), (None,)
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[Progress], None]]:
+    """Show a bar on terminals; where the sweep is interrupted, say how far it is and how it goes on."""
+    shown = sys.stderr.isatty() and invocation().verbosity >= 0
+    last: list[Progress] = []
+    try:
+        if not shown:
+            yield lambda progress: last.__setitem__(slice(None), [progress])
+            return
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+        from rich.progress import Progress as Bar
+
+        columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+        with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task("points", total=None)
+
+            def tell(progress: Progress) -> None:
+                last[:] = [progress]
+                unknown = f"points, {progress.unknown} unknown" if progress.unknown else "points"
+                bar.update(task, completed=progress.done, total=progress.points, description=unknown)
+
+            yield tell
+    except KeyboardInterrupt:
+        if last:
+            done = f"{last[-1].done} of {last[-1].points} points done"
+            warn(f"interrupted: {done} and kept; run the same command again to go on")
+        raise

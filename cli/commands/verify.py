@@ -1,0 +1,124 @@
+"""``dineros verify``: temporal logic."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from dineros.cli.analysing import (
+    HOLDS,
+    UNKNOWN,
+    VIOLATED,
+    count,
+    exploring,
+    load_subject,
+    memory_budget,
+    memory_option,
+    reading_formula,
+    say_witness,
+    variant_options,
+    write_report,
+)
+from dineros.cli.console import say, say_json, summarise
+from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
+
+
+@command(
+    "dineros verify sorting.sym.xmi --signals none --ctl 'AG EF (Shown >= 3)'",
+    "dineros verify sorting.sym.xmi --signals none --ltl 'G F fired(TSense)'",
+)
+@model_argument()
+@click.option("--ltl", metavar="FORMULA", help="A formula that all runs must satisfy.")
+@click.option("--ctl", metavar="FORMULA", help="A formula that the initial marking must satisfy.")
+@click.option(
+    "--fair", "weak", multiple=True, metavar="TRANSITION", help="Weakly fair; repeatable; with --ltl."
+)
+@click.option(
+    "--strongly-fair",
+    "strong",
+    multiple=True,
+    metavar="TRANSITION",
+    help="Strongly fair; repeatable; with --ltl.",
+)
+@click.option(
+    "--timeout",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="SECONDS",
+    help="Give up after so long.",
+)
+@click.option(
+    "-o", "--output", type=ModelPath(), metavar="TRACE", help="Write the trace to this file, as JSON."
+)
+@variant_options
+@memory_option
+@settings_option
+@json_option
+def verify(
+    model: Path,
+    ltl: str | None,
+    ctl: str | None,
+    weak: tuple[str, ...],
+    strong: tuple[str, ...],
+    timeout: float | None,
+    output: Path | None,
+    signals: str,
+    overflow: str,
+    memory: int | None,
+    settings: tuple[str, ...],
+    as_json: bool,
+) -> int:
+    """Verify a formula of linear (LTL) or branching (CTL) temporal logic.
+
+    Atoms are `Shown >= 2`, `A + 2*B < 3`, `enabled(T)`, `fired(T)`, `signal(S)` and `deadlock`. A run that
+    ends in a deadlock stays there for ever. Exit status 0: holds; 1: violated; 3: unknown.
+    """
+    from dineros.analysis.findings import witness_of
+    from dineros.analysis.logic.budget import Budget
+    from dineros.analysis.logic.ctl import check_ctl
+    from dineros.analysis.logic.ltl import verify_ltl
+
+    if (ltl is None) == (ctl is None):
+        raise click.UsageError("give either --ltl or --ctl")
+    if ctl is not None and (weak or strong):
+        raise click.UsageError("fairness goes with --ltl")
+    subject = load_subject(model, settings, signals, overflow)
+    for option, names in (("--fair", weak), ("--strongly-fair", strong)):
+        with reading_formula(option):
+            for name in names:
+                subject.names.transitions(name)
+    budget = Budget(memory_budget(memory), seconds=timeout)
+    with exploring() as progress, reading_formula("--ltl" if ctl is None else "--ctl"):
+        if ltl is not None:
+            verdict = verify_ltl(subject.net, ltl, subject.names, weak, strong, budget, progress)
+        else:
+            assert ctl is not None
+            verdict = check_ctl(subject.net, ctl, subject.names, budget, progress)
+    witness = None
+    if verdict.stem or verdict.loop:
+        loop = len(verdict.stem) if verdict.loop else None
+        witness = witness_of(subject, [*verdict.stem, *verdict.loop], loop)
+    report = {
+        "model": str(model),
+        "formula": ltl or ctl,
+        "status": verdict.status,
+        "reason": verdict.reason,
+        "states": verdict.states,
+        "seconds": verdict.seconds,
+        "witness": witness.to_dict() if witness else None,
+    }
+    if output is not None and witness is not None:
+        write_report(report, output)
+    if as_json:
+        say_json(report)
+    else:
+        reason = f" ({verdict.reason})" if verdict.reason else ""
+        spent = f"{count(verdict.states, 'state')}, {verdict.seconds:.1f} s"
+        say(f"{verdict.status}: {ltl or ctl}{reason}; {spent}")
+        if witness and output is not None:
+            summarise(f"{model} -> {output}: {count(len(witness.steps), 'step')}")
+        elif witness:
+            say_witness(witness)
+            if ltl is not None and witness.loop is None:
+                say("  then nothing is enabled any more")
+    return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]

@@ -1,0 +1,36 @@
+"""The reference search every engine is compared with: breadth first, plain Python, as short as it can be."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from dineros.analysis.compiled import CompiledNet
+
+
+class ReferenceCounts(NamedTuple):
+    """Exact counts of a reachability graph."""
+
+    markings: int
+    arcs: int
+    deadlocks: int
+    largest_place: tuple[int, ...]
+    largest_total: int
+
+
+def reference_search(net: CompiledNet, limit: int = 1_000_000) -> ReferenceCounts | None:
+    """Counts by breadth-first search, or None when more than `limit` markings are found."""
+    start = tuple(net.initial.tolist())
+    seen, frontier, arcs, deadlocks = {start}, [start], 0, 0
+    for marking in frontier:
+        enabled = [t for t in range(len(net.transitions)) if net.is_enabled(t, marking)]
+        arcs += len(enabled)
+        deadlocks += not enabled
+        for transition in enabled:
+            successor = tuple(net.fire(transition, marking))
+            if successor not in seen:
+                seen.add(successor)
+                frontier.append(successor)
+        if len(seen) > limit:
+            return None
+    largest = tuple(max(column) for column in zip(*seen, strict=True))
+    return ReferenceCounts(len(seen), arcs, deadlocks, largest, max(map(sum, seen)))

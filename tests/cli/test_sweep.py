@@ -1,0 +1,174 @@
+"""``dineros sweep``."""
+
+from __future__ import annotations
+
+import csv
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from case_study.build import build
+from dineros.metamodel import pn
+from dineros.metamodel.build import flow
+from dineros.metamodel.files import save
+from tests.cli.conftest import Run
+
+
+@pytest.fixture
+def cycle(tmp_path: Path) -> Path:
+    """Return the file of a plain net: a token goes round."""
+    net = pn.Net(id="cycle", pages=[pn.Page(id="page")])
+    page = net.pages[0]
+    places = [pn.Place(id="p", tokens=1, page=page), pn.Place(id="q", page=page)]
+    for number in range(2):
+        flow(places[number], pn.Transition(id=f"t{number}", page=page), places[1 - number])
+    path = tmp_path / "cycle.pnml"
+    save(net, path)
+    return path
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_table_of_a_system_model(run: Run, model: Path, tmp_path: Path) -> None:
+    output = tmp_path / "out.csv"
+    result = run(
+        "sweep",
+        model,
+        *("--vary", "Words.tokens=0,2", "--signals", "none,io-enabled", "--overflow", "inhibitor,weighted"),
+        *("--workers", "2", "-o", output),
+    )
+    assert (result.exit_code, result.stdout) == (0, f"{model} -> {output}: 8 points\n")
+    table = rows(output)
+    assert list(table[0]) == [
+        "Words.tokens",
+        "signals",
+        "overflow",
+        "reduced",
+        "places",
+        "transitions",
+        "states",
+        "arcs",
+        "deadlocks",
+        "seconds",
+        "peak_memory_bytes",
+        "engine",
+        "complete",
+        "error",
+    ]
+    assert [row["Words.tokens"] for row in table] == ["0"] * 4 + ["2"] * 4
+    assert [row["overflow"] for row in table[:4]] == ["inhibitor", "weighted"] * 2
+    by_variant = {(row["Words.tokens"], row["signals"], row["overflow"]): row["states"] for row in table}
+    for words in ("0", "2"):
+        for signals in ("none", "io-enabled"):
+            assert by_variant[words, signals, "inhibitor"] == by_variant[words, signals, "weighted"]
+    assert all(row["complete"] == "true" and int(row["peak_memory_bytes"]) > 0 for row in table)
+
+
+def test_json_and_a_plain_net(run: Run, cycle: Path, tmp_path: Path) -> None:
+    output = tmp_path / "out.parquet"
+    result = run(
+        "sweep", cycle, "--vary", "p.tokens,q.tokens=0..2", "--reduced", "both", "-o", output, "--json"
+    )
+    assert json.loads(result.stdout) == {
+        "model": str(cycle),
+        "output": str(output),
+        "points": 6,
+        "resumed": 0,
+        "unknown": 0,
+    }
+
+
+def test_points_that_stay_unknown_give_exit_status_3(run: Run, tmp_path: Path) -> None:
+    model, output = tmp_path / "sorting.sym.xmi", tmp_path / "out.csv"
+    save(build(), model)
+    result = run("sweep", model, "--vary", "RedObjects.tokens=60", "--timeout", "0.01", "-o", output)
+    assert (result.exit_code, result.stdout) == (3, f"{model} -> {output}: 1 point; 1 unknown\n")
+    (row,) = rows(output)
+    assert (row["states"], row["complete"], row["error"]) == ("", "false", "timeout after 0.01 s")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--vary", "Word.tokens=1"], "no element has the id or name 'Word' (did you mean 'Words'"),
+        (["--vary", "Words.tokens=2..1"], "'2..1' is an empty range"),
+        (["--vary", "Words.tokens=-1"], "with Words.tokens=-1, place 'Words' holds -1 tokens"),
+        (["--vary", "Words.tokens=1", "--signals", "some"], "'some' is not one of none, "),
+        (["--vary", "Words.tokens=1", "--workers", "1", "--scheduler", "x"], "--workers is for this machine"),
+        ([], "missing option '--vary'"),
+    ],
+)
+def test_wrong_use_is_one_line(
+    run: Run, model: Path, tmp_path: Path, arguments: list[str], says: str
+) -> None:
+    before = sorted(tmp_path.iterdir())
+    result = run("sweep", model, *arguments, "-o", tmp_path / "out.csv")
+    assert (result.exit_code, result.stdout, result.stderr.count("\n")) == (2, "", 1)
+    assert says in result.stderr
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_variants_of_a_plain_net_are_wrong_use(run: Run, cycle: Path, tmp_path: Path) -> None:
+    result = run("sweep", cycle, "--vary", "p.tokens=1", "--signals", "none", "-o", tmp_path / "out.csv")
+    assert result.exit_code == 2
+    assert "this is a plain net" in result.stderr
+
+
+def test_interrupted_then_killed_then_finished(run: Run, tmp_path: Path) -> None:
+    model, output = tmp_path / "sorting.sym.xmi", tmp_path / "out.csv"
+    save(build(), model)
+    journal = tmp_path / "out.csv.partial.jsonl"
+    colors = "RedObjects.tokens,BlueObjects.tokens,GreenObjects.tokens"
+    arguments = [
+        "sweep",
+        model,
+        "--vary",
+        f"{colors}=0..3",
+        "--signals",
+        "none",
+        "--workers",
+        "1",
+        "-o",
+        output,
+    ]
+
+    def end_after(points: int, how: signal.Signals) -> tuple[int, str]:
+        command = [sys.executable, "-m", "dineros.cli.main", *map(str, arguments)]
+        process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+        end = time.monotonic() + 300  # a first run compiles
+        while not journal.exists() or journal.read_bytes().count(b"\n") < 1 + points:
+            assert time.monotonic() < end
+            assert process.poll() is None
+            time.sleep(0.01)
+        process.send_signal(how)
+        _, printed = process.communicate()
+        return process.returncode, printed
+
+    status, printed = end_after(1, signal.SIGINT)
+    assert status == 130
+    assert printed == "interrupted: 1 of 4 points done and kept; run the same command again to go on\n"
+    status, printed = end_after(2, signal.SIGKILL)
+    assert (status, printed) == (-signal.SIGKILL, "")
+    assert not output.exists()
+    result = run(*arguments)
+    assert result.stdout == f"{model} -> {output}: 4 points, 2 of them from the interrupted run\n"
+    assert [row["states"] for row in rows(output)][:2] == ["8", "330112"]
+    assert not journal.exists()
+
+
+def test_memory_that_runs_out_is_said(run: Run, cycle: Path, tmp_path: Path) -> None:
+    output = tmp_path / "out.csv"
+    result = run(
+        "sweep", cycle, "--vary", "p.tokens=50000000", "--engine", "explicit", "--memory", "1M", "-o", output
+    )
+    assert result.exit_code == 3
+    (row,) = rows(output)
+    assert (row["complete"], row["error"]) == ("false", "memory ran out")
