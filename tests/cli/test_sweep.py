@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -122,6 +123,13 @@ def test_variants_of_a_plain_net_are_wrong_use(run: Run, cycle: Path, tmp_path: 
     assert "this is a plain net" in result.stderr
 
 
+# A shell's background job, as CI may be, starts with interrupts ignored.
+LISTENING = (
+    "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    "from dineros.cli.main import main; main(sys.argv[1:])"
+)
+
+
 def test_interrupted_then_killed_then_finished(run: Run, tmp_path: Path) -> None:
     model, output = tmp_path / "sorting.sym.xmi", tmp_path / "out.csv"
     save(build(), model)
@@ -141,7 +149,7 @@ def test_interrupted_then_killed_then_finished(run: Run, tmp_path: Path) -> None
     ]
 
     def end_after(points: int, how: signal.Signals) -> tuple[int, str]:
-        command = [sys.executable, "-m", "dineros.cli.main", *map(str, arguments)]
+        command = [sys.executable, "-c", LISTENING, *map(str, arguments)]
         process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
         end = time.monotonic() + 300  # a first run compiles
         while not journal.exists() or journal.read_bytes().count(b"\n") < 1 + points:
@@ -154,12 +162,14 @@ def test_interrupted_then_killed_then_finished(run: Run, tmp_path: Path) -> None
 
     status, printed = end_after(1, signal.SIGINT)
     assert status == 130
-    assert printed == "interrupted: 1 of 4 points done and kept; run the same command again to go on\n"
+    # One point was done when the signal was sent; another may be by the time it arrives.
+    kept = re.fullmatch(r"interrupted: ([123]) of 4 points done and kept; run the same .* go on\n", printed)
+    assert kept, printed
     status, printed = end_after(2, signal.SIGKILL)
     assert (status, printed) == (-signal.SIGKILL, "")
     assert not output.exists()
     result = run(*arguments)
-    assert result.stdout == f"{model} -> {output}: 4 points, 2 of them from the interrupted run\n"
+    assert re.search(r": 4 points, ([23]) of them from the interrupted run$", result.stdout.strip())
     assert [row["states"] for row in rows(output)][:2] == ["8", "330112"]
     assert not journal.exists()
 
