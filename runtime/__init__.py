@@ -1,0 +1,1 @@
+"""The Petri Net Engine: a runtime model drives one ROS node (paper, Sect. 6)."""

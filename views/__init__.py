@@ -1,0 +1,1 @@
+"""Pictures of models, and the Trace Visualizer (paper, Sect. 9)."""
