@@ -9,6 +9,12 @@ extras := regenerate,docs,test
 ifneq ($(wildcard analysis),)
 extras := $(extras),analysis,cluster
 endif
+ifneq ($(wildcard views/nets),)
+extras := $(extras),view
+endif
+ifneq ($(wildcard runtime/ros),)
+extras := $(extras),ros-build,mqtt,rest
+endif
 
 python := .venv/bin/python
 stamp := .venv/.installed
@@ -66,7 +72,7 @@ benchmark: install ## Run every benchmark
 
 .PHONY: lock
 lock: install ## Write constraints.txt anew
-	@$(python) tools/lock.py analysis,cluster,docs,regenerate,test,view
+	@$(python) tools/lock.py analysis,cluster,docs,mqtt,regenerate,rest,ros-build,test,view
 
 .PHONY: clean
 clean: ## Remove .venv and everything built

@@ -1,8 +1,8 @@
-"""Liveness, reversibility and home markings, by the strongly connected components of the reachability graph.
+"""Liveness, reversibility and home markings, by the terminal parts of the reachability graph.
 
-A net is live iff every terminal component fires every transition, reversible iff there is one component only,
-and has home markings iff one component alone is terminal: then they are its markings (Murata, Proc. IEEE
-77(4), 1989, Sect. IV).
+A part is terminal if it is strongly connected and nothing leaves it. A net is live iff every terminal part
+fires every transition, reversible iff all markings are one part, and has home markings iff there is one
+terminal part only: then they are its markings (Murata, Proc. IEEE 77(4), 1989, Sect. IV).
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+from dineros.analysis.counting import DiagramCounts
+from dineros.analysis.symbolic import SymbolicStateSpace
+from dineros.analysis.vector_sets import Scope, VectorSets
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.logic.budget import Budget, BudgetExceededError, Meter
-from dineros.analysis.logic.graph import StateGraph
+#: Terminal parts looked at one by one; with more of them, transitions are.
+MOST_PARTS = 30
 
 
 @dataclass(frozen=True)
@@ -31,65 +31,77 @@ class Behaviour:
         Number of markings that can be reached from every reachable one.
     not_live : tuple of int
         Transitions that some reachable marking shuts off for ever; none in a live net.
-    states : int
-        Reachable markings.
     """
 
     reversible: bool
     home_markings: int
     not_live: tuple[int, ...]
-    states: int
+
+
+class TooMuchWorkError(Exception):
+    """Deciding takes more work than was allowed."""
 
 
 def behaviour(
-    net: CompiledNet, budget: Budget, progress: Callable[[Any], None] | None = None
-) -> Behaviour | str:
-    """Decide liveness, reversibility and home markings; a text says why that is not possible.
+    space: SymbolicStateSpace, progress: Callable[[Any], None] | None = None, work: int | None = None
+) -> Behaviour:
+    """Decide liveness, reversibility and home markings.
 
     Parameters
     ----------
-    net : CompiledNet
-        A bounded net.
-    budget : Budget
-        Limits of the search.
+    space : SymbolicStateSpace
+        Complete.
     progress : callable, optional
         Told now and then how far it is.
+    work : int, optional
+        Cache misses of saturation at which to give up; no limit by default.
+
+    Raises
+    ------
+    TooMuchWorkError
+        If it needs more work.
+    DiagramMemoryError
+        If memory runs out.
     """
-    graph = StateGraph(net, [], Meter(budget, progress))
-    try:
-        graph.explore()
-    except BudgetExceededError as limit:
-        return str(limit)
-    count, component = _components(graph)
-    sources = np.repeat(np.arange(graph.size, dtype=np.int32), np.diff(graph.pointer))
-    leaves = component[sources] != component[graph.targets]
-    terminal = np.ones(count, dtype=np.bool_)
-    terminal[component[sources[leaves]]] = False
-    ends = np.flatnonzero(terminal)
-    home = int((component == ends[0]).sum()) if ends.size == 1 else 0
-    live = set(range(len(net.transitions)))
-    for end in ends:
-        live &= _fired_in(net, graph, np.flatnonzero(component == end))
-    shut_off = tuple(t for t in range(len(net.transitions)) if t not in live)
-    return Behaviour(count == 1, home, shut_off, graph.size)
+    limit = None if work is None else space.diagram.effort + work
+
+    def tell(seen: Any) -> None:
+        if limit is not None and space.diagram.effort > limit:
+            raise TooMuchWorkError
+        if progress is not None:
+            progress(seen)
+
+    sets = VectorSets(space.diagram, tell)
+    everything, transitions = space.diagram.root, range(len(space.net.transitions))
+    with Scope(space.diagram) as scope:
+        dead = sets.without_boxes(everything, space.event_masks())
+        scope.hold(dead)
+        if dead:
+            # A deadlock is a terminal part that fires nothing.
+            others = sets.difference(everything, sets.closure(dead, everything, backwards=True))
+            alone = others == 0 and DiagramCounts(space.diagram, dead).vectors() == 1
+            return Behaviour(space.markings == 1, int(alone), tuple(transitions))
+        live, parts, rest, home = set(transitions), 0, everything, 0
+        while rest and parts < MOST_PARTS:
+            scope.hold(rest)
+            part, _ = sets.last_part(rest)
+            scope.hold(rest, part)
+            parts += 1
+            live = {t for t in live if sets.without_boxes(part, space.event_masks(t)) != part}
+            home = DiagramCounts(space.diagram, part).vectors()
+            rest = sets.difference(rest, sets.closure(part, everything, backwards=True))
+        if rest:
+            live = {t for t in live if _always_possible(sets, space, t)}
+        shut_off = tuple(t for t in transitions if t not in live)
+        only = parts == 1 and rest == 0
+        return Behaviour(only and home == space.markings, home if only else 0, shut_off)
 
 
-def _components(graph: StateGraph) -> tuple[int, NDArray[np.int32]]:
-    from scipy.sparse import csr_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    ones = np.ones(graph.targets.size, dtype=np.int8)
-    matrix = csr_matrix((ones, graph.targets, graph.pointer), shape=(graph.size, graph.size))
-    count, component = connected_components(matrix, directed=True, connection="strong")
-    return int(count), component
-
-
-def _fired_in(net: CompiledNet, graph: StateGraph, states: NDArray[np.int64]) -> set[int]:
-    """Return the transitions that some marking of a terminal component enables: they stay in it."""
-    missing = set(range(len(net.transitions)))
-    for state in states:
-        marking = graph.product.marking(int(state))
-        missing -= {transition for transition in missing if net.is_enabled(transition, marking)}
-        if not missing:
-            break
-    return set(range(len(net.transitions))) - missing
+def _always_possible(sets: VectorSets, space: SymbolicStateSpace, transition: int) -> bool:
+    """Whether from every marking one that enables the transition can be reached."""
+    everything = space.diagram.root
+    with Scope(space.diagram) as scope:
+        disabled = sets.without_boxes(everything, space.event_masks(transition))
+        scope.hold(disabled)
+        enabled = sets.difference(everything, disabled)
+        return sets.closure(enabled, everything, backwards=True) == everything

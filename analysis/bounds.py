@@ -21,6 +21,7 @@ from math import lcm
 import numpy as np
 
 from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.linear_programs import LinearProgram
 from dineros.analysis.structure import PlaceInvariant
 
 
@@ -51,9 +52,11 @@ def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant]) -> list[Boun
     for flow in flows:
         _use(net, bounds, flow.weights)
     weightings = {tuple(b.weights.items()): b.weights for b in bounds if b is not None and b.value > 1}
+    program = None
     for place in range(len(net.places)):
         if bounds[place] is None:
-            weights = _linear_weighting(net, place)
+            program = program or LinearProgram(net.incidence.T)
+            weights = _linear_weighting(net, program, place)
             if weights is not None:
                 _use(net, bounds, weights)
                 weightings[tuple(weights.items())] = weights
@@ -111,20 +114,15 @@ def _flowing_to(
     return {p: weights[p] for p in sorted(part)}
 
 
-def _linear_weighting(net: CompiledNet, place: int) -> dict[int, int] | None:
-    from scipy.optimize import linprog
-
-    limits: list[tuple[float, float | None]] = [(float(p == place), None) for p in range(len(net.places))]
-    answer = linprog(
-        net.initial.astype(float),
-        A_ub=net.incidence.T.astype(float),
-        b_ub=np.zeros(len(net.transitions)),
-        bounds=limits,
-        method="highs",
+def _linear_weighting(net: CompiledNet, program: LinearProgram, place: int) -> dict[int, int] | None:
+    low = np.zeros(len(net.places))
+    low[place] = 1.0
+    proposed = program.solve(
+        net.initial.astype(float), np.zeros(len(net.transitions)), low, np.full(len(net.places), np.inf)
     )
-    if answer.status != 0 or answer.x is None:
+    if proposed is None:
         return None
-    weights = {p: Fraction(float(w)).limit_denominator(1_000) for p, w in enumerate(answer.x) if w > 1e-9}
+    weights = {p: Fraction(w).limit_denominator(1_000) for p, w in enumerate(proposed) if w > 1e-9}
     scale = lcm(*(weight.denominator for weight in weights.values()))
     exact = {p: int(weight * scale) for p, weight in weights.items()}
     return None if _grows(net, exact) else exact

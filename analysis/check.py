@@ -10,19 +10,21 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from dineros.analysis.behaviour import behaviour
 from dineros.analysis.coverability import coverability
 from dineros.analysis.findings import Finding, Report, Witness, witness_of
-from dineros.analysis.goals import find_firing
 from dineros.analysis.levels import UnknownBoundError
-from dineros.analysis.logic.budget import Budget
+from dineros.analysis.order_cache import OrderCache
 from dineros.analysis.satisfiability import unsatisfiable_clauses
+from dineros.analysis.saturation import DiagramMemoryError
 from dineros.analysis.subject import Subject, base_subject
 from dineros.analysis.symbolic import DEFAULT_MEMORY, SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.unused import unused_parts
 from dineros.analysis.wording import queue_words
 from dineros.metamodel import pn, sym
 from dineros.transformations.traces import Link
+
+CHEAP = 1_500_000
+"""Cache misses of saturation, about half a second, that liveness and the like may cost by default."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,8 @@ def check(
     memory: int = DEFAULT_MEMORY,
     progress: Callable[[Any], None] | None = None,
     report: Report | None = None,
+    at_any_cost: bool = False,
+    orders: OrderCache | None = None,
 ) -> Report:
     """Ask everything that can be asked of any model.
 
@@ -86,13 +90,17 @@ def check(
         Told now and then how far the engines are.
     report : Report, optional
         Where to put the answers as they come, for those who want them after an interruption.
+    at_any_cost : bool
+        Whether to decide liveness, reversibility and home markings also where that takes long.
+    orders : OrderCache, optional
+        Where orders of levels are kept for the symbolic engine.
     """
     report = Report() if report is None else report
     if isinstance(model, sym.SystemModel):
         _clauses(model, report)
     subject = base_subject(model)
     try:
-        space = symbolic_state_space(subject.net, memory, progress)
+        space = symbolic_state_space(subject.net, memory, progress, orders=orders)
     except UnknownBoundError as error:
         _unbounded(subject, report, str(error))
         return report
@@ -107,44 +115,8 @@ def check(
     report.findings += unused
     if not unused:
         report.proved.append("every transition can fire, every channel is used")
-    _deadlocks(subject, space, dead - drops, report, memory)
-    return report
-
-
-def check_behaviour(
-    model: pn.Net, memory: int = DEFAULT_MEMORY, progress: Callable[[Any], None] | None = None
-) -> Report:
-    """Ask for liveness, reversibility and home markings, which need every marking one by one.
-
-    Few applications are live (a pool of objects runs empty), so what does not hold is a note, no fault.
-    """
-    report = Report()
-    subject = base_subject(model)
-    answer = behaviour(subject.net, Budget(memory), progress)
-    if isinstance(answer, str):
-        report.unknown.append(f"liveness, reversibility, home markings: {answer}")
-        return report
-    identity = (str(model.id),)
-    if answer.not_live:
-        names = tuple(dict.fromkeys(subject.transition_text(t) for t in answer.not_live))
-        shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
-        report.findings.append(
-            Finding("not-live", "note", identity, f"some marking shuts off for ever: {shown}")
-        )
-    else:
-        report.proved.append("the net is live: every transition can always fire again")
-    if answer.reversible:
-        report.proved.append("the net is reversible: the initial marking can always be reached again")
-    else:
-        report.findings.append(
-            Finding("not-reversible", "note", identity, "the initial marking cannot always be reached again")
-        )
-    if answer.home_markings:
-        report.proved.append(f"{answer.home_markings} home markings can always be reached")
-    else:
-        report.findings.append(
-            Finding("no-home-marking", "note", identity, "no marking can always be reached")
-        )
+    _deadlocks(subject, space, report)
+    _behaviour(subject, space, drops, report, progress, None if at_any_cost else CHEAP)
     return report
 
 
@@ -198,13 +170,13 @@ def _overflows(subject: Subject, space: SymbolicStateSpace, report: Report, memo
 
 def _witness(subject: Subject, transition: str, memory: int) -> Witness | None:
     """Return a firing sequence that ends with a transition."""
+    from dineros.analysis.goals import find_firing  # most models need no search
+
     answer = find_firing(subject.net, subject.transition_index[transition], memory)
     return None if answer.trace is None else witness_of(subject, answer.trace)
 
 
-def _deadlocks(
-    subject: Subject, space: SymbolicStateSpace, dead: set[int], report: Report, memory: int
-) -> None:
+def _deadlocks(subject: Subject, space: SymbolicStateSpace, report: Report) -> None:
     count = space.deadlocks()
     if count is None:
         report.unknown.append("whether there is a deadlock: memory ran out")
@@ -213,3 +185,44 @@ def _deadlocks(
     else:
         text = "one marking enables nothing" if count == 1 else f"{count} markings enable nothing"
         report.findings.append(Finding("deadlock", "warning", (str(subject.model.id),), text))
+
+
+def _behaviour(
+    subject: Subject,
+    space: SymbolicStateSpace,
+    drops: set[int],
+    report: Report,
+    progress: Callable[[Any], None] | None,
+    work: int | None,
+) -> None:
+    """Liveness, reversibility, home markings. Few applications are live, so what fails is a note, no fault.
+
+    Losing messages for ever is no part of being live. Questions that need more than the work given are left.
+    """
+    from dineros.analysis.behaviour import TooMuchWorkError, behaviour
+
+    try:
+        answer = behaviour(space, progress, work)
+    except TooMuchWorkError:
+        return
+    except DiagramMemoryError:
+        report.unknown.append("liveness, reversibility, home markings: memory ran out")
+        return
+    identity = (str(subject.model.id),)
+    names = tuple(dict.fromkeys(subject.transition_text(t) for t in answer.not_live if t not in drops))
+    if names:
+        shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+        text = f"some marking shuts off for ever: {shown}"
+        report.findings.append(Finding("not-live", "note", identity, text))
+    else:
+        report.proved.append("the net is live: every transition can always fire again")
+    if answer.reversible:
+        report.proved.append("the net is reversible: the initial marking can always be reached again")
+    else:
+        text = "the initial marking cannot always be reached again"
+        report.findings.append(Finding("not-reversible", "note", identity, text))
+    if answer.home_markings:
+        report.proved.append(f"{answer.home_markings} home markings can always be reached")
+    else:
+        text = "no marking can always be reached"
+        report.findings.append(Finding("no-home-marking", "note", identity, text))

@@ -9,77 +9,106 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dineros.analysis import counting_kernels as kernels
-from dineros.analysis import diagram_kernels as store
-from dineros.analysis.box_kernels import subtract_box
-from dineros.analysis.saturation import Diagram
+from dineros.analysis.saturation import Diagram, DiagramMemoryError
 
 Int64Array = NDArray[np.int64]
 LARGEST_PRIME = 1 << 30
+#: Bytes for each node, copies made on the way included, and bytes that are always there.
+NODE_BYTES = 72
+SMALLEST_ROOM = 1 << 22
 
 
 class DiagramCounts:
-    """A finished diagram, renumbered for counting.
+    """The vectors of a diagram's node, renumbered for counting.
 
     Parameters
     ----------
     diagram
-        A diagram whose run is complete. Its garbage is collected.
+        A diagram whose run is complete.
     root
         Node to count below; the diagram's root by default.
+
+    Raises
+    ------
+    DiagramMemoryError
+        If there is no room for the tables beside the diagram.
     """
 
     def __init__(self, diagram: Diagram, root: int | None = None) -> None:
         self.diagram = diagram
         target = diagram.root if root is None else root
-        diagram.collect([diagram.root, target])
         mem = diagram.mem
-        room = np.empty(diagram.nodes, dtype=np.int32)
-        found = kernels.find_nodes(mem, int(diagram.control[store.POOL_TOP]), room)
-        ids = room[:found]
+        ids = np.empty(diagram.nodes + 1, dtype=np.int32)
+        ids = np.sort(ids[: kernels.find_nodes(mem, target, ids)])
+        bits = sum(int(width).bit_length() for width in diagram.width) + 32
+        self.primes: Int64Array = np.array(_primes(bits // 29 + 1), dtype=np.int64)
+        children = int(mem[ids + 3].sum())
+        self._batch = self._primes_at_once(ids.size, NODE_BYTES * ids.size + 4 * children)
         levels = mem[ids + 1]
         order = np.argsort(levels, kind="stable").astype(np.int64)
         rank = np.empty(ids.size, dtype=np.int64)
         rank[order] = np.arange(1, ids.size + 1)
         self.start: Int64Array = np.zeros(ids.size + 2, dtype=np.int64)
         self.first: Int64Array = np.zeros(ids.size + 1, dtype=np.int64)
-        self.child: NDArray[np.int32] = np.zeros(int(mem[ids + 3].sum()), dtype=np.int32)
+        self.child: NDArray[np.int32] = np.zeros(children, dtype=np.int32)
         kernels.child_indices(mem, ids, order, rank, self.start, self.first, self.child)
         self.level_of = np.concatenate([[0], levels[order]]).astype(np.int64)
         self.levels: Int64Array = np.searchsorted(self.level_of, np.arange(diagram.top + 2)).astype(np.int64)
         self.root = int(rank[np.searchsorted(ids, target)]) if target > 1 else 0
-        bits = sum(int(width).bit_length() for width in diagram.width) + 32
-        self.primes: Int64Array = np.array(_primes(bits // 29 + 1), dtype=np.int64)
-        self._below: Int64Array = np.zeros((ids.size + 1, self.primes.size), dtype=np.int64)
-        kernels.count_below(self.start, self.child, self.primes, self._below)
-        self._above: Int64Array | None = None
+        self._tables: tuple[int, Int64Array, Int64Array, Int64Array] | None = None
+        self._vectors: int | None = None
 
     @property
     def nodes(self) -> int:
-        """Nodes of the diagram, the terminal not counted."""
+        """Nodes below the root, itself included, the terminal not counted."""
         return self.level_of.size - 1
 
     def vectors(self) -> int:
         """Number of vectors below the root."""
-        return _exact(self._below[self.root], self.primes)
+        if self._vectors is None:
+            residues = [below[self.root] for _, below, _, _ in map(self._counted, self._batches())]
+            self._vectors = _exact(np.concatenate(residues), self.primes)
+        return self._vectors
 
     def in_boxes(self, boxes: Sequence[dict[int, Sequence[bool]]]) -> int:
         """Sum over boxes (encoding level -> allowed local states) of the number of vectors in each."""
-        if self._above is None:
-            self._above = np.zeros_like(self._below)
-            kernels.count_above(self.start, self.child, self.root, self.primes, self._above)
-        answer = np.zeros(self.primes.size, dtype=np.int64)
-        ways = np.zeros_like(self._below)
-        free = 0
-        for box in boxes:
-            if not box:
-                free += 1
-                continue
-            masks, mask_start, top, bottom = flat_box(self.diagram, box)
-            kernels.count_box(
-                self.start, self.first, self.child, self.levels, masks, mask_start, top, bottom, self.primes,
-                self._above, self._below, ways, answer,
-            )  # fmt: skip
-        return _exact(answer, self.primes) + free * self.vectors()
+        flat = [flat_box(self.diagram, box) for box in boxes if box]
+        residues = []
+        for first in self._batches():
+            _, below, above, ways = self._counted(first)
+            primes = self.primes[first : first + self._batch]
+            answer = np.zeros(primes.size, dtype=np.int64)
+            for masks, mask_start, top, bottom in flat:
+                kernels.count_box(
+                    self.start, self.first, self.child, self.levels, masks, mask_start, top, bottom, primes,
+                    above, below, ways, answer,
+                )  # fmt: skip
+            residues.append(answer)
+        return _exact(np.concatenate(residues), self.primes) + (len(boxes) - len(flat)) * self.vectors()
+
+    def _primes_at_once(self, nodes: int, fixed: int) -> int:
+        """How many primes fit beside the diagram; a cache that has grown makes room."""
+        each = 3 * 8 * (nodes + 1)
+        if self.diagram.bytes + fixed + each * self.primes.size > self.diagram.memory:
+            self.diagram.shrink_cache()
+        room = max(self.diagram.memory - self.diagram.bytes, SMALLEST_ROOM) - fixed
+        if room < each:
+            raise DiagramMemoryError("memory ran out while counting")
+        return min(room // each, int(self.primes.size))
+
+    def _batches(self) -> range:
+        return range(0, self.primes.size, self._batch)
+
+    def _counted(self, first: int) -> tuple[int, Int64Array, Int64Array, Int64Array]:
+        """Ways below and above each node, and room for more, modulo the primes of a batch."""
+        if self._tables is None or self._tables[0] != first:
+            self._tables = None
+            primes = self.primes[first : first + self._batch]
+            below, above, ways = (np.zeros((self.nodes + 1, primes.size), dtype=np.int64) for _ in range(3))
+            kernels.count_below(self.start, self.child, primes, below)
+            kernels.count_above(self.start, self.child, self.root, primes, above)
+            self._tables = (first, below, above, ways)
+        return self._tables
 
     def largest(self, weights: Sequence[Sequence[int]]) -> int:
         """Largest sum, over the vectors below the root, of ``weights[encoding level][local state]``."""
@@ -110,36 +139,6 @@ def flat_box(
         mask_start[int(diagram.position[level])] = len(flags)
         flags.extend(mask)
     return np.array(flags, dtype=np.uint8), mask_start, touched[-1], touched[0]
-
-
-def subtract_boxes(diagram: Diagram, boxes: Sequence[dict[int, Sequence[bool]]]) -> int | None:
-    """Node of the reachable vectors that lie in none of the boxes; None when memory runs out.
-
-    Boxes with the fewest levels come first: they cut away most.
-    """
-    node = diagram.root
-    ordered = sorted(boxes, key=lambda box: (len(box), sorted(int(diagram.position[k]) for k in box)))
-    for box in ordered:
-        if node == 0 or not box:
-            return 0
-        masks, mask_start, _, bottom = flat_box(diagram, box)
-        diagram.operations += 1
-        while True:
-            result = int(
-                subtract_box(
-                    node, diagram.operations, diagram.mem, diagram.heads, diagram.cache, diagram.control,
-                    diagram.free, diagram.base, diagram.scratch, diagram.pending, masks, mask_start, bottom,
-                )
-            )  # fmt: skip
-            if not diagram.control[store.FAILED]:
-                break
-            before = diagram.nodes
-            diagram.control[store.FAILED] = 0
-            diagram.collect([diagram.root, node])
-            if diagram.nodes > before * 9 // 10:
-                return None
-        node = result
-    return node
 
 
 def _primes(count: int) -> list[int]:

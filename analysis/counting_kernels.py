@@ -8,19 +8,28 @@ from __future__ import annotations
 
 from numba import njit
 
-from dineros.analysis.diagram_kernels import FIRST_NODE, HEADER
+from dineros.analysis.diagram_kernels import FIRST_NODE, HEADER, MARK
 
 
 @njit(cache=True)
-def find_nodes(mem, pool_top, ids):  # type: ignore[no-untyped-def]
-    """Write the positions of all live nodes to `ids`, ascending; return how many there are."""
-    count = 0
-    node = FIRST_NODE
-    while node < pool_top:
-        if mem[node + 1] >= 0:
-            ids[count] = node
-            count += 1
-        node += HEADER + mem[node + 3]
+def find_nodes(mem, root, ids):  # type: ignore[no-untyped-def]
+    """Write the positions of all nodes below `root`, itself included, to `ids`; return how many there are."""
+    if root < FIRST_NODE:
+        return 0
+    ids[0] = root
+    mem[root + 1] |= MARK
+    count, at = 1, 0
+    while at < count:
+        node = ids[at]
+        at += 1
+        for i in range(mem[node + 3]):
+            child = mem[node + HEADER + i]
+            if child >= FIRST_NODE and not mem[child + 1] & MARK:
+                mem[child + 1] |= MARK
+                ids[count] = child
+                count += 1
+    for at in range(count):
+        mem[ids[at] + 1] &= MARK - 1
     return count
 
 

@@ -1,4 +1,4 @@
-"""Kernels of multi-valued decision diagrams: node store, union, garbage collection.
+"""Kernels of multi-valued decision diagrams: node store, operations on two sets, garbage collection.
 
 A diagram is quasi-reduced: a node of level k has children of level k - 1 only (or the empty node 0); level
 0 holds the one terminal node 1. Nodes live in one int32 array; a node's identity is the position of its
@@ -17,12 +17,18 @@ from __future__ import annotations
 from numba import njit
 
 POOL_TOP, POOL_LIMIT, NODES, CREATED, BUCKET_MASK, CACHE_MASK, FAILED, STACK, HAVE, RESULT, MISSES = range(11)
+#: Of a saturation run: what tells its results apart in the cache, whether it fires one event only, and the
+#: node whose image is to be computed next.
+FIRED_KEY, CLOSED_KEY, STILL, PUSHED = range(11, 15)
 CONTROL_SIZE = 16
 
 FIRST_NODE = 8
 HEADER = 4
 MARK = 1 << 24
-UNION = -1
+
+#: Third word of a cache entry: one of these operations, whose operands are two nodes; or 0 or a node, for
+#: the image of a node under a relation (see `saturation_kernels`).
+UNION, INTERSECTION, DIFFERENCE = -1, -2, -3
 
 
 @njit(cache=True)
@@ -83,20 +89,24 @@ def slot_of(a, b, mask):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def union(a, b, mem, heads, cache, control, free, base, buffer, pending):  # type: ignore[no-untyped-def]
-    """Union of two nodes of one level; 0 with FAILED set when the store is full.
+def combine(  # type: ignore[no-untyped-def]
+    a, b, operation, mem, heads, cache, control, free, base, buffer, pending
+):  # fmt: skip
+    """Union, intersection or difference of two sets; 0 with FAILED set when the store is full.
 
     ``pending[k]`` holds the pair of level k under way and the local state reached; the recursion is
     unrolled because Numba loads self-recursive functions from its cache broken.
     """
-    if a == b or b == 0:
-        return a
+    if a == b:
+        return 0 if operation == DIFFERENCE else a
     if a == 0:
-        return b
-    if a > b:
+        return b if operation == UNION else 0
+    if b == 0:
+        return 0 if operation == INTERSECTION else a
+    if a > b and operation != DIFFERENCE:
         a, b = b, a
     slot = slot_of(a, b, control[CACHE_MASK])
-    if cache[slot] == a and cache[slot + 1] == b and cache[slot + 2] == UNION:
+    if cache[slot] == a and cache[slot + 1] == b and cache[slot + 2] == operation:
         return cache[slot + 3]
     control[MISSES] += 1
     top = level = mem[a + 1]
@@ -110,13 +120,20 @@ def union(a, b, mem, heads, cache, control, free, base, buffer, pending):  # typ
         while i < high:
             child = mem[a + HEADER + i - first_a] if first_a <= i < end_a else 0
             other = mem[b + HEADER + i - first_b] if first_b <= i < end_b else 0
-            if child == 0:
-                child = other
-            elif other != 0 and child != other:
-                if child > other:
+            if child == other:
+                if operation == DIFFERENCE:
+                    child = 0
+            elif child == 0:
+                if operation == UNION:
+                    child = other
+            elif other == 0:
+                if operation == INTERSECTION:
+                    child = 0
+            else:
+                if child > other and operation != DIFFERENCE:
                     child, other = other, child
                 slot = slot_of(child, other, control[CACHE_MASK])
-                if cache[slot] == child and cache[slot + 1] == other and cache[slot + 2] == UNION:
+                if cache[slot] == child and cache[slot + 1] == other and cache[slot + 2] == operation:
                     child = cache[slot + 3]
                 else:
                     control[MISSES] += 1
@@ -138,7 +155,7 @@ def union(a, b, mem, heads, cache, control, free, base, buffer, pending):  # typ
         slot = slot_of(a, b, control[CACHE_MASK])
         cache[slot] = a
         cache[slot + 1] = b
-        cache[slot + 2] = UNION
+        cache[slot + 2] = operation
         cache[slot + 3] = node
         if level == top:
             return node
@@ -176,7 +193,9 @@ def sweep(mem, heads, cache, control, free):  # type: ignore[no-untyped-def]
             continue
         dead = a >= FIRST_NODE and not mem[a + 1] & MARK
         dead |= result >= FIRST_NODE and not mem[result + 1] & MARK
-        dead |= cache[slot + 2] == UNION and b >= FIRST_NODE and not mem[b + 1] & MARK
+        third = cache[slot + 2]
+        dead |= third < 0 and b >= FIRST_NODE and not mem[b + 1] & MARK
+        dead |= third >= FIRST_NODE and not mem[third + 1] & MARK
         if dead:
             cache[slot] = 0
     rehash(mem, heads, control, free, True)

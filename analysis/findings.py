@@ -40,10 +40,13 @@ class Witness:
         The firings in order.
     loop : int or None
         Index of the first step that repeats for ever; None for a finite sequence.
+    subject : Subject or None
+        The net that it is a sequence of.
     """
 
     steps: tuple[Step, ...]
     loop: int | None = None
+    subject: Subject | None = field(default=None, compare=False, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the witness for JSON."""
@@ -68,7 +71,7 @@ def witness_of(subject: Subject, trace: Sequence[int], loop: int | None = None) 
         marking = net.fire(transition, marking)
         change = {net.places[place]: tokens for place, tokens in net.delta[transition].items()}
         steps.append(Step(net.transitions[transition], subject.transition_text(transition), change))
-    return Witness(tuple(steps), loop)
+    return Witness(tuple(steps), loop, subject)
 
 
 @dataclass(frozen=True)

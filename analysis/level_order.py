@@ -15,7 +15,6 @@ GLSVLSI 2003.
 from __future__ import annotations
 
 import random
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -28,10 +27,13 @@ from dineros.analysis.saturation import Diagram
 
 FORCE_ROUNDS = 60
 TRIAL_MEMORY = 1 << 28
+LEAST_TRIAL_MEMORY = 1 << 24
 TRIAL_CACHE = 1 << 16
 TRIAL_BUCKETS = 1 << 14
 #: Share of the first search spent on making starts rather than on improving the best.
 START_SHARE = 0.25
+#: What making a candidate and setting it up costs, in cache misses of saturation.
+TRIAL_WORK = 1_000
 #: Effort allowed to the first starts, and how many starts are tried before it is doubled.
 FIRST_EFFORT = 2_000
 STARTS_PER_LIMIT = 12
@@ -61,7 +63,9 @@ class OrderSearch:
     encoding
         Levels and events of the net.
     seed
-        Of the random moves: the same seed and number of moves give the same order.
+        Of the random moves: the same seed and work give the same order.
+    memory
+        Bytes that a trial may take.
 
     Attributes
     ----------
@@ -69,14 +73,17 @@ class OrderSearch:
         Best order so far, bottom first.
     effort : int or None
         Its effort on the scaled-down instance; None while no candidate was finished.
+    work : int
+        What the search has cost so far, in cache misses of saturation.
     """
 
-    def __init__(self, encoding: Encoding, seed: int = 1) -> None:
+    def __init__(self, encoding: Encoding, seed: int = 1, memory: int = TRIAL_MEMORY) -> None:
         try:
             small = encode_like(encoding, scaled_down(encoding.boxes.net))
         except ValueError:
             small = encoding
-        self._trial = Diagram(small, range(len(small.levels)), TRIAL_MEMORY, TRIAL_CACHE, TRIAL_BUCKETS)
+        memory = min(max(memory, LEAST_TRIAL_MEMORY), TRIAL_MEMORY)
+        self._trial = Diagram(small, range(len(small.levels)), memory, TRIAL_CACHE, TRIAL_BUCKETS)
         self._spans_of: list[list[list[int]]] = [[] for _ in encoding.levels]
         for span in self._trial.events.levels_of_events:
             for level in span:
@@ -85,22 +92,27 @@ class OrderSearch:
         self._limit = FIRST_EFFORT
         self.order = self._force(range(len(encoding.levels)))
         self.effort: int | None = None
-        self.trials = 0
+        self.work = 0
 
-    def improve(self, seconds: float) -> None:
-        """Search for so many seconds more."""
+    def improve(self, work: int, patience: int | None = None) -> None:
+        """Search on, for about so many cache misses of saturation; no clock decides.
+
+        With `patience`, stop when the search has cost so many times what its best order costs.
+        """
         if len(self.order) < 3:
             return
-        now = time.perf_counter()
+        limit = self.work + work
         if self.effort is None:
-            self._find_start(now + seconds * START_SHARE, now + seconds)
-        while time.perf_counter() < now + seconds:
+            self._find_start(self.work + int(work * START_SHARE), limit)
+        while self.work < limit:
+            if patience is not None and self.effort is not None:
+                limit = min(limit, patience * (self.effort + TRIAL_WORK))
             self._try(self._neighbour())
 
-    def _find_start(self, deadline: float, last: float) -> None:
+    def _find_start(self, share: int, limit: int) -> None:
         """Random starts under a small limit of effort that doubles until one of them stays within it."""
         order = self.order
-        while time.perf_counter() < (deadline if self.effort is not None else last):
+        while self.work < (share if self.effort is not None else limit):
             for _ in range(STARTS_PER_LIMIT):
                 self._try(order)
                 self._try(order[::-1])
@@ -111,9 +123,10 @@ class OrderSearch:
 
     def _try(self, order: list[int]) -> None:
         limit = self._limit if self.effort is None else self.effort + 1
-        self.trials += 1
         self._trial.restart(order)
-        if self._trial.run(effort_limit=limit) and (self.effort is None or self._trial.effort <= self.effort):
+        finished = self._trial.run(effort_limit=limit)
+        self.work += self._trial.effort + TRIAL_WORK
+        if finished and (self.effort is None or self._trial.effort <= self.effort):
             self.effort, self.order = self._trial.effort, list(order)
 
     def _neighbour(self) -> list[int]:

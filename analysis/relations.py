@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -62,6 +62,20 @@ class EventTables:
             _array([table for _, table in flat_rows]),
         )
 
+    def reversed(self) -> EventTables:
+        """Return the events fired backwards; each is injective, since it moves tokens by fixed amounts."""
+        tables = np.full_like(self.tables, -1)
+        source, target = self.pair_source.copy(), self.pair_target.copy()
+        for n in range(self.start.size - 1):
+            first = int(self.start[n])
+            table = self.tables[first : int(self.start[n + 1])]
+            enabled = np.flatnonzero(table >= 0)
+            tables[first + table[enabled]] = enabled
+            pairs = _sweep(tuple(tables[first : int(self.start[n + 1])].tolist()))
+            part = slice(int(self.pair_start[n]), int(self.pair_start[n + 1]))
+            source[part], target[part] = zip(*pairs, strict=True)
+        return replace(self, tables=tables, pair_source=source, pair_target=target)
+
     @cached_property
     def levels_of_events(self) -> list[list[int]]:
         """By event: the levels it touches."""
@@ -72,10 +86,12 @@ class EventTables:
 class Relations:
     """Events under one order: relation r applies a table at its level, then ``next[r]`` further down.
 
-    Relation 0 is the identity. ``event_start[k]:event_start[k + 1]`` are the events with top level k; their
-    first tables' enabled entries are ``pair_source``/``pair_target``, delimited by ``pair_start``.
+    Relation 0 is the identity; a table begins at ``tables[table[r]]``. ``event_start[k]:event_start[k + 1]``
+    are the events with top level k; their first tables' enabled entries are ``pair_source``/``pair_target``,
+    delimited by ``pair_start``.
     """
 
+    tables: Int64Array
     level: Int64Array
     table: Int64Array
     next: Int64Array
@@ -104,7 +120,9 @@ class Relations:
             event_relation, pair_start, source, target,
         )  # fmt: skip
         fired = np.zeros(room, dtype=np.int64)
-        return cls(level, table, below, event_start, event_relation, pair_start, source, target, fired)
+        return cls(
+            tables.tables, level, table, below, event_start, event_relation, pair_start, source, target, fired
+        )
 
 
 @njit(cache=True)

@@ -1,14 +1,18 @@
-"""Saturation: the reachable markings of a net as a decision diagram, as a machine that can stop and go on.
+"""Saturation: fixed points of events on decision diagrams, as a machine that can stop and go on.
 
 The recursion of the algorithm goes one level down at a time, and at any moment each level has at most one
 unfinished node. So the recursion's stack is an array indexed by level, and the kernel can return to Python
 (for garbage collection, progress, an interrupt) and be called again.
 
+A run may be *constrained*: then only vectors of a given set are ever reached. Events run backwards under the
+constraint that markings are reachable, which is what CTL needs.
+
 References
 ----------
 G. Ciardo, G. Luettgen, R. Siminiceanu, *Saturation: an efficient iteration strategy for symbolic state-space
 generation*, TACAS 2001, LNCS 2031. G. Ciardo, R. Marmorstein, R. Siminiceanu, *The saturation algorithm for
-symbolic state-space exploration*, STTT 8(1), 2006.
+symbolic state-space exploration*, STTT 8(1), 2006. Y. Zhao, G. Ciardo, *Symbolic CTL model checking of
+asynchronous systems using constrained saturation*, ATVA 2009, LNCS 5799.
 """
 
 from __future__ import annotations
@@ -17,24 +21,32 @@ from numba import njit
 
 from dineros.analysis.diagram_kernels import (
     CACHE_MASK,
+    CLOSED_KEY,
     FAILED,
+    FIRED_KEY,
     HAVE,
     HEADER,
+    INTERSECTION,
     MISSES,
     NODES,
+    PUSHED,
     RESULT,
     STACK,
+    STILL,
+    UNION,
+    combine,
     make_node,
     slot_of,
-    union,
 )
 
 DONE, STORE_FULL, PAUSED = range(3)
-FIRING, SATURATING = 0, 1
+#: What a level is doing: images of the children of a node under a relation, the fixed point of its own
+#: events, or the closure of the children of a node.
+FIRING, SATURATING, CLOSING = range(3)
 
-#: Columns of the frame of a level: what is under way there.
-PHASE, NODE, RELATION, INDEX, TARGET, EVENT, IDLE, CLOCK = range(8)
-FRAME_SIZE = 8
+#: Columns of the frame of a level: what is under way there. No constraint (0) allows everything.
+PHASE, NODE, RELATION, INDEX, TARGET, EVENT, IDLE, CLOCK, CONSTRAINT = range(9)
+FRAME_SIZE = 9
 
 
 @njit(cache=True)
@@ -59,12 +71,12 @@ def saturate(  # type: ignore[no-untyped-def]
         if control[MISSES] >= effort_limit or control[NODES] > node_limit:
             return PAUSED
         start = base[k]
-        relation = frame[k, RELATION]
-        push_node, push_relation = 0, 0
-        if frame[k, PHASE] == FIRING:
+        relation, constraint, phase = frame[k, RELATION], frame[k, CONSTRAINT], frame[k, PHASE]
+        push, push_relation, push_constraint = False, 0, 0
+        if phase != SATURATING:
             node = frame[k, NODE]
             first, size = mem[node + 2], mem[node + 3]
-            here = relation_level[relation] == k
+            here = phase == FIRING and relation_level[relation] == k
             below = relation_next[relation] if here else relation
             table = relation_table[relation] + first
             i = frame[k, INDEX]
@@ -77,19 +89,22 @@ def saturate(  # type: ignore[no-untyped-def]
                 if child != 0:
                     j = tables[table + i] if here else first + i
                     if j >= 0:
-                        if below == 0:
-                            work[start + j] = child
-                        else:
-                            slot = slot_of(child, below, control[CACHE_MASK])
-                            if cache[slot] == child and cache[slot + 1] == below and cache[slot + 2] == 0:
-                                work[start + j] = cache[slot + 3]
-                            else:
-                                push_node, push_relation = child, below
+                        allowed = _allowed(mem, constraint, j)
+                        if constraint == 0 or allowed != 0:
+                            image = _known_image(
+                                child, below, allowed, k, mem, heads, cache, control, free, base, scratch,
+                                pending,
+                            )  # fmt: skip
+                            if image < 0:
+                                push, push_relation, push_constraint = True, below, allowed
                                 frame[k, TARGET] = j
                                 break
+                            work[start + j] = image
                 i += 1
             frame[k, INDEX] = i
-            if push_node == 0:
+            if control[FAILED]:
+                return STORE_FULL
+            if not push:
                 found = False
                 for j in range(width[k]):
                     found |= work[start + j] != 0
@@ -98,12 +113,9 @@ def saturate(  # type: ignore[no-untyped-def]
                     frame[k, PHASE] = SATURATING
                     begin(k, frame, event_start, pair_start, fired)
                 else:
-                    _remember(cache, control, node, relation, 0)
-                    control[RESULT] = 0
-                    control[HAVE] = 1
-                    control[STACK] = k + 1
+                    _finish(k, 0, frame, cache, control)
                     continue
-        if push_node == 0:
+        if not push:
             pair, event, idle = frame[k, INDEX], frame[k, EVENT], frame[k, IDLE]
             first_event, last_event = event_start[k], event_start[k + 1]
             finished = first_event == last_event
@@ -113,35 +125,39 @@ def saturate(  # type: ignore[no-untyped-def]
             while not finished:
                 if pair == last_pair:
                     # A sweep over the event's pairs follows its own direction, so it never has to be
-                    # repeated for # what it changed itself; the level is closed once every event had
-                    # nothing to do in turn.
+                    # repeated for what it changed itself; the level is closed once every event had nothing
+                    # to do in turn.
                     event += 1
                     if event == last_event:
                         event = first_event
-                    idle += 1
-                    if idle > last_event - first_event:
-                        finished = True
-                        break
+                    # What is stored must be fit to go on from, also when the store is found full below.
                     pair, last_pair = pair_start[event], pair_start[event + 1]
                     below = relation_next[event_relation[event]]
+                    idle += 1
+                    finished = idle > last_event - first_event
                     continue
                 i, j = start + pair_source[pair], start + pair_target[pair]
                 child = work[i]
                 if child == 0 or changed[i] <= fired[pair]:
                     pair += 1
                     continue
-                image = child
+                allowed = _allowed(mem, constraint, j - start)
+                if constraint != 0 and allowed == 0:
+                    pair += 1
+                    continue
                 if control[HAVE]:
                     image = control[RESULT]
-                elif below != 0:
-                    slot = slot_of(child, below, control[CACHE_MASK])
-                    if cache[slot] == child and cache[slot + 1] == below and cache[slot + 2] == 0:
-                        image = cache[slot + 3]
-                    else:
-                        push_node, push_relation = child, below
+                else:
+                    image = _known_image(
+                        child, below, allowed, k, mem, heads, cache, control, free, base, scratch, pending
+                    )  # fmt: skip
+                    if control[FAILED]:
+                        break
+                    if image < 0:
+                        push, push_relation, push_constraint = True, below, allowed
                         break
                 old = work[j]
-                new = union(old, image, mem, heads, cache, control, free, base, scratch, pending)
+                new = combine(old, image, UNION, mem, heads, cache, control, free, base, scratch, pending)
                 if control[FAILED]:
                     break
                 control[HAVE] = 0
@@ -160,17 +176,14 @@ def saturate(  # type: ignore[no-untyped-def]
                 node = make_node(mem, heads, control, free, k, work, start, 0, width[k])
                 if control[FAILED]:
                     return STORE_FULL
-                if relation != 0:
-                    _remember(cache, control, frame[k, NODE], relation, node)
-                control[RESULT] = node
-                control[HAVE] = 1
-                control[STACK] = k + 1
+                _finish(k, node, frame, cache, control)
                 continue
         control[MISSES] += 1
         k -= 1
-        frame[k, PHASE] = FIRING
-        frame[k, NODE] = push_node
+        frame[k, PHASE] = FIRING if push_relation != 0 else CLOSING
+        frame[k, NODE] = control[PUSHED]
         frame[k, RELATION] = push_relation
+        frame[k, CONSTRAINT] = push_constraint
         frame[k, INDEX] = 0
         start = base[k]
         for j in range(start, start + width[k]):
@@ -179,12 +192,56 @@ def saturate(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _remember(cache, control, node, relation, image):  # type: ignore[no-untyped-def]
-    slot = slot_of(node, relation, control[CACHE_MASK])
-    cache[slot] = node
-    cache[slot + 1] = relation
-    cache[slot + 2] = 0
-    cache[slot + 3] = image
+def _allowed(mem, constraint, state):  # type: ignore[no-untyped-def]
+    """What a constraint allows below a local state of its level; 0 where it has none."""
+    if constraint == 0:
+        return 0
+    at = state - mem[constraint + 2]
+    return mem[constraint + HEADER + at] if 0 <= at < mem[constraint + 3] else 0
+
+
+@njit(cache=True)
+def _known_image(  # type: ignore[no-untyped-def]
+    child, relation, allowed, k, mem, heads, cache, control, free, base, scratch, pending
+):  # fmt: skip
+    """Closed image of a node below level k under a relation, 0 being the identity.
+
+    Where it is not known yet, -1, with the node to compute it from in ``control[PUSHED]``; -1 with FAILED set
+    when the store is full.
+    """
+    if relation == 0:
+        if allowed == 0:
+            return child  # without a constraint, all that is here is closed
+        part = combine(child, allowed, INTERSECTION, mem, heads, cache, control, free, base, scratch, pending)
+        if control[FAILED]:
+            return -1
+        if part == 0 or k == 1 or control[STILL]:
+            return part
+        child, second, third = part, allowed, control[CLOSED_KEY]
+    else:
+        second, third = relation + control[FIRED_KEY], allowed
+    slot = slot_of(child, second, control[CACHE_MASK])
+    if cache[slot] == child and cache[slot + 1] == second and cache[slot + 2] == third:
+        return cache[slot + 3]
+    control[PUSHED] = child
+    return -1
+
+
+@njit(cache=True)
+def _finish(k, result, frame, cache, control):  # type: ignore[no-untyped-def]
+    """Give the result of a level to the level above, and remember what it is the image of."""
+    node, relation, constraint = frame[k, NODE], frame[k, RELATION], frame[k, CONSTRAINT]
+    if node != 0:
+        second = relation + control[FIRED_KEY] if relation != 0 else constraint
+        third = constraint if relation != 0 else control[CLOSED_KEY]
+        slot = slot_of(node, second, control[CACHE_MASK])
+        cache[slot] = node
+        cache[slot + 1] = second
+        cache[slot + 2] = third
+        cache[slot + 3] = result
+    control[RESULT] = result
+    control[HAVE] = 1
+    control[STACK] = k + 1
 
 
 @njit(cache=True)

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-import resource
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
 
 from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.memory import peak_memory
 
-Engine = Literal["auto", "explicit", "symbolic"]
+if TYPE_CHECKING:
+    from dineros.analysis.coverability import Pumping
+    from dineros.analysis.explicit import Order
+    from dineros.analysis.order_cache import OrderCache
+
+Engine = Literal["auto", "explicit", "symbolic", "tina"]
 DEFAULT_MEMORY = 2 << 30
+#: Nodes of the coverability tree that may be made to explain why a net is unbounded.
+COVERABILITY_NODES = 2_000
 
 
 @dataclass(frozen=True)
@@ -37,6 +44,9 @@ class StateSpace:
         Wall-clock time, order search included.
     peak_memory_bytes : int
         Peak memory of the process so far.
+    pumping : Pumping or None
+        Where the net is unbounded: a sequence that makes places grow for ever. Then there are no counts:
+        there is no end of markings, and how many were seen says nothing.
     """
 
     places: int
@@ -51,10 +61,11 @@ class StateSpace:
     reason: str
     seconds: float
     peak_memory_bytes: int
+    pumping: Pumping | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the figures for JSON."""
-        return asdict(self)
+        return {name: value for name, value in asdict(self).items() if name != "pumping"}
 
 
 def state_space(
@@ -62,6 +73,8 @@ def state_space(
     engine: Engine = "auto",
     memory: int = DEFAULT_MEMORY,
     progress: Callable[[Any], None] | None = None,
+    orders: OrderCache | None = None,
+    order: Order = "breadth-first",
 ) -> StateSpace:
     """Count the state space of a net.
 
@@ -71,31 +84,46 @@ def state_space(
     ----------
     net : CompiledNet
         The net.
-    engine : {"auto", "explicit", "symbolic"}
-        Which engine.
+    engine : {"auto", "explicit", "symbolic", "tina"}
+        Which engine; ``tina`` is TINA of LAAS, where it is on the PATH.
     memory : int
         Bytes it may take.
     progress : callable, optional
         Told now and then how far it is.
+    orders : OrderCache, optional
+        Where orders of levels are kept for the symbolic engine.
+    order : {"breadth-first", "depth-first"}
+        How the explicit engine goes.
+
+    Raises
+    ------
+    TinaError
+        TINA is not there, or failed.
     """
     from dineros.analysis.levels import UnknownBoundError
 
     began = time.perf_counter()
+    if engine == "tina":
+        return _tina(net, began)
     if engine != "explicit":
         try:
-            return _symbolic(net, memory, progress, began)
+            return _symbolic(net, memory, progress, began, orders)
         except UnknownBoundError as error:
             if engine == "symbolic":
                 return _nothing(net, "symbolic", str(error), began)
-    return _explicit(net, memory, progress, began)
+    return _explicit(net, memory, progress, began, order)
 
 
 def _symbolic(
-    net: CompiledNet, memory: int, progress: Callable[[Any], None] | None, began: float
+    net: CompiledNet,
+    memory: int,
+    progress: Callable[[Any], None] | None,
+    began: float,
+    orders: OrderCache | None,
 ) -> StateSpace:
     from dineros.analysis.symbolic import symbolic_state_space
 
-    space = symbolic_state_space(net, memory, progress)
+    space = symbolic_state_space(net, memory, progress, orders=orders)
     if not space.complete:
         return _nothing(net, "symbolic", space.reason, began)
     return _of(
@@ -109,8 +137,9 @@ def _symbolic(
 
 
 def _explicit(
-    net: CompiledNet, memory: int, progress: Callable[[Any], None] | None, began: float
+    net: CompiledNet, memory: int, progress: Callable[[Any], None] | None, began: float, order: Order
 ) -> StateSpace:
+    from dineros.analysis.coverability import coverability
     from dineros.analysis.explicit import explore
     from dineros.analysis.goals import Seen
 
@@ -118,7 +147,16 @@ def _explicit(
         if progress is not None:
             progress(Seen(markings, rate, size))
 
-    space = explore(net, memory=memory, progress=tell)
+    space = explore(net, memory=memory, progress=tell, order=order)
+    if space.pumping is not None:
+        # What the search came across is a proof; the coverability tree often has a shorter one.
+        others = coverability(net, COVERABILITY_NODES).pumping
+        pumping = min(
+            [space.pumping, *([others] if others else [])], key=lambda p: len(p.prefix) + len(p.suffix)
+        )
+        grown = ", ".join(net.places[place] for place in pumping.places)
+        reason = f"unbounded: {grown} can grow for ever"
+        return replace(_nothing(net, "explicit", reason, began), pumping=pumping)
     return _of(
         net,
         (space.markings, space.arcs, space.deadlocks),
@@ -127,6 +165,15 @@ def _explicit(
         "" if space.complete else space.reason or "unknown",
         began,
     )
+
+
+def _tina(net: CompiledNet, began: float) -> StateSpace:
+    from dineros.analysis.tina import count
+
+    counts = count(net)
+    if not counts.is_bounded:
+        return _nothing(net, "tina", "unbounded", began)
+    return _of(net, (counts.states, counts.arcs, counts.deadlocks), (None, None), "tina", "", began)
 
 
 def _nothing(net: CompiledNet, engine: str, reason: str, began: float) -> StateSpace:
@@ -150,5 +197,5 @@ def _of(
         not reason,
         reason,
         time.perf_counter() - began,
-        resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
+        peak_memory(),
     )

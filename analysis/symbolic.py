@@ -5,18 +5,37 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.counting import DiagramCounts, subtract_boxes
+from dineros.analysis.counting import DiagramCounts
 from dineros.analysis.coverability import coverability
 from dineros.analysis.level_order import OrderSearch
 from dineros.analysis.levels import Encoding, UnknownBoundError, encode
-from dineros.analysis.saturation import Diagram, Progress
+from dineros.analysis.order_cache import OrderCache
+from dineros.analysis.saturation import Diagram, DiagramMemoryError, Progress
+from dineros.analysis.vector_sets import VectorSets
 
 DEFAULT_MEMORY = 2 << 30
-#: Rounds of (seconds of order search, seconds of saturation): easy nets pay for little search, hard ones
-#: get more.
-ROUNDS = ((0.2, 0.4), (0.6, 0.8), (2.0, 1.5), (4.0, 3.0), (6.0, 5.0), (8.0, 12.0), (20.0, None))
+#: Rounds of (work of the order search, work of saturation), in cache misses: easy nets pay for little search,
+#: hard ones get more. Millions take a third of a second. No clock decides, so that every run is the same.
+ROUNDS = (
+    (300_000, 1_000_000),
+    (2_000_000, 2_500_000),
+    (6_000_000, 4_500_000),
+    (12_000_000, 9_000_000),
+    (18_000_000, 15_000_000),
+    (24_000_000, 36_000_000),
+    (60_000_000, None),
+)
+#: Work allowed to an order that is known from an earlier run, before another one is searched for.
+KNOWN_ORDER_WORK = 30_000_000
+#: Work of a search from which on its order is worth keeping.
+WORTH_KEEPING = ROUNDS[0][0] + ROUNDS[1][0]
+#: How many times the cost of saturating the small instance the first search may cost.
+FIRST_PATIENCE = 25
+#: Orders tried with which memory runs out.
+MEMORY_TRIES = 2
 FIRST_CAP = 4
 LARGEST_CAP = 1 << 12
 
@@ -40,6 +59,8 @@ class SymbolicStateSpace:
         Nodes of the final diagram; most nodes held at any time.
     memory : int
         Bytes touched by node store, hash table and cache.
+    search_work : int
+        What the order search cost, in cache misses of saturation.
     search_seconds, saturation_seconds : float
         Time of the order search and of the successful saturation run.
     """
@@ -49,6 +70,7 @@ class SymbolicStateSpace:
     reason: str
     encoding: Encoding
     diagram: Diagram
+    search_work: int
     search_seconds: float
     saturation_seconds: float
     markings: int = 0
@@ -61,7 +83,11 @@ class SymbolicStateSpace:
         places, levels = self.net.places, self.encoding.levels
         self.order = tuple(tuple(places[p] for p in levels[k].places) for k in self.diagram.order)
         if self.complete:
-            self._counts = DiagramCounts(self.diagram)
+            try:
+                self._counts = DiagramCounts(self.diagram)
+            except DiagramMemoryError:
+                self.complete, self.reason = False, "memory"
+                return
             self.markings = self._counts.vectors()
             self.nodes = self._counts.nodes
 
@@ -80,20 +106,23 @@ class SymbolicStateSpace:
 
     def arcs(self) -> int:
         """Number of arcs: pairs of a reachable marking and a transition enabled in it."""
-        return self.counts.in_boxes(self._event_masks())
+        return self.counts.in_boxes(self.event_masks())
 
     def enabled(self, transition: str) -> int:
         """Number of reachable markings that enable a transition (by name)."""
         number = self.net.transitions.index(transition)
-        return self.counts.in_boxes(self._event_masks(number))
+        return self.counts.in_boxes(self.event_masks(number))
 
     def deadlocks(self) -> int | None:
         """Number of reachable markings that enable nothing; None when memory runs out."""
         counts = self.counts
-        dead = subtract_boxes(self.diagram, self._event_masks())
-        if not dead:
-            return dead
-        return counts.vectors() if dead == self.diagram.root else DiagramCounts(self.diagram, dead).vectors()
+        try:
+            dead = self.sets.without_boxes(self.diagram.root, self.event_masks())
+            if dead in (0, self.diagram.root):
+                return counts.vectors() if dead else 0
+            return DiagramCounts(self.diagram, dead).vectors()
+        except DiagramMemoryError:
+            return None
 
     def satisfying(self, bounds: Mapping[str, tuple[int, int | None]]) -> int:
         """Number of reachable markings whose named places hold between (fewest, most) tokens."""
@@ -126,13 +155,19 @@ class SymbolicStateSpace:
 
     def largest_total(self) -> int:
         """Largest number of tokens of a reachable marking."""
-        factors = dict.fromkeys(self.encoding.boxes.kept, 1)
+        weights, constant = self.weights_of(dict.fromkeys(range(len(self.net.places)), 1))
+        return constant + self.counts.largest(weights)
+
+    def weights_of(self, factors: Mapping[int, int]) -> tuple[list[list[int]], int]:
+        """A weighted sum of tokens as weights of local states, ``[level][state]``, and a constant."""
+        kept: dict[int, int] = {}
         constant = 0
-        for rule in self.encoding.boxes.determined.values():
-            constant += rule.constant
-            for place, factor in rule.factors.items():
-                factors[place] += factor
-        return constant + self.counts.largest(self._weights(factors))
+        for place, factor in factors.items():
+            rule = self.encoding.boxes.determined.get(place)
+            constant += factor * rule.constant if rule else 0
+            for p, k in (rule.factors if rule else {place: 1}).items():
+                kept[p] = kept.get(p, 0) + factor * k
+        return self._weights(kept), constant
 
     def _weights(self, factors: Mapping[int, int]) -> list[list[int]]:
         return [
@@ -143,7 +178,13 @@ class SymbolicStateSpace:
             for level in self.encoding.levels
         ]
 
-    def _event_masks(self, transition: int | None = None) -> list[dict[int, Sequence[bool]]]:
+    @cached_property
+    def sets(self) -> VectorSets:
+        """Operations on sets of markings."""
+        return VectorSets(self.diagram)
+
+    def event_masks(self, transition: int | None = None) -> list[dict[int, Sequence[bool]]]:
+        """Markings that enable a transition, or any, as disjoint products (level -> flags)."""
         return [
             {k: [j >= 0 for j in table] for k, table in event.tables.items() if min(table) < 0}
             for event in self.encoding.events
@@ -157,6 +198,7 @@ def symbolic_state_space(
     progress: Callable[[Progress], None] | None = None,
     seed: int = 1,
     order: Sequence[Sequence[str]] | None = None,
+    orders: OrderCache | None = None,
 ) -> SymbolicStateSpace:
     """Compute the complete state space of a net with decision diagrams.
 
@@ -173,6 +215,9 @@ def symbolic_state_space(
     order
         A known order (`SymbolicStateSpace.order` of an earlier run on a net of the same structure), tried
         first.
+    orders
+        Where orders are kept: one of a net of the same structure is tried first, and one that took long to
+        find is kept.
 
     Raises
     ------
@@ -186,6 +231,22 @@ def symbolic_state_space(
     >>> space.markings, space.arcs(), space.deadlocks(), space.largest_place()
     (3, 2, 1, (2, 2))
     """
+    if order is None and orders is not None:
+        order = orders.order(net)
+    space = _with_bounds(net, memory, progress, seed, order)
+    if orders is not None and space.complete and space.search_work > WORTH_KEEPING:
+        orders.keep(net, space.order)
+    return space
+
+
+def _with_bounds(
+    net: CompiledNet,
+    memory: int,
+    progress: Callable[[Progress], None] | None,
+    seed: int,
+    order: Sequence[Sequence[str]] | None,
+) -> SymbolicStateSpace:
+    """Compute the state space; places whose bounds are not known get caps, raised until they are not met."""
     gain = max((tokens for change in net.delta for tokens in change.values()), default=0)
     caps: list[int] | None = None
     while True:
@@ -223,14 +284,15 @@ def _with_encoding(
     known: Sequence[Sequence[str]] | None,
 ) -> SymbolicStateSpace:
     began = time.perf_counter()
-    search = OrderSearch(encoding, seed)
+    search = OrderSearch(encoding, seed, memory // 8)
     order = _known_order(net, encoding, known) if known is not None else None
     diagram: Diagram | None = None
+    failures, trusted = 0, order
     searched = time.perf_counter() - began
-    for search_seconds, run_seconds in ROUNDS:
+    for search_work, run_work in ROUNDS:
         began = time.perf_counter()
         if order is None:
-            search.improve(search_seconds)
+            search.improve(search_work, FIRST_PATIENCE if search.work == 0 else None)
             order = search.order
         searched += time.perf_counter() - began
         began = time.perf_counter()
@@ -238,14 +300,17 @@ def _with_encoding(
             diagram = Diagram(encoding, order, memory)
         else:
             diagram.restart(order)
-        deadline = None if run_seconds is None else began + run_seconds
-        if diagram.run(progress, deadline=deadline):
+        if diagram.run(progress, run_work if order is not trusted else KNOWN_ORDER_WORK):
+            break
+        failures += diagram.out_of_memory
+        if failures == MEMORY_TRIES:
             break
         order = None
     assert diagram is not None
     seconds = time.perf_counter() - began
+    reason = "" if diagram.complete else "memory"
     return SymbolicStateSpace(
-        net, diagram.complete, "" if diagram.complete else "memory", encoding, diagram, searched, seconds
+        net, diagram.complete, reason, encoding, diagram, search.work, searched, seconds
     )
 
 

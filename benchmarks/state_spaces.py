@@ -1,86 +1,168 @@
-"""Every engine on every net: a table of markings, times and memory.
+"""Every engine on every net: a table of markings, times and memory, as Markdown.
 
-Each row runs in a process of its own, so that peak memory is its own.
-Usage: ``python -m benchmarks.state_spaces [words to choose rows by]``.
+Each row runs in a process of its own, so that peak memory is its own; kernels are loaded before the clock
+starts. Seconds of wall-clock time mean something on a quiet machine only: processor seconds and the load
+stand beside them. The engines are `symbolic`, `explicit-1` and `explicit-2` (workers), `depth-first`, and
+`reduced` (rules that keep the number of markings, then the symbolic engine; markings are those of the whole
+net).
+
+Usage: ``python -m benchmarks.state_spaces [--long] [words to choose rows by]``. With ``--long`` the rows
+come too that take the explicit engine minutes and gigabytes.
 """
 
 from __future__ import annotations
 
 import multiprocessing
+import os
+import platform
 import resource
 import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from importlib.metadata import version
+from pathlib import Path
 
 from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.memory import peak_memory
 from tests.analysis import classic_nets as classic
 from tests.analysis.reference_case_study import SIGNAL_VARIANTS, reference_case_study
 
 NETS: dict[str, Callable[[], CompiledNet]] = {
     "philosophers-10": lambda: classic.philosophers(10),
+    "philosophers-12": lambda: classic.philosophers(12),
     "philosophers-20": lambda: classic.philosophers(20),
     "kanban-5": lambda: classic.kanban(5),
     "fms-5": lambda: classic.flexible_manufacturing(5),
     "round-robin-10": lambda: classic.round_robin_mutex(10),
+    "round-robin-14": lambda: classic.round_robin_mutex(14),
     "swimming-pool-1": lambda: classic.swimming_pool(1),
+    "swimming-pool-2": lambda: classic.swimming_pool(2),
 }
-EXPLICIT = [name for name in NETS if name != "philosophers-20"]
 for _variant in SIGNAL_VARIANTS:
     for _n in (1, 3, 5, 10):
         NETS[f"case-study-{_variant}-{_n}"] = partial(reference_case_study, (_n, _n, _n), _variant)
-EXPLICIT += ["case-study-none-1", "case-study-input-1"]
-HEADER = f"{'net':24}{'engine':12}" + "".join(
-    f"{title:>{width}}"
-    for title, width in (
-        ("markings", 12),
-        ("arcs", 12),
-        ("deadlocks", 10),
-        ("seconds", 9),
-        ("M/s", 9),
-        ("MiB", 6),
-    )
+#: What the explicit engine takes minutes for.
+LONG = ["case-study-io-1", "case-study-fully-1"]
+EXPLICIT = [name for name in NETS if not name.startswith("case-study") and name != "philosophers-20"]
+EXPLICIT += ["case-study-none-1", "case-study-input-1", *LONG]
+MEMORY = 8 << 30
+COLUMNS = (
+    "net",
+    "engine",
+    "markings",
+    "arcs",
+    "deadlocks",
+    "seconds",
+    "processor s",
+    "M/s",
+    "peak MiB",
+    "load",
 )
 
 
-def measure(name: str, engine: str) -> str:
-    """One row of the table; kernels are loaded before the clock starts."""
-    net = NETS[name]()
-    warm = classic.philosophers(3)
-    if engine == "symbolic":
+def count(net: CompiledNet, engine: str) -> tuple[int | None, int | None, int | None, bool]:
+    """Markings, arcs, deadlocks and whether these are all."""
+    if engine in ("symbolic", "reduced"):
+        from dineros.analysis.reductions import reduce
         from dineros.analysis.symbolic import symbolic_state_space
 
-        symbolic_state_space(warm).deadlocks()
-        symbolic_state_space(warm).arcs()
-        began = time.perf_counter()
-        space = symbolic_state_space(net)
-        counts = (space.markings, space.arcs(), space.deadlocks())
-        complete = space.complete
-    else:
-        from dineros.analysis.explicit import explore
+        factor = 1
+        if engine == "reduced":
+            reduction = reduce(net, {"state_space_size"})
+            net, factor = reduction.net, reduction.count_factor
+        space = symbolic_state_space(net, MEMORY)
+        if engine == "reduced":
+            return space.markings * factor, None, None, space.complete
+        return space.markings, space.arcs(), space.deadlocks(), space.complete
+    from dineros.analysis.explicit import explore
 
-        workers = int(engine.removeprefix("explicit-"))
-        explore(warm, workers=workers)
-        began = time.perf_counter()
-        seen = explore(net, workers=workers, memory=4 << 30)
-        counts, complete = (seen.markings, seen.arcs, seen.deadlocks), seen.complete
+    if engine == "depth-first":
+        seen = explore(net, order="depth-first", memory=MEMORY)
+    else:
+        seen = explore(net, workers=int(engine.removeprefix("explicit-")), memory=MEMORY)
+    return seen.markings, seen.arcs, seen.deadlocks, seen.complete
+
+
+def measure(name: str, engine: str) -> str:
+    """One row of the table."""
+    net = NETS[name]()
+    # The kernels for markings of this width, without the search.
+    for warm in (
+        classic.philosophers(3),
+        net if engine in ("explicit-1", "explicit-2", "depth-first") else None,
+    ):
+        if warm is not None:
+            _warm(warm, engine)
+    load = os.getloadavg()[0]
+    used, began = resource.getrusage(resource.RUSAGE_SELF), time.perf_counter()
+    markings, arcs, deadlocks, complete = count(net, engine)
     seconds = time.perf_counter() - began
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10
-    rate = counts[0] / seconds / 1e6
-    shown = [f"{value:12d}" if value < 10**11 else f"{value:12.4g}" for value in counts[:2]]
-    row = f"{name:24}{engine:12}{''.join(shown)}{counts[2]!s:>10}{seconds:9.2f}{rate:9.2g}{peak:6d}"
-    return row if complete else row + " incomplete"
+    now = resource.getrusage(resource.RUSAGE_SELF)
+    processor = now.ru_utime + now.ru_stime - used.ru_utime - used.ru_stime
+    rate = f"{(markings or 0) / seconds / 1e6:.3g}"
+    cells = (
+        name,
+        engine,
+        _number(markings),
+        _number(arcs),
+        _number(deadlocks),
+        f"{seconds:.2f}",
+        f"{processor:.2f}",
+        rate,
+        f"{peak_memory() >> 20}",
+        f"{load:.1f}",
+    )
+    return f"| {' | '.join(cells)} |" + ("" if complete else " incomplete")
+
+
+def _warm(net: CompiledNet, engine: str) -> None:
+    if engine in ("symbolic", "reduced"):
+        count(net, engine)
+        return
+    from dineros.analysis.explicit import explore
+
+    order = "depth-first" if engine == "depth-first" else "breadth-first"
+    explore(net, states=1, memory=1 << 24, order=order)  # type: ignore[arg-type]
+
+
+def _number(value: int | None) -> str:
+    if value is None:
+        return ""
+    return f"{value:,}" if value < 10**11 else f"{value:.4g}"
+
+
+def machine() -> str:
+    """Processor, versions and load."""
+    model = platform.processor() or platform.machine()
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        model = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        pass
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return (
+        f"{model}, {cores} processors, Python {platform.python_version()}, Numba {version('numba')};"
+        f" load {', '.join(f'{value:.1f}' for value in os.getloadavg())}"
+    )
 
 
 def main(words: list[str]) -> None:
     """Print the table."""
-    print(HEADER)
     rows = [(name, "symbolic") for name in NETS]
+    rows += [(name, "reduced") for name in NETS]
     rows += [(name, f"explicit-{workers}") for name in EXPLICIT for workers in (1, 2)]
+    rows += [(name, "depth-first") for name in EXPLICIT if name not in LONG]
+    rows.sort(key=lambda row: list(NETS).index(row[0]))
+    if "--long" not in words:
+        rows = [row for row in rows if row[0] not in LONG or not row[1].startswith("explicit")]
+    chosen = [word for word in words if word != "--long"]
+    print(machine(), end="\n\n")
+    print(f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}")
     context = multiprocessing.get_context("spawn")
     for name, engine in rows:
-        if all(word in f"{name} {engine}" for word in words):
+        if all(word in f"{name} {engine}" for word in chosen):
             with ProcessPoolExecutor(1, mp_context=context) as pool:
                 print(pool.submit(measure, name, engine).result(), flush=True)
 

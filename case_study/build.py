@@ -21,7 +21,7 @@ class NodeNetBuilder:
     """One node net and shorthands for the nodes on its pages."""
 
     def __init__(self, model: sym.SystemModel, id: str) -> None:
-        self.net = sym.NodeNet(id=id, name=id, net=model)
+        self.net = sym.NodeNet(id=id, name=id, package=f"sorting_{id}", net=model)
 
     def page(self, id: str) -> pn.Page:
         return pn.Page(id=id, name=id, page=self.net)

@@ -87,22 +87,11 @@ def memory_option(function: F) -> F:
 
 def memory_budget(given: int | None) -> int:
     """Return the bytes an engine may use: of what is given, what the process itself does not need."""
+    from dineros.analysis.memory import DEFAULT_SHARE, free_memory
+
     if given is not None:
         return max(given - OWN_MEMORY, 1 << 20)
-    free = _read_number(Path("/proc/meminfo"), "MemAvailable:", 1 << 10) or (2 << 30) * 10 // 7
-    limit = _read_number(Path("/sys/fs/cgroup/memory.max"))  # of a container, where there is one
-    if limit is not None:
-        free = min(free, limit - (_read_number(Path("/sys/fs/cgroup/memory.current")) or 0))
-    return max(free * 7 // 10, 1 << 20)
-
-
-def _read_number(path: Path, label: str = "", unit: int = 1) -> int | None:
-    """Return the number behind a label in a file of the kernel; None where there is none."""
-    try:
-        words = path.read_text(encoding="ascii").split()
-        return int(words[words.index(label) + 1 if label else 0]) * unit
-    except (OSError, ValueError, IndexError):
-        return None
+    return max(int(free_memory() * DEFAULT_SHARE), 1 << 20)
 
 
 def load_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> Subject:
@@ -221,13 +210,15 @@ def say_witness(witness: Witness) -> None:
         say(f"  {number:3}  {step.text}")
 
 
-def write_report(report: dict[str, Any], output: Path) -> None:
-    """Write a report with its trace as JSON, as a whole or not at all."""
-    import json
+def write_witness(
+    witness: Witness, output: Path, model: Path, settings: Sequence[str], asked: str, verdict: str
+) -> None:
+    """Write a witness as a trace (`docs/records.md`), as a whole or not at all."""
+    from dineros.analysis.witness_records import witness_records
+    from dineros.metamodel.records import write_records
 
-    from dineros.metamodel.files.atomic import write_atomically
-
-    write_atomically(output, (json.dumps(report, indent=2, ensure_ascii=False) + "\n").encode())
+    records = witness_records(witness, source=str(model), settings=settings, asked=asked, verdict=verdict)
+    write_records(output, records)
 
 
 def count(number: int, noun: str) -> str:

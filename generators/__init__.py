@@ -1,1 +1,24 @@
-"""Templates that turn runtime models into ROS 2 packages which their developers extend and keep."""
+"""Templates that turn runtime models into ROS 2 packages which their developers extend and keep.
+
+>>> from dineros.generators import Options, generate   # writes a workspace, or brings it up to date
+>>> from dineros.generators import check               # says what that would change
+"""
+
+from dineros.generators.comparison import Comparison, WorkspaceError
+from dineros.generators.manifest import Manifest, read_manifest
+from dineros.generators.notices import Change, Edit, Notice
+from dineros.generators.workspace import EditedError, Options, check, generate
+
+__all__ = [
+    "Change",
+    "Comparison",
+    "Edit",
+    "EditedError",
+    "Manifest",
+    "Notice",
+    "Options",
+    "WorkspaceError",
+    "check",
+    "generate",
+    "read_manifest",
+]

@@ -97,5 +97,5 @@ class UnknownElementError(DinerosError):
 
 def near_matches(name: str, known: Iterable[str]) -> str | None:
     """Return a hint such as ``did you mean 'tokens'?``, or None where nothing known is near `name`."""
-    near = difflib.get_close_matches(name, list(known), n=3, cutoff=0.6)
+    near = difflib.get_close_matches(name, list(dict.fromkeys(known)), n=3, cutoff=0.6)
     return f"did you mean {' or '.join(repr(match) for match in near)}?" if near else None

@@ -1,4 +1,4 @@
-"""Names of model elements in ROS 2: packages, interface types and fields (ROS 2 design, "Interface definition").
+"""Names of model elements in ROS 2: packages, interface types and fields (ROS 2, "Interfaces").
 
 The generators write these names and the run-time reads them, so both ask here.
 """

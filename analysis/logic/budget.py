@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Progress:
     memory_bytes: int
 
 
-ProgressCallback = Callable[[Progress], None]
+ProgressCallback = Callable[[Any], None]
 
 
 class BudgetExceededError(Exception):
@@ -68,11 +69,14 @@ class Meter:
         if limit is not None and needed > limit:
             raise BudgetExceededError(f"memory: more than {limit / 2**20:.0f} MiB needed")
 
-    def report(self, states: int, memory_bytes: int) -> None:
-        """Show progress and raise `BudgetExceededError` when time is up or there are too many states."""
+    def report(self, states: int, memory_bytes: int, progress: Any = None) -> None:
+        """Show progress and raise `BudgetExceededError` when time is up or there are too many states.
+
+        An engine that has more to say than states and memory gives its own `progress`.
+        """
         seconds = self.seconds
         if self.progress is not None:
-            self.progress(Progress(states, states / max(seconds, 1e-9), memory_bytes))
+            self.progress(progress or Progress(states, states / max(seconds, 1e-9), memory_bytes))
         if self.budget.states is not None and states > self.budget.states:
             raise BudgetExceededError(f"states: more than {self.budget.states}")
         if self.budget.seconds is not None and seconds > self.budget.seconds:

@@ -10,8 +10,10 @@ temporal logic specifications*, TOPLAS 8(2), 1986.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import reduce
-from typing import Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 
 from dineros.analysis.compiled import CompiledNet
 from dineros.analysis.logic.atoms import BoundAtoms
@@ -39,7 +41,14 @@ from dineros.analysis.logic.syntax import (
 )
 from dineros.analysis.logic.verdict import Verdict
 
+if TYPE_CHECKING:
+    from dineros.analysis.order_cache import OrderCache
+
 States = TypeVar("States")
+Engine = Literal["auto", "explicit", "symbolic"]
+
+#: Markings up to which `check_ctl` stores them one by one.
+FEW_STATES = 500_000
 
 
 class StateSets(Protocol[States]):
@@ -68,6 +77,19 @@ class StateSets(Protocol[States]):
 
     def some_globally(self, states: States) -> States:
         """EG: return the states from which some run never leaves a set."""
+
+    def initially(self, states: States) -> bool:
+        """Whether the initial state is in a set."""
+
+    def path(self, path: Formula, found: Mapping[Formula, States]) -> Run:
+        """Return a replayed run from the initial state that shows a basic path formula.
+
+        Some run must satisfy it.
+        """
+
+
+Run = tuple[tuple[int, ...], tuple[int, ...]]
+"""Transitions of a stem, and of a loop, which is empty for a finite path and in a deadlock."""
 
 
 def basic(formula: Formula) -> Formula:
@@ -139,12 +161,36 @@ def satisfying(formula: Formula, sets: StateSets[States]) -> dict[Formula, State
     return found
 
 
+def show(
+    sets: StateSets[States], formula: Formula, value: bool, found: Mapping[Formula, States]
+) -> tuple[Run, str]:
+    """Return a run that shows the value of a `basic` formula in the initial state, and what it means.
+
+    Only existential operators that are true have one; for the others all is empty.
+    """
+    match formula:
+        case Not(operand):
+            return show(sets, operand, not value, found)
+        case And(operands) | Or(operands):
+            for operand in operands:
+                # One operand decides if it is true in a disjunction or false in a conjunction; else all do.
+                if sets.initially(found[operand]) == value:
+                    shown = show(sets, operand, value, found)
+                    if shown[1]:
+                        return shown
+        case Exists(path) if value:
+            return sets.path(path, found), f"shows {formula}"
+    return ((), ()), ""
+
+
 def check_ctl(
     net: CompiledNet,
     formula: str | Formula,
     names: Names | None = None,
     budget: Budget | None = None,
     progress: ProgressCallback | None = None,
+    engine: Engine = "auto",
+    orders: OrderCache | None = None,
 ) -> Verdict:
     """Decide whether the initial marking of a net satisfies a CTL formula.
 
@@ -159,7 +205,12 @@ def check_ctl(
     budget : Budget, optional
         Limits; by default there are none.
     progress : callable, optional
-        Told a few times a second how many states are known.
+        Told a few times a second how far the search is.
+    engine : {"auto", "explicit", "symbolic"}
+        How sets of markings are stored: one by one, which gives shortest witnesses, or as decision diagrams.
+        ``auto`` begins explicitly and takes diagrams where there are many markings.
+    orders : OrderCache, optional
+        Where orders of levels are kept for the symbolic engine.
 
     Returns
     -------
@@ -178,12 +229,29 @@ def check_ctl(
     >>> check_ctl(net, "AG EF idle >= 1")
     Verdict(status='violated', stem=(0,), loop=(), states=2, ...)
     """
-    from dineros.analysis.logic.explicit_sets import ExplicitSets, show
-    from dineros.analysis.logic.graph import StateGraph
-
-    meter = Meter(budget or Budget(), progress)
     tree = parse(formula, "ctl") if isinstance(formula, str) else formula
     atoms = BoundAtoms(net, tree, names or NetNames(net))
+    budget = budget or Budget()
+    meter = Meter(budget, progress)
+    if engine == "explicit":
+        return _explicitly(net, tree, atoms, meter)
+    if engine == "auto" and (budget.states is None or budget.states > FEW_STATES):
+        few = Meter(replace(budget, states=FEW_STATES), progress, meter.started)
+        verdict = _explicitly(net, tree, atoms, few)
+        if verdict.status != "unknown":
+            return verdict
+    elif engine == "auto":
+        return _explicitly(net, tree, atoms, meter)
+    answer = _symbolically(net, tree, atoms, meter, orders)
+    if answer is None and engine == "auto":
+        return _explicitly(net, tree, atoms, meter)
+    return answer or Verdict("unknown", seconds=meter.seconds, reason="the places have no known bounds")
+
+
+def _explicitly(net: CompiledNet, tree: Formula, atoms: BoundAtoms, meter: Meter) -> Verdict:
+    from dineros.analysis.logic.explicit_sets import ExplicitSets
+    from dineros.analysis.logic.graph import StateGraph
+
     states = 0
     try:
         graph = StateGraph(net, list(atoms.conditions.items()), meter)
@@ -191,10 +259,55 @@ def check_ctl(
             graph.explore()
         finally:
             states = graph.size
-        wanted = basic(tree)
-        found = satisfying(wanted, ExplicitSets(graph))
+        return _decided(tree, ExplicitSets(graph), states, meter)
     except BudgetExceededError as limit:
         return Verdict("unknown", states=states, seconds=meter.seconds, reason=str(limit))
-    holds = bool(found[wanted][0])
-    stem, loop, reason = show(graph, wanted, holds, found)
+
+
+def _symbolically(
+    net: CompiledNet,
+    tree: Formula,
+    atoms: BoundAtoms,
+    meter: Meter,
+    orders: OrderCache | None,
+) -> Verdict | None:
+    """Decide with decision diagrams; None where bounds of places are not known."""
+    from dineros.analysis.levels import UnknownBoundError
+    from dineros.analysis.logic.symbolic_sets import SymbolicSets
+    from dineros.analysis.saturation import DiagramMemoryError
+    from dineros.analysis.symbolic import DEFAULT_MEMORY, symbolic_state_space
+
+    def tell(progress: Any) -> None:
+        meter.report(0, progress.bytes, progress)
+
+    memory = meter.budget.memory_bytes or DEFAULT_MEMORY
+    try:
+        space = symbolic_state_space(net, memory, tell, orders=orders)
+    except UnknownBoundError:
+        return None
+    except BudgetExceededError as limit:
+        return Verdict("unknown", seconds=meter.seconds, reason=str(limit))
+    states = space.markings
+    try:
+        if not space.complete:
+            raise DiagramMemoryError
+        return _decided(tree, SymbolicSets(space, atoms, tell), states, meter)
+    except DiagramMemoryError:
+        reason = f"memory: more than {memory / 2**20:.0f} MiB needed"
+        return Verdict("unknown", states=states, seconds=meter.seconds, reason=reason)
+    except BudgetExceededError as limit:
+        return Verdict("unknown", states=states, seconds=meter.seconds, reason=str(limit))
+
+
+def _decided(tree: Formula, sets: StateSets[States], states: int, meter: Meter) -> Verdict:
+    from dineros.analysis.saturation import DiagramMemoryError
+
+    wanted = basic(tree)
+    found = satisfying(wanted, sets)
+    holds = sets.initially(found[wanted])
+    try:
+        (stem, loop), reason = show(sets, wanted, holds, found)
+    except (BudgetExceededError, DiagramMemoryError) as limit:
+        # The answer stands; only how to show it was not found.
+        stem, loop, reason = (), (), f"nothing to show: {limit}"
     return Verdict("holds" if holds else "violated", stem, loop, states, meter.seconds, reason)

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from dineros.analysis.logic.ctl import Run
 from dineros.analysis.logic.graph import StateGraph, StateSet
 from dineros.analysis.logic.graph_kernels import some_globally, some_successor, some_until
-from dineros.analysis.logic.syntax import And, Atom, Exists, Formula, Globally, Next, Not, Or, Until
+from dineros.analysis.logic.syntax import Atom, Exists, Formula, Globally, Next, Until
 from dineros.analysis.logic.verdict import ReplayError, replayed
 
 
@@ -65,34 +66,21 @@ class ExplicitSets:
         some_globally(graph.pointer, graph.targets, graph.back_pointer, graph.sources, result, queue)
         return result
 
+    def initially(self, states: StateSet) -> bool:
+        """Whether the initial state is in a set."""
+        return bool(states[0])
 
-def show(
-    graph: StateGraph, formula: Formula, value: bool, found: Mapping[Formula, StateSet]
-) -> tuple[tuple[int, ...], tuple[int, ...], str]:
-    """Return stem, loop and meaning of a run that shows the value of a `basic` formula in the initial state.
-
-    Only existential operators that are true have one; for the others all three are empty.
-    """
-    match formula:
-        case Not(operand):
-            return show(graph, operand, not value, found)
-        case And(operands) | Or(operands):
-            for operand in operands:
-                # One operand decides if it is true in a disjunction or false in a conjunction; else all do.
-                if bool(found[operand][0]) == value:
-                    shown = show(graph, operand, value, found)
-                    if shown[2]:
-                        return shown
-        case Exists(path) if value:
-            states, back = _witness(graph, path, found)
-            stem = graph.transitions(states if back is None else states[: back + 1])
-            loop = () if back is None else graph.transitions([*states[back:], states[back]])
-            _check(graph, stem, loop, states if back is None else states[: back + 1])
-            return stem, loop, f"shows {formula}"
-    return (), (), ""
+    def path(self, path: Formula, found: Mapping[Formula, StateSet]) -> Run:
+        """Return a replayed run from the initial state that shows a basic path formula; a shortest path."""
+        graph = self.graph
+        states, back = _states_of_run(graph, path, found)
+        stem = graph.transitions(states if back is None else states[: back + 1])
+        loop = () if back is None else graph.transitions([*states[back:], states[back]])
+        _check(graph, stem, loop, states if back is None else states[: back + 1])
+        return stem, loop
 
 
-def _witness(
+def _states_of_run(
     graph: StateGraph, path: Formula, found: Mapping[Formula, StateSet]
 ) -> tuple[list[int], int | None]:
     """Return the states of a path, and where its last state goes back to, if it is a lasso."""

@@ -19,6 +19,9 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Literal
 
+import numpy as np
+
+from dineros.analysis.linear_programs import LinearProgram
 from dineros.analysis.reductions.net import MutableNet
 
 #: Weights found by floating point are rounded to fractions with at most this denominator.
@@ -35,8 +38,6 @@ class StateEquation:
     """
 
     def __init__(self, net: MutableNet) -> None:
-        import numpy as np
-
         self._net = net
         self._places = list(net.places)
         self._index = {place: p for p, place in enumerate(self._places)}
@@ -46,7 +47,7 @@ class StateEquation:
         for t, delta in self._deltas.items():
             for place, gain in delta.items():
                 matrix[self._rows[t], self._index[place]] = gain
-        self._matrix = matrix
+        self._program = LinearProgram(matrix)
 
     def least(self, place: str, guard: Mapping[str, int]) -> Fraction | None:
         """Return a lower bound of a place in reachable markings with at least the guard on other places."""
@@ -64,29 +65,19 @@ class StateEquation:
         return value is not None and value > 0
 
     def _value(self, guard: Mapping[str, int], place: str | None, sign: Literal[-1, 0, 1]) -> Fraction | None:
-        import numpy as np
-        from scipy.optimize import linprog
-
         limits = np.zeros(len(self._rows))
         if place is not None:
             for t in self._net.neighbours(place):
                 limits[self._rows[t]] = sign * self._deltas[t].get(place, 0)
         gain = np.zeros(len(self._places))
-        upper = [0.0] * len(self._places)
+        upper = np.zeros(len(self._places))
         for p, name in enumerate(self._places):
             if name in self._net.places and name != place:
                 gain[p] = guard.get(name, 0) - self._net.places[name]
                 upper[p] = LARGEST_WEIGHT
-        answer = linprog(
-            -gain,
-            A_ub=self._matrix,
-            b_ub=limits,
-            bounds=[(0.0, limit) for limit in upper],
-            method="highs",
-        )
-        if answer.status != 0:
+        values = self._program.solve(-gain, limits, np.zeros(len(self._places)), upper)
+        if values is None:
             return None
-        values: list[float] = np.asarray(answer.x, dtype=float).tolist()
         weights = {
             self._places[p]: Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
             for p, value in enumerate(values)

@@ -138,7 +138,7 @@ def _journal(output: Path, model: str, grid: Grid, engine: str, limits: list[flo
 
 
 def _share_of_memory(workers: int) -> int:
-    from dineros.analysis.explicit_memory import DEFAULT_SHARE, free_memory
+    from dineros.analysis.memory import DEFAULT_SHARE, free_memory
 
     return int(free_memory() * DEFAULT_SHARE) // max(workers, 1)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,21 +18,25 @@ from dineros.cli.analysing import (
     memory_budget,
     memory_option,
     say_witness,
+    write_witness,
 )
 from dineros.cli.console import note, say, say_json, summarise
-from dineros.cli.options import command, json_option, model_argument, settings_option
+from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
+from dineros.cli.orders import cache_option, orders_beside
+from dineros.cli.quick_start import start_quickly
 
 if TYPE_CHECKING:
     from dineros.analysis.findings import Report
     from dineros.metamodel import pn
 
-_STYLES = {"error": "bold red", "warning": "yellow", "note": "blue"}
+_STYLES = {"error": "bold red", "warning": "yellow"}
 
 
 @command(
     "dineros check sorting.sym.xmi",
     "dineros check sorting.sym.xmi --set RedObjects.tokens=2 --format junit > findings.xml",
     "dineros check sorting.sym.xmi --suggest-capacities",
+    "dineros check sorting.sym.xmi -o report.html",
 )
 @model_argument()
 @click.option(
@@ -47,9 +52,21 @@ _STYLES = {"error": "bold red", "warning": "yellow", "note": "blue"}
     is_flag=True,
     help="Instead, for each queue, the smallest capacity that loses no message.",
 )
-@click.option("--behaviour", is_flag=True, help="Ask for liveness, reversibility and home markings as well.")
+@click.option(
+    "--behaviour",
+    is_flag=True,
+    help="Decide liveness, reversibility and home markings, however long it takes.",
+)
 @click.option("--witnesses", is_flag=True, help="Print how each finding comes about, step by step.")
+@click.option(
+    "-o",
+    "--output",
+    type=ModelPath(),
+    metavar="OUT",
+    help="Write a report (.html); or how the findings come about to OUT, OUT with .2, .3 ... (JSON Lines).",
+)
 @memory_option
+@cache_option
 @settings_option
 @json_option
 def check(
@@ -58,7 +75,9 @@ def check(
     suggest_capacities: bool,
     behaviour: bool,
     witnesses: bool,
+    output: Path | None,
     memory: int | None,
+    no_cache: bool,
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
@@ -66,27 +85,37 @@ def check(
 
     Exit status 1 when something is found (a note does not count), 3 when something stays unknown.
     """
+    start_quickly()
     from dineros.analysis.check import check as check_model
-    from dineros.analysis.check import check_behaviour
     from dineros.analysis.findings import Report
 
     format = "json" if as_json else format
     if suggest_capacities and format not in ("text", "json"):
         raise click.UsageError(f"capacities are no findings: there is no --format {format} of them")
+    if suggest_capacities and output is not None:
+        raise click.UsageError("capacities are no findings: -o does not go with --suggest-capacities")
     net = load_valid(model, settings)
     if suggest_capacities:
         return _suggest(net, model, memory_budget(memory), format == "json", witnesses)
     report = Report()
     try:
         with exploring() as progress:
-            check_model(net, memory_budget(memory), progress, report)
-            if behaviour:
-                report.add(check_behaviour(net, memory_budget(memory), progress))
+            check_model(
+                net, memory_budget(memory), progress, report, behaviour, orders_beside(model, no_cache)
+            )
     except KeyboardInterrupt:
         report.unknown.append("everything else: interrupted")
         _print(report, net, model, format, witnesses)
         raise
     _print(report, net, model, format, witnesses)
+    if output is not None and output.suffix.lower() == ".html":
+        from dineros.cli.reporting import write_check_report
+
+        write_check_report(report, net, output, model, settings, memory)
+        if format == "text":
+            summarise(f"{model} -> {output}")
+    elif output is not None:
+        _write(report, output, model, settings, say_files=format == "text")
     if any(finding.severity != "note" for finding in report.findings):
         return VIOLATED
     return UNKNOWN if report.unknown else HOLDS
@@ -107,8 +136,22 @@ def _print(report: Report, net: pn.Net, model: Path, format: str, witnesses: boo
         _print_text(report, model, witnesses)
 
 
+def _write(report: Report, output: Path, model: Path, settings: Sequence[str], say_files: bool) -> None:
+    """Write the witness of each finding to a file of its own."""
+    found = [finding for finding in report.findings if finding.witness]
+    for number, finding in enumerate(found, 1):
+        assert finding.witness is not None
+        path = output if number == 1 else output.with_name(f"{output.stem}.{number}{output.suffix}")
+        write_witness(finding.witness, path, model, settings, finding.message, finding.rule)
+        if say_files:
+            summarise(f"{model} -> {path}: {count(len(finding.witness.steps), 'step')}")
+
+
 def _print_text(report: Report, model: Path, witnesses: bool) -> None:
     for finding in report.findings:
+        if finding.severity == "note":
+            note(f"note: {finding.message} [{finding.rule}]")
+            continue
         length = f" [{count(len(finding.witness.steps), 'step')}]" if finding.witness else ""
         say(f"{finding.severity}: {finding.message}{length} [{finding.rule}]", _STYLES[finding.severity])
         if witnesses and finding.witness:
@@ -117,7 +160,8 @@ def _print_text(report: Report, model: Path, witnesses: bool) -> None:
         say(f"unknown: {unknown}", "magenta")
     for proved in report.proved:
         note(f"proved: {proved}")
-    counts = f"{len(report.findings)} found, {len(report.proved)} proved, {len(report.unknown)} unknown"
+    faults = sum(finding.severity != "note" for finding in report.findings)
+    counts = f"{faults} found, {len(report.proved)} proved, {len(report.unknown)} unknown"
     summarise(f"{model}: {counts}")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -18,10 +19,13 @@ from dineros.cli.analysing import (
     reading_formula,
     say_witness,
     variant_options,
-    write_report,
+    write_witness,
 )
 from dineros.cli.console import say, say_json, summarise
 from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
+
+if TYPE_CHECKING:
+    from dineros.analysis.explicit import Order
 
 
 @command(
@@ -32,7 +36,15 @@ from dineros.cli.options import ModelPath, command, json_option, model_argument,
 @click.option("--enabled", metavar="TRANSITION", help="Find a marking that enables a transition.")
 @click.option("--marking", metavar="EXPR", help="Find a marking with a property, such as 'Shown >= 2'.")
 @click.option(
-    "-o", "--output", type=ModelPath(), metavar="TRACE", help="Write the trace to this file, as JSON."
+    "--search",
+    "order",
+    type=click.Choice(["breadth-first", "depth-first"]),
+    default="breadth-first",
+    show_default=True,
+    help="Breadth first finds a shortest way, depth first often a long one sooner.",
+)
+@click.option(
+    "-o", "--output", type=ModelPath(), metavar="TRACE", help="Write the trace to this file (JSON Lines)."
 )
 @variant_options
 @memory_option
@@ -42,6 +54,7 @@ def find(
     model: Path,
     enabled: str | None,
     marking: str | None,
+    order: Order,
     output: Path | None,
     signals: str,
     overflow: str,
@@ -49,7 +62,7 @@ def find(
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
-    """Find a shortest way to a marking.
+    """Find a way to a marking: a shortest one, unless the search goes depth first or on a reduced net.
 
     Exit status 0: found; 1: proved unreachable; 3: unknown.
     """
@@ -59,14 +72,15 @@ def find(
     if (enabled is None) == (marking is None):
         raise click.UsageError("give either --enabled or --marking")
     subject = load_subject(model, settings, signals, overflow)
+    budget = memory_budget(memory)
     with exploring() as progress:
         if enabled is not None:
             with reading_formula("--enabled"):
-                answer = find_enabled(subject.net, enabled, subject.names, memory_budget(memory), progress)
+                answer = find_enabled(subject.net, enabled, subject.names, budget, progress, order)
         else:
             assert marking is not None
             with reading_formula("--marking"):
-                answer = find_marking(subject.net, marking, subject.names, memory_budget(memory), progress)
+                answer = find_marking(subject.net, marking, subject.names, budget, progress, order)
     witness = witness_of(subject, answer.trace) if answer.trace is not None else None
     report = {
         "model": str(model),
@@ -77,7 +91,7 @@ def find(
         "witness": witness.to_dict() if witness else None,
     }
     if output is not None and witness is not None:
-        write_report(report, output)
+        write_witness(witness, output, model, settings, str(report["goal"]), answer.status)
     if as_json:
         say_json(report)
     else:

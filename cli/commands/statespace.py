@@ -14,10 +14,13 @@ from dineros.cli.analysing import (
     load_subject,
     memory_budget,
     memory_option,
+    say_witness,
     variant_options,
 )
 from dineros.cli.console import say, say_json
 from dineros.cli.options import command, json_option, model_argument, settings_option
+from dineros.cli.orders import cache_option, orders_beside
+from dineros.cli.quick_start import start_quickly
 
 
 @command(
@@ -29,12 +32,21 @@ from dineros.cli.options import command, json_option, model_argument, settings_o
 @click.option("--reduce", is_flag=True, help="Reduce the net first; counts are those of the reduced net.")
 @click.option(
     "--engine",
-    type=click.Choice(["auto", "explicit", "symbolic"]),
+    type=click.Choice(["auto", "explicit", "symbolic", "tina"]),
     default="auto",
     show_default=True,
-    help="Explicit search, or decision diagrams.",
+    help="Explicit search, decision diagrams, or TINA where it is on the PATH.",
+)
+@click.option(
+    "--search",
+    "order",
+    type=click.Choice(["breadth-first", "depth-first"]),
+    default="breadth-first",
+    show_default=True,
+    help="How the explicit engine goes; counts are the same.",
 )
 @memory_option
+@cache_option
 @settings_option
 @json_option
 def statespace(
@@ -43,14 +55,21 @@ def statespace(
     overflow: str,
     reduce: bool,
     engine: str,
+    order: str,
     memory: int | None,
+    no_cache: bool,
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
     """Count the complete state space of a model, exactly.
 
-    Exit status 3 where memory ran out or the net is unbounded; what was seen is printed all the same.
+    Exit status 3 where memory ran out, and what was seen is printed, or where the net is unbounded: then the
+    firings are printed that make places grow for ever.
     """
+    if order == "depth-first" and engine != "explicit":
+        raise click.UsageError("--search depth-first goes with --engine explicit")
+    start_quickly()
+    orders = orders_beside(model, no_cache)
     from dineros.analysis.statespace import state_space
 
     subject = load_subject(model, settings, signals, overflow)
@@ -61,7 +80,7 @@ def statespace(
         reduction = reduce_net(net, {"state_space_size"})
         net, factor = reduction.net, reduction.count_factor
     with exploring() as progress:
-        space = state_space(net, engine, memory_budget(memory), progress)  # type: ignore[arg-type]
+        space = state_space(net, engine, memory_budget(memory), progress, orders, order)  # type: ignore[arg-type]
     if reduce:
         space = replace(space, deadlocks=None)  # those of the reduced net tell nothing about the model
     flattened = subject.flattened is not None
@@ -72,14 +91,23 @@ def statespace(
         "reduced": reduce,
         **space.to_dict(),
     }
+    pumping = None
+    if space.pumping is not None and not reduce:
+        from dineros.analysis.findings import witness_of
+
+        firings = [*space.pumping.prefix, *space.pumping.suffix]
+        pumping = witness_of(subject, firings, len(space.pumping.prefix))
+        report["pumping"] = pumping.to_dict()
     if as_json:
         say_json(report)
     else:
         for name, value in report.items():
-            if value not in (None, ""):
+            if value not in (None, "") and name != "pumping":
                 say(f"{name.replace('_', ' '):22} {_shown(name, value)}")
             if name == "states" and space.complete and space.states and reduce:
                 say(f"{'states of the model':22} {space.states * factor:,}")
+        if pumping is not None:
+            say_witness(pumping)
     return HOLDS if space.complete else UNKNOWN
 
 

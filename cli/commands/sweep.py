@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from dineros.analysis.sweeps import Progress
     from dineros.metamodel import pn
 
+_FIGURES = (".svg", ".png", ".pdf")
 _REDUCED = {"no": (False,), "yes": (True,), "both": (False, True)}
 
 
@@ -46,6 +47,7 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
 @command(
     "dineros sweep sorting.sym.xmi --vary RedObjects.tokens=0..1 --signals none -o red.csv",
     "dineros sweep sorting.sym.xmi --vary RedObjects.tokens,BlueObjects.tokens=0,1 -o two.parquet",
+    "dineros sweep sorting.sym.xmi --vary RedObjects.tokens=0..1 --signals none -o figures.svg",
 )
 @model_argument()
 @click.option(
@@ -84,7 +86,9 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
     show_default=True,
     help="Explicit search, or decision diagrams.",
 )
-@output_option("The table to write: .csv or .parquet.")
+@output_option(
+    "The table to write (.csv, .parquet); or figures (.svg, .png, .pdf) with the table beside, as .csv."
+)
 @click.option(
     "--workers",
     type=click.IntRange(1),
@@ -135,6 +139,8 @@ def sweep(
         raise click.UsageError("--workers is for this machine; a scheduler has its own")
     axes = tuple(Axis.parse(text) for text in vary)
     net = load_valid(model, settings)
+    figures = output if output.suffix.lower() in _FIGURES else None
+    output = output.with_suffix(".csv") if figures else output
     with _progress() as progress:
         try:
             outcome = run_sweep(
@@ -152,11 +158,19 @@ def sweep(
             if not isinstance(error, SweepError):  # a setting stands in no file; its model does
                 error.location = error.location or Location(model)
             raise
+    if figures is not None:
+        from dineros.metamodel.files.atomic import write_atomically
+        from dineros.views.reports.sweep_figures import sweep_figures
+
+        write_atomically(
+            figures, sweep_figures(outcome.rows, figures.suffix.lower(), title=net.name or net.id)
+        )
     if as_json:
         say_json(
             {
                 "model": str(model),
                 "output": str(output),
+                "figures": None if figures is None else str(figures),
                 "points": len(outcome.rows),
                 "resumed": outcome.resumed,
                 "unknown": outcome.unknown,
@@ -166,7 +180,8 @@ def sweep(
         resumed = f", {outcome.resumed} of them from the interrupted run" if outcome.resumed else ""
         unknown = f"; {outcome.unknown} unknown" if outcome.unknown else ""
         points = f"{len(outcome.rows)} point{'' if len(outcome.rows) == 1 else 's'}"
-        summarise(f"{model} -> {output}: {points}{resumed}{unknown}")
+        written = f"{output}, {figures}" if figures is not None else f"{output}"
+        summarise(f"{model} -> {written}: {points}{resumed}{unknown}")
     return UNKNOWN if outcome.unknown else HOLDS
 
 

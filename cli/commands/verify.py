@@ -18,10 +18,12 @@ from dineros.cli.analysing import (
     reading_formula,
     say_witness,
     variant_options,
-    write_report,
+    write_witness,
 )
 from dineros.cli.console import say, say_json, summarise
 from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
+from dineros.cli.orders import cache_option, orders_beside
+from dineros.cli.quick_start import start_quickly
 
 
 @command(
@@ -48,10 +50,11 @@ from dineros.cli.options import ModelPath, command, json_option, model_argument,
     help="Give up after so long.",
 )
 @click.option(
-    "-o", "--output", type=ModelPath(), metavar="TRACE", help="Write the trace to this file, as JSON."
+    "-o", "--output", type=ModelPath(), metavar="TRACE", help="Write the trace to this file (JSON Lines)."
 )
 @variant_options
 @memory_option
+@cache_option
 @settings_option
 @json_option
 def verify(
@@ -65,6 +68,7 @@ def verify(
     signals: str,
     overflow: str,
     memory: int | None,
+    no_cache: bool,
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
@@ -73,6 +77,8 @@ def verify(
     Atoms are `Shown >= 2`, `A + 2*B < 3`, `enabled(T)`, `fired(T)`, `signal(S)` and `deadlock`. A run that
     ends in a deadlock stays there for ever. Exit status 0: holds; 1: violated; 3: unknown.
     """
+    start_quickly()
+    orders = orders_beside(model, no_cache)
     from dineros.analysis.findings import witness_of
     from dineros.analysis.logic.budget import Budget
     from dineros.analysis.logic.ctl import check_ctl
@@ -93,7 +99,7 @@ def verify(
             verdict = verify_ltl(subject.net, ltl, subject.names, weak, strong, budget, progress)
         else:
             assert ctl is not None
-            verdict = check_ctl(subject.net, ctl, subject.names, budget, progress)
+            verdict = check_ctl(subject.net, ctl, subject.names, budget, progress, orders=orders)
     witness = None
     if verdict.stem or verdict.loop:
         loop = len(verdict.stem) if verdict.loop else None
@@ -108,7 +114,7 @@ def verify(
         "witness": witness.to_dict() if witness else None,
     }
     if output is not None and witness is not None:
-        write_report(report, output)
+        write_witness(witness, output, model, settings, str(ltl or ctl), verdict.status)
     if as_json:
         say_json(report)
     else:

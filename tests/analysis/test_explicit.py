@@ -14,12 +14,14 @@ from dineros.analysis.explicit import (
     Comparison,
     Found,
     Goal,
+    Order,
     Unknown,
     Unreachable,
     enabled_anywhere,
     explore,
     find,
     find_all,
+    search,
 )
 from dineros.analysis.witness import WitnessError, replay
 from tests.analysis import classic_nets as classic
@@ -28,12 +30,23 @@ from tests.analysis.reference_search import ReferenceCounts, reference_search
 from tests.analysis.strategies import nets
 
 REFERENCE_LIMIT = 2_000
-SLOW = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+SLOW = settings(
+    max_examples=150,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
+WAYS: list[tuple[int, Order]] = [(1, "breadth-first"), (2, "breadth-first"), (1, "depth-first")]
 MEMORY = 1 << 26
 
 
-def counts(net: CompiledNet, workers: int = 1) -> ReferenceCounts:
-    space = explore(net, workers=workers, memory=MEMORY)
+@pytest.fixture
+def threads_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let all workers go at levels of any size."""
+    monkeypatch.setattr(search, "LEAST_FOR_THREADS", 1)
+
+
+def counts(net: CompiledNet, workers: int = 1, order: Order = "breadth-first") -> ReferenceCounts:
+    space = explore(net, workers=workers, order=order, memory=MEMORY)
     assert space.complete, space.reason
     return ReferenceCounts(
         space.markings, space.arcs, space.deadlocks, space.largest_place, space.largest_total
@@ -71,18 +84,21 @@ def goals(draw: st.DrawFn, net: CompiledNet) -> Goal:
     return Goal(conjunctions=tuple(map(tuple, rows)))
 
 
-@given(nets(), st.sampled_from([1, 1, 2]))
+@pytest.mark.usefixtures("threads_at_once")
+@given(nets(), st.sampled_from(WAYS))
 @SLOW
-def test_counts_agree_with_reference_on_generated_nets(net: CompiledNet, workers: int) -> None:
+def test_counts_agree_with_reference_on_generated_nets(net: CompiledNet, way: tuple[int, Order]) -> None:
+    workers, order = way
     expected = reference_search(net, REFERENCE_LIMIT)
     if expected is None:
-        space = explore(net, workers=workers, states=5 * REFERENCE_LIMIT, memory=MEMORY)
+        space = explore(net, workers=workers, order=order, states=5 * REFERENCE_LIMIT, memory=MEMORY)
         assert space.markings > REFERENCE_LIMIT or space.reason == "unbounded"
         assert (space.reason == "unbounded") == (space.pumping is not None)
         return
-    assert counts(net, workers) == expected
+    assert counts(net, workers, order) == expected
 
 
+@pytest.mark.usefixtures("threads_at_once")
 @given(st.data())
 @SLOW
 def test_witnesses_are_shortest_on_generated_nets(data: st.DataObject) -> None:
@@ -105,12 +121,30 @@ def test_witnesses_are_shortest_on_generated_nets(data: st.DataObject) -> None:
                 assert goal.holds(net, replay(net, answer.trace)[-1])
 
 
-@given(nets())
+@given(st.data())
 @SLOW
-def test_stubborn_sets_keep_all_deadlocks(net: CompiledNet) -> None:
+def test_depth_first_finds_what_is_there(data: st.DataObject) -> None:
+    net = data.draw(nets())
+    wanted = data.draw(st.lists(goals(net), min_size=1, max_size=3))
+    distance = levels(net)
+    if not distance:
+        return
+    for reduction in (None, "stubborn"):
+        answers = find_all(net, wanted, order="depth-first", reduction=reduction, memory=MEMORY)
+        for goal, answer in zip(wanted, answers, strict=True):
+            if any(goal.holds(net, marking) for marking in distance):
+                assert isinstance(answer, Found)
+                assert goal.holds(net, replay(net, answer.trace)[-1])
+            else:
+                assert isinstance(answer, Unreachable)
+
+
+@given(nets(), st.sampled_from(["breadth-first", "depth-first"]))
+@SLOW
+def test_stubborn_sets_keep_all_deadlocks(net: CompiledNet, order: Order) -> None:
     distance = levels(net)
     if distance:
-        space = explore(net, reduction="stubborn", workers=1, memory=MEMORY)
+        space = explore(net, reduction="stubborn", order=order, workers=1, memory=MEMORY)
         assert space.complete and space.markings <= len(distance)
         assert space.deadlocks == sum(Goal.deadlock().holds(net, marking) for marking in distance)
 
@@ -141,10 +175,11 @@ def test_dead_transitions_on_generated_nets(net: CompiledNet) -> None:
         CompiledNet.build({"a": 1000, "b": 0}, [Transition("t", {"a": 7}, {"b": 3})]),
     ],
 )
-@pytest.mark.parametrize("workers", [1, 2, 3])
-def test_counts_agree_with_reference(net: CompiledNet, workers: int) -> None:
+@pytest.mark.parametrize(("workers", "order"), [*WAYS, (3, "breadth-first")])
+@pytest.mark.usefixtures("threads_at_once")
+def test_counts_agree_with_reference(net: CompiledNet, workers: int, order: Order) -> None:
     if net.places:
-        assert counts(net, workers) == reference_search(net)
+        assert counts(net, workers, order) == reference_search(net)
     else:
         assert counts(net, workers).markings == 1
 
@@ -161,6 +196,8 @@ def test_large_state_spaces() -> None:
     space = explore(classic.kanban(5))
     assert (space.markings, space.arcs) == (2_546_432, 24_460_016)
     assert explore(classic.flexible_manufacturing(5)).markings == 2_895_018
+    space = explore(classic.kanban(4), order="depth-first")
+    assert (space.markings, space.arcs) == (454_475, 3_979_850)
     assert explore(reference_case_study((1, 1, 1), "input")).markings == MARKINGS[1, 1, 1]["input"]
 
 
@@ -178,9 +215,11 @@ def test_wide_markings() -> None:
     net = CompiledNet.build(places, ring)
     assert counts(net) == reference_search(net)
     assert counts(net, 2) == reference_search(net)
+    assert counts(net, order="depth-first") == reference_search(net)
 
 
-def test_places_outgrow_their_cells() -> None:
+@pytest.mark.parametrize("order", ["breadth-first", "depth-first"])
+def test_places_outgrow_their_cells(order: Order) -> None:
     """No invariant bounds b, but an inhibitor arc does, far above the first size of a cell."""
     net = CompiledNet.build(
         {"a": 1, "b": 0, "c": 0},
@@ -189,7 +228,7 @@ def test_places_outgrow_their_cells() -> None:
             ("mark", {"b": 4_000}, {"c": 1, "b": 4_000}, {"c": 300}),
         ],
     )
-    assert counts(net) == reference_search(net)
+    assert counts(net, order=order) == reference_search(net)
     answer = find(net, Goal.where(net, [({"c": 1}, "=", 299), ({"b": 1}, ">", 4_500)]))
     assert isinstance(answer, Found) and len(answer.trace) == 1_501 + 299
 
@@ -224,9 +263,7 @@ def test_limits_end_with_what_was_seen() -> None:
 
 
 def test_progress_may_interrupt(monkeypatch: pytest.MonkeyPatch) -> None:
-    from dineros.analysis import explicit_search
-
-    monkeypatch.setattr(explicit_search, "PROGRESS_SECONDS", 0.0)
+    monkeypatch.setattr(search, "PROGRESS_SECONDS", 0.0)
     reports = []
 
     def stop(markings: int, rate: float, memory: int) -> None:

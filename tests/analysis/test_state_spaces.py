@@ -6,8 +6,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from dineros.analysis.compiled import CompiledNet, Transition
+from dineros.analysis.counting import DiagramCounts
+from dineros.analysis.diagram_kernels import POOL_LIMIT
 from dineros.analysis.explicit import explore
-from dineros.analysis.levels import UnknownBoundError
+from dineros.analysis.levels import UnknownBoundError, encode
+from dineros.analysis.saturation import Diagram
 from dineros.analysis.symbolic import symbolic_state_space
 from tests.analysis import classic_nets as classic
 from tests.analysis.reference_case_study import MARKINGS, SIGNAL_VARIANTS, SIZES, reference_case_study
@@ -113,13 +116,31 @@ def test_unbounded_net_is_recognised() -> None:
 def test_memory_budget_ends_with_what_was_seen() -> None:
     symbolic = symbolic_state_space(reference_case_study((3, 3, 3), "io"), memory=1 << 16)
     assert not symbolic.complete and symbolic.reason == "memory"
+    # It gives up after a few orders: what is left of the search would not make a small store large.
+    assert symbolic.search_work < 5_000_000
 
 
-def test_garbage_collection_changes_no_count() -> None:
-    net = reference_case_study((3, 3, 3), "none")
-    space = symbolic_state_space(net, memory=1 << 20)
-    assert space.diagram.collections > 0
-    assert space.markings == 149_331_148_448
+def test_the_same_net_takes_the_same_way() -> None:
+    spaces = [symbolic_state_space(reference_case_study((2, 2, 2), "input")) for _ in range(2)]
+    assert len({space.order for space in spaces}) == 1
+    assert len({space.diagram.effort for space in spaces}) == 1
+    assert len({space.search_work for space in spaces}) == 1
+
+
+def test_a_store_may_be_full_at_any_moment() -> None:
+    net = classic.kanban(2)
+    order = range(len(encode(net).levels))
+    diagram = Diagram(encode(net), order, 1 << 20)
+    ended = {True: 0, False: 0}
+    for words in range(200, 3_000, 7):
+        diagram.restart(order)
+        diagram.control[POOL_LIMIT] = words
+        complete = diagram.run()
+        ended[complete and diagram.collections > 0] += 1
+        assert complete != diagram.out_of_memory
+        if complete:
+            assert DiagramCounts(diagram).vectors() == 4_600
+    assert min(ended.values()) >= 5  # some runs ended early, and some collected garbage and counted right
 
 
 def test_satisfying_and_enabled_counts() -> None:

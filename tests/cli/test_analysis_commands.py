@@ -87,6 +87,35 @@ class TestStatespace:
         report = json.loads(result.stdout)
         assert report["complete"] is False
         assert "bound" in report["reason"]
+        assert (report["states"], report["arcs"]) == (None, None)
+
+    @uses("grows")
+    def test_an_unbounded_net_shows_what_grows(self, run: Run, net: Path) -> None:
+        result = run("statespace", net)
+        assert result.exit_code == 3
+        assert "unbounded: b can grow for ever" in result.stdout
+        assert lines(result)[-2:] == ["  for ever:", "    1  t"]
+        assert "states" not in result.stdout
+        report = json.loads(run("statespace", net, "--json").stdout)
+        assert (report["pumping"]["loop"], len(report["pumping"]["steps"])) == (0, 1)
+
+    @uses("ends")
+    def test_depth_first_counts_the_same(self, run: Run, net: Path) -> None:
+        orders = [["--search", order] for order in ("breadth-first", "depth-first")]
+        reports = [
+            json.loads(run("statespace", net, "--engine", "explicit", *order, "--json").stdout)
+            for order in orders
+        ]
+        assert [[report[key] for key in KEYS[4:13]] for report in reports[:1]] == [
+            [report[key] for key in KEYS[4:13]] for report in reports[1:]
+        ]
+        assert is_one_line_of_wrong_use(run("statespace", net, *orders[1]), "goes with --engine explicit")
+
+    @uses("ends")
+    def test_without_tina_it_says_so(self, run: Run, net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("PATH", "")
+        result = run("statespace", net, "--engine", "tina")
+        assert is_one_line_of_wrong_use(result, "tina is not on the PATH")
 
     @uses("large")
     def test_memory_ends_the_count(self, run: Run, net: Path) -> None:
@@ -118,22 +147,24 @@ class TestCheck:
     @uses("cycle")
     def test_nothing_wrong(self, run: Run, net: Path) -> None:
         result = run("check", net)
-        assert (result.exit_code, result.stdout) == (0, f"{net}: 0 found, 3 proved, 0 unknown\n")
+        assert (result.exit_code, result.stdout) == (0, f"{net}: 0 found, 6 proved, 0 unknown\n")
         assert run("check", net, "-q").stdout == ""
         assert "proved: no deadlock\n" in run("check", net, "-v").stderr
 
     @uses("cycle")
     def test_behaviour(self, run: Run, net: Path) -> None:
-        report = json.loads(run("check", net, "--behaviour", "--json").stdout)
+        report = json.loads(run("check", net, "--json").stdout)
         assert any("is live" in text for text in report["proved"])
         assert any("is reversible" in text for text in report["proved"])
 
     @uses("ends")
     def test_notes_do_not_change_the_status(self, run: Run, net: Path) -> None:
         net.write_text(NETS["cycle"] + "pl once (1)\ntr leave once ->\n", encoding="utf-8")
-        result = run("check", net, "--behaviour")
+        result = run("check", net, "-v")
         assert result.exit_code == 0
-        assert [line.rpartition("[")[2] for line in lines(result)[:2]] == ["not-live]", "not-reversible]"]
+        notes = [line for line in result.stderr.splitlines() if line.startswith("note: ")]
+        assert [line.rpartition("[")[2] for line in notes] == ["not-live]", "not-reversible]"]
+        assert "0 found" in result.stdout
 
     @uses("ends")
     def test_dead_transition_and_deadlock(self, run: Run, net: Path) -> None:
@@ -178,7 +209,7 @@ class TestCheck:
 
     def test_the_case_study_has_no_fault(self, run: Run) -> None:
         result = run("check", SORTING)
-        assert (result.exit_code, result.stdout) == (0, f"{SORTING}: 0 found, 15 proved, 0 unknown\n")
+        assert (result.exit_code, result.stdout) == (0, f"{SORTING}: 0 found, 16 proved, 0 unknown\n")
 
     def test_scenario_2_of_the_paper(self, run: Run) -> None:
         result = run("check", SORTING, "--set", "TSense.clause=Sensor & !Sensor", "--json")

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from dineros.metamodel.files import load
+from dineros.metamodel.records import Fire, Header, read_records
 from tests.cli.conftest import Run
 from tests.support.commands import is_one_line_of_wrong_use, lines, uses
 
@@ -51,12 +52,60 @@ class TestFind:
         assert result.exit_code == 3
         assert result.stdout.startswith("unknown: d >= 150 & a >= 51 (memory")
 
+    @pytest.mark.parametrize(
+        ("goal", "steps"),
+        [
+            ("a == 0 | b >= 2", 2),
+            ("!(a >= 1) | deadlock", 3),
+            ("!(a >= 1 & b <= 1)", 2),
+            ("enabled(t) & b >= 1", 1),
+            ("!enabled(t)", 3),
+            ("!deadlock", 0),
+        ],
+    )
+    @uses("ends")
+    def test_conditions_are_searched_for_in_order_of_distance(
+        self, run: Run, net: Path, goal: str, steps: int
+    ) -> None:
+        result = run("find", net, "--marking", goal, "--json")
+        assert len(json.loads(result.stdout)["witness"]["steps"]) == steps
+
+    @uses("grows")
+    def test_a_disjunction_in_an_unbounded_net(self, run: Run, net: Path) -> None:
+        result = run("find", net, "--marking", "b >= 20 | a == 0")
+        assert (result.exit_code, len(lines(result))) == (0, 21)
+
+    @uses("grows")
+    def test_what_no_marking_of_an_unbounded_net_can_hold(self, run: Run, net: Path) -> None:
+        result = run("find", net, "--marking", "a >= 2 | a - b >= 2", "--memory", "2M")
+        assert result.exit_code == 1
+        assert result.stdout.startswith("unreachable: ")
+
+    @uses("grows")
+    def test_what_stays_unknown_in_an_unbounded_net(self, run: Run, net: Path) -> None:
+        result = run("find", net, "--marking", "a + b < 1", "--memory", "2M")
+        assert result.exit_code == 3
+        assert "(the net is unbounded, and memory ran out)" in result.stdout
+
+    @pytest.mark.parametrize("goal", [("--marking", "b >= 2"), ("--enabled", "t"), ("--marking", "deadlock")])
+    @uses("ends")
+    def test_depth_first_finds_the_same(self, run: Run, net: Path, goal: tuple[str, str]) -> None:
+        shown = [
+            lines(run("find", net, *goal, "--search", order)) for order in ("depth-first", "breadth-first")
+        ]
+        assert shown[0] == shown[1]
+
     @uses("ends")
     def test_the_trace_goes_to_a_file(self, run: Run, net: Path, tmp_path: Path) -> None:
-        output = tmp_path / "trace.json"
+        output = tmp_path / "trace.jsonl"
         result = run("find", net, "--enabled", "t", "-o", output)
         assert (result.exit_code, lines(result)[1:]) == (0, [f"{net} -> {output}: 1 step"])
-        assert json.loads(output.read_text("utf-8"))["witness"]["steps"][0]["transition"] == "t"
+        header, step = read_records(output)
+        assert isinstance(header, Header)
+        assert (header.kind, header.property, header.verdict) == ("witness", "enabled(t)", "reachable")
+        assert (header.marking, header.signals, header.source) == ({"a": 3}, None, str(net))
+        assert isinstance(step, Fire)
+        assert (step.transition, step.change, step.text) == ("t", {"a": -1, "b": 1}, "t")
 
     @pytest.mark.parametrize(
         ("arguments", "says"),
@@ -106,15 +155,26 @@ class TestVerify:
         assert run("verify", net, "--ltl", "G F fired(stop)", option, "start").exit_code == 0
 
     @uses("ends")
-    def test_json_and_a_file_hold_the_same(self, run: Run, net: Path, tmp_path: Path) -> None:
-        output = tmp_path / "trace.json"
+    def test_json_and_a_trace(self, run: Run, net: Path, tmp_path: Path) -> None:
+        output = tmp_path / "trace.jsonl"
         result = run("verify", net, "--ctl", "AG b <= 1", "--json", "-o", output)
         assert result.exit_code == 1
         report = json.loads(result.stdout)
         assert list(report) == ["model", "formula", "status", "reason", "states", "seconds", "witness"]
         assert (report["status"], report["formula"]) == ("violated", "AG b <= 1")
         assert [step["transition"] for step in report["witness"]["steps"]] == ["t", "t"]
-        assert json.loads(output.read_text("utf-8")) == report
+        records = list(read_records(output))
+        assert [record.sequence for record in records] == [0, 1, 2]
+        assert all(isinstance(record, Fire) for record in records[1:])
+
+    @uses("cycle")
+    def test_the_loop_of_a_trace(self, run: Run, net: Path, tmp_path: Path) -> None:
+        output = tmp_path / "trace.jsonl"
+        assert run("verify", net, "--ltl", "G F fired(stop)", "-o", output).exit_code == 1
+        header, *steps = read_records(output)
+        assert isinstance(header, Header)
+        assert header.loop is not None
+        assert [step.transition for step in steps if step.sequence >= header.loop] == ["wait"]  # type: ignore[attr-defined]
 
     @pytest.mark.parametrize("limit", [("--memory", "2M"), ("--timeout", "0.001")])
     @pytest.mark.parametrize("formula", [("--ltl", "G b <= 200"), ("--ctl", "AG b <= 200")])

@@ -19,6 +19,7 @@ def test_examples_of_a_page_run(page: Path, tmp_path: Path) -> None:
     for suffix in ("*.xmi", "*.pnml"):
         for model in (ROOT / "case_study").glob(suffix):
             shutil.copy(model, tmp_path / "case_study")
+    shutil.copytree(ROOT / "docs/examples", tmp_path / "docs/examples")
     for block, command, shown, printed in run_page(page.read_text(encoding="utf-8"), tmp_path):
         assert printed == shown, f"{page.name}:{block.line}: {command}"
 

@@ -1,0 +1,145 @@
+"""Calls whose server is not told whose they are: requests without an id, as with an existing service type.
+
+Which client a server instance serves is then decided as late as possible. Whatever the decision, the server's
+own places are the same; only a response tells that its client was served before, by an instance that got its
+request after that client had made it. Until then a call is ascribed to some client: the requests in their
+order to the calls in theirs, which fits whenever anything does. A response is given the earliest call that
+fits, which leaves the most to all others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import islice
+
+from dineros.analysis.conformance.net import ConformanceNet
+from dineros.metamodel.records import Record, Reply, Serve
+
+
+def is_nameless(record: Record) -> bool:
+    """Tell whether a record is of a server that does not know whose request it is."""
+    return isinstance(record, (Serve, Reply)) and not record.message and not record.client
+
+
+@dataclass(eq=False)
+class _Call:
+    """A call that is served, or was answered: its instance, and which firings of the replay it is."""
+
+    instance: int
+    served: int
+    answered: int | None = None
+
+
+class NamelessCalls:
+    """The calls of one service channel.
+
+    Parameters
+    ----------
+    net : ConformanceNet
+        The net.
+    channel : str
+        Id of the service channel.
+    marking : list of int
+        The marking, which is changed when a call turns out to be another client's.
+    firings : list of int or None
+        The firings so far, where they are noted; changed likewise.
+    """
+
+    def __init__(
+        self, net: ConformanceNet, channel: str, marking: list[int], firings: list[int] | None
+    ) -> None:
+        self._net = net
+        self._channel = channel
+        self._marking = marking
+        self._firings = firings
+        self._asking: dict[str, int] = {}  # client -> number of the firing, the oldest request first
+        self._calls: list[_Call] = []  # those not ascribed for good, the oldest first
+        self._are_there = False
+
+    @property
+    def are_ambiguous(self) -> bool:
+        """Whether there have been such calls, and of several clients: then the order of requests counts."""
+        return self._are_there and len(self._net.clients_of(self._channel)) > 1
+
+    @property
+    def has_answers(self) -> bool:
+        """Whether an answered call has not found its response yet."""
+        return any(call.answered is not None for call in self._calls)
+
+    def asks(self, client: str, firing: int) -> None:
+        """Note a client's request."""
+        self._asking[client] = firing
+
+    def next_client(self) -> str | None:
+        """Return the client to which the next call is ascribed at first; None: nobody asks."""
+        return next(islice(self._asking, len(self._calls), None), None)
+
+    def served(self, instance: int, firing: int) -> None:
+        """Note that an instance serves the next client."""
+        self._calls.append(_Call(instance, firing))
+        self._are_there = True
+
+    def client_at(self, instance: int) -> str | None:
+        """Return the client that an instance serves, as far as it is known; None: it serves nobody."""
+        call = self._open_at(instance)
+        return None if call is None else self._ascribed(self._calls, self._asking)[call]
+
+    def answered(self, instance: int, firing: int) -> None:
+        """Note that an instance has answered."""
+        call = self._open_at(instance)
+        assert call is not None
+        call.answered = firing
+
+    def respond(self, client: str) -> bool:
+        """Ascribe an answered call to a client for good, if there is one that can be its."""
+        since = self._asking.get(client)
+        if since is None:
+            return False
+        fitting = (call for call in self._calls if call.answered is not None and call.served > since)
+        return self._settle(client, next(fitting, None))
+
+    def claim(self, client: str) -> bool:
+        """Take out a client whose call turns out to have an id, if the others can have made all calls."""
+        return client not in self._asking or self._settle(client, None, is_known=True)
+
+    def _settle(self, client: str, call: _Call | None, is_known: bool = False) -> bool:
+        if call is None and not is_known:
+            return False
+        asking = {other: since for other, since in self._asking.items() if other != client}
+        calls = [other for other in self._calls if other is not call]
+        after = self._ascribed(calls, asking)
+        if len(after) < len(calls) or any(call.served < asking[other] for call, other in after.items()):
+            return False
+        before = self._ascribed(self._calls, self._asking)
+        if call is not None:
+            after[call] = client
+        for changed, owner in after.items():
+            if before[changed] != owner:
+                self._ascribe(changed, before[changed], owner)
+        self._asking, self._calls = asking, calls
+        return True
+
+    def _ascribe(self, call: _Call, old: str, new: str) -> None:
+        """Make a call another client's, in the marking and in the firings."""
+        for kind, firing in ((Serve, call.served), (Reply, call.answered)):
+            if firing is None:
+                continue
+            wrong, right = (self._transition(kind, client, call.instance) for client in (old, new))
+            for transition, sign in ((wrong, -1), (right, 1)):
+                for place, tokens in self._net.net.delta[transition].items():
+                    self._marking[place] += sign * tokens
+            if self._firings is not None:
+                self._firings[firing] = right
+
+    def _open_at(self, instance: int) -> _Call | None:
+        return next((c for c in self._calls if c.instance == instance and c.answered is None), None)
+
+    @staticmethod
+    def _ascribed(calls: Iterable[_Call], asking: Mapping[str, int]) -> dict[_Call, str]:
+        return dict(zip(calls, asking, strict=False))
+
+    def _transition(self, kind: type[Serve | Reply], client: str, instance: int) -> int:
+        transition = self._net.service(kind, self._channel, client, instance)
+        assert transition is not None, (self._channel, client, instance)
+        return transition

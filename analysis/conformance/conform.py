@@ -1,0 +1,259 @@
+"""Whether the traces of a run are a behaviour of the model: all of them at once."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from random import Random
+
+from dineros.analysis.conformance.merging import Feed, Merger
+from dineros.analysis.conformance.net import ConformanceNet
+from dineros.analysis.conformance.pasts import Past, Pasts
+from dineros.analysis.conformance.reasons import step_words
+from dineros.analysis.conformance.replay import Replay
+from dineros.analysis.conformance.settling import settle_waiting
+from dineros.analysis.conformance.verdict import Deviation, Verdict
+from dineros.metamodel import sym
+from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.records import Drop, Header, Publish, Record
+
+Trace = Callable[[], Iterable[Record]]
+"""Reads all records of a node, from the first, each time it is called."""
+
+ATTEMPTS = 50
+"""How many orders of a run are tried where publishers' queues dropped messages, or messages have no ids."""
+
+
+def conform(
+    model: sym.SystemModel, traces: Mapping[str, Trace], attempts: int = ATTEMPTS, firings: bool = False
+) -> Verdict:
+    """Replay the traces of a run on the flattened net.
+
+    Every recorded step must be a firing that the net allows, in some order that keeps the order of each
+    node and has no message arrive before it was sent. Steps inside of channels are inferred.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model that was run.
+    traces : dict of str to callable
+        By node net, what reads its records.
+    attempts : int
+        How many orders are tried where publishers' queues have dropped messages, or where servers do not know
+        whose requests they serve; beyond, it is unknown.
+    firings : bool
+        Whether the verdict shall have the sequence of firings.
+
+    Raises
+    ------
+    DinerosError
+        A trace is of a node that the model does not have, or begins in the middle of a run.
+    RecordError
+        A line of a trace is no record.
+    """
+    return _Conformance(ConformanceNet(model), traces, attempts, firings).run()
+
+
+@dataclass
+class _Survey:
+    """What has to be known of a trace before it is replayed.
+
+    Attributes
+    ----------
+    lost : set of int
+        Positions of the messages that the publisher's queue dropped.
+    drops : bool
+        Whether any queue dropped messages.
+    """
+
+    lost: set[int] = field(default_factory=set)
+    drops: bool = False
+
+
+@dataclass(frozen=True)
+class _Goal:
+    """A message that a publisher's queue dropped, which needs an order of its own."""
+
+    node: str
+    position: int
+    channel: str
+    queue: str
+    deviation: Deviation
+
+
+class _Conformance:
+    def __init__(
+        self, net: ConformanceNet, traces: Mapping[str, Trace], attempts: int, firings: bool
+    ) -> None:
+        self._net = net
+        self._traces = traces
+        self._attempts = attempts
+        self._firings = firings
+        for node in traces:
+            if node not in net.nodes:
+                said = f"the model has no node net {node!r}"
+                raise DinerosError(said, hint="is it the model that was run?")
+        self._generous: set[tuple[str, int]] = set()
+        self._surveys = {node: _survey(net.model.id, node, trace()) for node, trace in traces.items()}
+
+    def run(self) -> Verdict:
+        goals: list[_Goal] = []
+        hopeless: dict[tuple[str, int], tuple[bool, Deviation]] = {}
+        for attempt in range(self._attempts + 1):
+            merger, stuck = self._attempt(goals)
+            missed = stuck or self._missed(merger, hopeless)
+            if missed is None:
+                break
+            key = (missed.node, missed.position)
+            if attempt == self._attempts:
+                hopeless[key] = (False, _undecided(missed, f"{attempt} orders were tried"))
+            elif not self._possible_alone(missed):
+                known = self._past(missed).is_certain
+                why = "which messages came before it is not known"
+                hopeless[key] = (True, missed.deviation) if known else (False, _undecided(missed, why))
+            elif stuck and goals[0] is not missed:
+                goals.remove(missed)
+                goals.insert(0, missed)
+            elif stuck:
+                hopeless[key] = (False, _undecided(missed, "no order was found that allows all losses"))
+            else:
+                goals.append(missed)
+            if key in hopeless:
+                goals = [goal for goal in goals if (goal.node, goal.position) != key]
+        if _is_unclear(merger):
+            merger = self._in_another_order(merger, goals)
+        return self._verdict(merger, hopeless)
+
+    def _in_another_order(self, merger: Merger, goals: list[_Goal]) -> Merger:
+        """Draw orders of calls whose servers do not know whose they are, until one fits."""
+        for seed in range(self._attempts):
+            other, stuck = self._attempt(goals, Random(seed))
+            if stuck is None and not _is_unclear(other) and other.failed.keys() == merger.failed.keys():
+                return other
+        return merger
+
+    def _attempt(self, goals: list[_Goal], draw: Random | None = None) -> tuple[Merger, _Goal | None]:
+        """Replay, reaching the goals first; return the goal that was not reached, if any."""
+        merger = self._merger([(goal.channel, goal.queue) for goal in goals], draw)
+        for goal in goals:
+            if not self._reach(merger, goal):
+                return merger, goal
+        merger.advance()
+        return merger, None
+
+    def _possible_alone(self, goal: _Goal) -> bool:
+        """Tell whether a message can be lost when only what must come before it has happened."""
+        keep = [(goal.channel, goal.queue)]
+        if self._reach(self._merger(keep), goal):
+            return True
+        if self._past(goal).is_certain:
+            return False
+        self._generous.add((goal.node, goal.position))
+        return self._reach(self._merger(keep), goal)
+
+    def _reach(self, merger: Merger, goal: _Goal) -> bool:
+        """Replay only what must come before a loss, and the loss; tell whether it was possible."""
+        limits: dict[str, int] | None = self._past(goal).records
+        if (goal.node, goal.position) in self._generous:
+            limits = self._pasts.generous(self._past(goal).records, goal.channel, goal.node)
+        while limits is not None:
+            merger.advance(limits)
+            if merger.feeds[goal.node].position > goal.position:
+                return True
+            waiting = [
+                record
+                for node, (record, _) in merger.waiting.items()
+                if merger.feeds[node].position < limits[node]
+            ]
+            limits = self._pasts.extended(limits, waiting, (goal.node, goal.position))
+        return False
+
+    def _missed(self, merger: Merger, hopeless: Collection[tuple[str, int]]) -> _Goal | None:
+        """Return a loss that the order taken does not allow."""
+        for node, (record, fault) in merger.failed.items():
+            position = merger.feeds[node].position
+            if fault.queue is not None and (node, position) not in hopeless:
+                assert isinstance(record, (Publish, Drop))
+                deviation = Deviation(record, step_words(record), fault.reason)
+                return _Goal(node, position, record.channel, fault.queue, deviation)
+        return None
+
+    def _merger(self, keep: Collection[tuple[str, str]], draw: Random | None = None) -> Merger:
+        replay = Replay(self._net, keep, [] if self._firings else None)
+        return Merger(
+            replay,
+            {node: Feed(trace()) for node, trace in self._traces.items()},
+            any(survey.drops for survey in self._surveys.values()),
+            lambda feed, record: feed.position in self._surveys[record.node or ""].lost,
+            draw,
+        )
+
+    def _past(self, goal: _Goal) -> Past:
+        return self._pasts.of(goal.node, goal.position)
+
+    @cached_property
+    def _pasts(self) -> Pasts:
+        return Pasts({node: trace() for node, trace in self._traces.items()})
+
+    def _verdict(self, merger: Merger, hopeless: Mapping[tuple[str, int], tuple[bool, Deviation]]) -> Verdict:
+        replay = merger.replay
+        verdict = Verdict(steps=replay.steps, silent=replay.silent)
+        for node, (record, fault) in merger.failed.items():
+            known = hopeless.get((node, merger.feeds[node].position)) if fault.queue is not None else None
+            certain, deviation = known or (True, Deviation(record, step_words(record), fault.reason))
+            (verdict.violations if certain else verdict.unknown).append(deviation)
+        if not verdict.violations:
+            settle_waiting(merger, verdict)
+        return finish(verdict, self._net, replay)
+
+
+def finish(verdict: Verdict, net: ConformanceNet, replay: Replay) -> Verdict:
+    """Put what was found in order and draw the conclusion."""
+    for deviations in (verdict.violations, verdict.unknown):
+        deviations.sort(key=lambda deviation: deviation.record.time or 0.0)
+    if verdict.violations:
+        verdict.status = "violated"
+    elif verdict.unknown:
+        verdict.status = "unknown"
+    verdict.sequence = [net.net.transitions[transition] for transition in replay.noted]
+    return verdict
+
+
+def _is_unclear(merger: Merger) -> bool:
+    return any(merger.is_unclear(node) for node in merger.waiting)
+
+
+def _undecided(goal: _Goal, why: str) -> Deviation:
+    found = goal.deviation
+    return Deviation(found.record, found.step, f"{found.reason} in the orders tried: {why}")
+
+
+def _survey(model: str, node: str, records: Iterable[Record]) -> _Survey:
+    survey = _Survey()
+    published: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for position, record in enumerate(records):
+        if position == 0 and record.sequence != 0:
+            raise DinerosError(
+                f"the trace begins with record {record.sequence}",
+                location=record.location or Location(),
+                hint="give the parts before it, too",
+            )
+        if isinstance(record, Header) and record.model != model:
+            said = f"is a trace of model {record.model!r}, not of {model!r}"
+            raise DinerosError(said, location=record.location)
+        if record.node != node:
+            said = f"a record of node {record.node!r} in the trace of node {node!r}"
+            raise DinerosError(said, location=record.location)
+        if isinstance(record, Publish):
+            published[record.channel, record.place].append(position)
+        elif isinstance(record, Drop):
+            survey.drops = True
+            if record.queue == "publisher" and not any(record.change.values()):
+                sent = published[record.channel, record.place or ""]
+                # The model loses the newest message. Which one it was in truth makes no difference to the
+                # numbers.
+                survey.lost.update(sent[-record.count :])
+                del sent[-record.count :]
+    return survey

@@ -1,0 +1,53 @@
+"""Conditions that have to hold in every marking of a run that was replayed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.logic.conditions import Condition
+from dineros.analysis.subject import Subject
+from dineros.metamodel import sym
+from dineros.metamodel.elements import node_nets
+
+
+class Invariant:
+    """A condition on markings of the flattened net and on signals.
+
+    Parameters
+    ----------
+    text : str
+        The condition.
+    subject : Subject
+        The flattened system model.
+
+    Raises
+    ------
+    FormulaError
+        The text is no such condition.
+    """
+
+    def __init__(self, text: str, subject: Subject) -> None:
+        assert isinstance(subject.model, sym.SystemModel)
+        self.text = text
+        self._net: CompiledNet = subject.net
+        used = {
+            literal.signal.id for literal in subject.model.eAllContents() if isinstance(literal, sym.Literal)
+        }
+        signals = [signal.id for node in node_nets(subject.model) for signal in node.signals]
+        self._signals = {id: subject.net.places[subject.names.signal(id)] for id in signals if id in used}
+        self._condition = Condition(text, subject.net.places, self._signals)
+
+    def first_violation(self, transitions: Sequence[str]) -> int | None:
+        """Return after how many firings of a sequence it does not hold; None: it always does."""
+        net = self._net
+        index = {name: number for number, name in enumerate(net.transitions)}
+        marking = {name: int(tokens) for name, tokens in zip(net.places, net.initial, strict=True)}
+        for done in range(len(transitions) + 1):
+            signals = {id: marking[place] > 0 for id, place in self._signals.items()}
+            if not self._condition(marking, signals):
+                return done
+            if done < len(transitions):
+                for place, change in net.delta[index[transitions[done]]].items():
+                    marking[net.places[place]] += change
+        return None

@@ -1,0 +1,163 @@
+"""Which messages are under way: the order between nodes that traces must keep.
+
+A message is published before it is taken; a request is made before it is served, then answered, then its
+response got. Numbers of messages go up, per sending place; so what is kept grows with the messages that were
+lost, not with a run.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+
+from dineros.analysis.conformance.net import ConformanceNet
+from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
+from dineros.metamodel.records import Publish, Reply, Request, Response, Serve, Take
+from dineros.metamodel.records.schema import ChannelStep, ServiceStep
+
+_STAGES: Mapping[type[ServiceStep], tuple[type[ServiceStep] | None, str, str]] = {
+    # what must have happened last to the client's call, what that is called, and what this step is called
+    Request: (None, "", "requested"),
+    Serve: (Request, "requested", "served"),
+    Reply: (Serve, "served", "answered"),
+    Response: (Reply, "answered", "responded to"),
+}
+_ORDER = {stage: number for number, stage in enumerate(_STAGES)}
+
+
+class Messages:
+    """Messages of a run, by sender.
+
+    Parameters
+    ----------
+    net : ConformanceNet
+        The net, for its clients.
+    """
+
+    def __init__(self, net: ConformanceNet) -> None:
+        self._net = net
+        self._sent: defaultdict[tuple[str, str], _Numbers] = defaultdict(_Numbers)
+        self._taken: defaultdict[tuple[str, str, str], _Numbers] = defaultdict(_Numbers)
+        self._calls: dict[tuple[str, str], tuple[str | None, type[ServiceStep]]] = {}
+        self._clients: dict[tuple[str, str], str] = {}
+
+    def may_publish(self, record: Publish) -> Refusal | None:
+        """Refuse a message that was sent before."""
+        return self._fresh(record)
+
+    def published(self, record: Publish) -> None:
+        """Note a message."""
+        self._note(record)
+
+    def may_take(self, record: Take) -> Refusal | None:
+        """Refuse a message that the place has taken before, or that is not published yet."""
+        if not record.message:
+            return None
+        sender, number = _parts(record.message)
+        if number is None:
+            return Fault(f"{record.message!r} is no message of the model: another program sent it")
+        place = sender.rpartition("/")[2]
+        if _node(sender) not in self._net.nodes or not self._sends(record.channel, place):
+            return Fault(f"{record.message!r} comes from no publisher of topic channel {record.channel!r}")
+        if number in self._taken[record.channel, record.place, sender]:
+            return Fault(f"it has taken {record.message} before")
+        if number not in self._sent[record.channel, sender]:
+            return Waiting(f"{record.message} was not published before", (_node(sender),))
+        return None
+
+    def taken(self, record: Take) -> None:
+        """Note that a place has taken a message."""
+        if record.message:
+            sender, number = _parts(record.message)
+            self._taken[record.channel, record.place, sender].add(number or 0)
+
+    def client_of(self, record: ServiceStep) -> str | None:
+        """Return the client that a step of a call is of."""
+        if record.client:
+            return record.client
+        sender, _ = _parts(record.message or "")
+        place = sender.rpartition("/")[2] or record.place
+        return self._clients.get((record.channel, sender)) or self._net.clients.get((record.channel, place))
+
+    def is_asking(self, record: ServiceStep, client: str) -> bool:
+        """Tell whether a step is of a client's call that is not known to be served."""
+        message, stage = self._calls.get((record.channel, client), (None, Response))
+        return stage is Request and record.message in (message, None, "")
+
+    def may_serve(self, record: ServiceStep, client: str) -> Refusal | None:
+        """Refuse a step of a call that is not the next one of the client's call."""
+        after, done, _ = _STAGES[type(record)]
+        if after is None:
+            return self._fresh(record)
+        message, stage = self._calls.get((record.channel, client), (None, Response))
+        if stage is after and record.message in (message, None, ""):
+            return None
+        if isinstance(record, Reply):
+            return Fault(f"{record.message} is not being served")
+        sender, number = _parts(record.message or "")
+        if record.message and record.message == message and _ORDER[stage] >= _ORDER[type(record)]:
+            return Fault(f"{record.message} was {_STAGES[type(record)][2]} before")
+        if number is not None and record.message != message:
+            if number in self._sent[record.channel, sender]:
+                return Fault(f"{record.message} is an earlier call of client {client}, which has ended")
+            if isinstance(record, Response):
+                return Fault(f"{record.message} was not requested")
+        client_node, server_node = self._net.ends_of_call(record.channel, client)
+        awaited = client_node if isinstance(record, Serve) else server_node
+        ros_name = self._net.names_in_ros[record.channel]
+        outside = ""
+        if isinstance(record, Response) and record.channel in self._net.typed_channels:
+            outside = f"a program outside of the model answers requests of {ros_name}, too"
+        return Waiting(f"{record.message or 'a call'} was not {done} before", (awaited,), outside)
+
+    def served(self, record: ServiceStep, client: str) -> None:
+        """Note a step of a call."""
+        if isinstance(record, Request):
+            self._note(record)
+            self._clients[record.channel, _parts(record.message or "")[0]] = client
+        message = record.message or self._calls.get((record.channel, client), (None, Response))[0]
+        self._calls[record.channel, client] = (message, type(record))
+
+    def _sends(self, channel: str, place: str) -> bool:
+        return place in self._net.topics[channel].publishers
+
+    def _fresh(self, record: ChannelStep) -> Refusal | None:
+        if not record.message:
+            return None
+        sender, number = _parts(record.message)
+        if number is None or _node(sender) != record.node or sender.rpartition("/")[2] != record.place:
+            return Fault(f"{record.message!r} is no id of a message that {record.node}/{record.place} sends")
+        known = number in self._sent[record.channel, sender]
+        return Fault(f"{record.message} was sent before") if known else None
+
+    def _note(self, record: ChannelStep) -> None:
+        if record.message:
+            sender, number = _parts(record.message)
+            self._sent[record.channel, sender].add(number or 0)
+
+
+class _Numbers:
+    """Numbers that come almost in order: the greatest, and those below it that have not come."""
+
+    def __init__(self) -> None:
+        self._greatest = 0
+        self._missing: set[int] = set()
+
+    def __contains__(self, number: int) -> bool:
+        return number <= self._greatest and number not in self._missing
+
+    def add(self, number: int) -> None:
+        self._missing.update(range(self._greatest + 1, number))
+        self._missing.discard(number)
+        self._greatest = max(self._greatest, number)
+
+
+def _node(sender: str) -> str:
+    """Return the node net of a sender, ``NODE/PLACE`` or ``NODE@RUN/PLACE``."""
+    return sender.rpartition("/")[0].partition("@")[0]
+
+
+def _parts(message: str) -> tuple[str, int | None]:
+    """Return sender and number of a message id."""
+    sender, _, number = message.rpartition("/")
+    return (sender, int(number)) if number.isdecimal() else (sender, None)

@@ -1,0 +1,124 @@
+"""Conformance while the nodes run: records are replayed as they come."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from dineros.analysis.conformance.conform import finish
+from dineros.analysis.conformance.merging import Feed, Merger
+from dineros.analysis.conformance.net import ConformanceNet
+from dineros.analysis.conformance.reasons import step_words
+from dineros.analysis.conformance.replay import Replay
+from dineros.analysis.conformance.settling import settle_waiting
+from dineros.analysis.conformance.verdict import Deviation, Verdict
+from dineros.metamodel import sym
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.records import Drop, Publish, Record
+
+
+class Monitor:
+    """Replays the records of a run as they come, each node's in their order, the nodes in any.
+
+    A step of a message waits until the message was sent. Records are forgotten once they are replayed, so
+    that the monitor does not grow with the run. One thing it cannot do is to take back a message that one
+    node took before the publisher's trace says that another one was lost from a full queue: such a loss is
+    `unknown` here, and `conform` decides it afterwards.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model that is run.
+
+    Examples
+    --------
+    >>> from dineros.metamodel.records import Header
+    >>> page = sym.NodeNet(id="node")
+    >>> monitor = Monitor(sym.SystemModel(id="model", pages=[page]))
+    >>> monitor.add([Header(sequence=0, kind="run", model="other", node="node")])[0].reason
+    "the trace is of model 'other', not of 'model'"
+    """
+
+    def __init__(self, model: sym.SystemModel) -> None:
+        self._net = ConformanceNet(model)
+        self._replay = Replay(self._net)
+        self._feeds = {node: Feed() for node in self._net.nodes}
+        self._merger = Merger(self._replay, self._feeds, takes_last=False, is_dropped=self._is_dropped)
+        self._verdict = Verdict()
+        self._told: set[str] = set()
+        self._finished = False
+        self._heard: set[str] = set()
+
+    @property
+    def steps(self) -> int:
+        """How many records have been replayed."""
+        return self._replay.steps
+
+    @property
+    def waiting(self) -> dict[str, Record]:
+        """The record at which each node waits for another one."""
+        return {node: record for node, (record, _) in self._merger.waiting.items()}
+
+    def add(self, records: Iterable[Record]) -> list[Deviation]:
+        """Take further records and return the steps that turn out not to be allowed.
+
+        A node whose step is not allowed is not replayed any further.
+
+        Raises
+        ------
+        DinerosError
+            A record is of no node of the model.
+        """
+        for record in records:
+            feed = self._feeds.get(record.node or "")
+            if feed is None:
+                raise DinerosError(f"the model has no node net {record.node!r}", location=record.location)
+            self._heard.add(record.node or "")
+            if record.node not in self._told:
+                feed.add(record)
+        return self._advance()
+
+    def finish(self) -> Verdict:
+        """Return the verdict on all records: none will follow."""
+        self._finished = True
+        self._advance()
+        for node in set(self._feeds) - self._heard:
+            del self._feeds[node]
+        if not self._verdict.violations:
+            settle_waiting(self._merger, self._verdict)
+        self._verdict.steps, self._verdict.silent = self._replay.steps, self._replay.silent
+        return finish(self._verdict, self._net, self._replay)
+
+    def _advance(self) -> list[Deviation]:
+        found = []
+        while True:
+            self._merger.advance()
+            skipped = False
+            for node, (record, fault) in list(self._merger.failed.items()):
+                if node in self._told:
+                    continue
+                deviation = Deviation(record, step_words(record), fault.reason)
+                if fault.queue is None:
+                    self._told.add(node)
+                    self._verdict.violations.append(deviation)
+                    found.append(deviation)
+                else:
+                    self._verdict.unknown.append(deviation)
+                    self._replay.lose(record)
+                    self._merger.skip(node)
+                    skipped = True
+            if not skipped:
+                return found
+
+    def _is_dropped(self, feed: Feed, record: Publish) -> bool | None:
+        """Tell whether the next record says that the message was lost; only a full queue loses any."""
+        if not self._replay.is_full(record):
+            return False
+        following = feed.following()
+        if following is None:
+            return False if self._finished else None
+        return (
+            isinstance(following, Drop)
+            and (following.queue, following.channel, following.place)
+            == ("publisher", record.channel, record.place)
+            and not any(following.change.values())
+        )

@@ -1,0 +1,320 @@
+"""The flattened net that runs are replayed on, and where each recorded step is in it."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import cached_property
+
+from dineros.analysis.step_roles import StepRole, step_roles
+from dineros.analysis.subject import Subject, subject_of
+from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import node_net_of, node_nets
+from dineros.metamodel.records import Drop, Fire, Publish, Reply, Request, Response, Serve, Signal, Take
+from dineros.metamodel.records.schema import ServiceStep, Step
+from dineros.transformations.traces import Link
+
+Key = tuple[object, ...]
+
+
+@dataclass(frozen=True)
+class Queue:
+    """An overflow queue: its transitions and places, by index in the compiled net.
+
+    Attributes
+    ----------
+    source, load, capacity : int
+        Places: where messages arrive, how many wait, how many more may.
+    enter, leave, drop : int
+        Transitions.
+    limit : int
+        How many messages may wait.
+    text : str
+        The queue in the words of the model.
+    """
+
+    source: int
+    load: int
+    capacity: int
+    enter: int
+    leave: int
+    drop: int
+    limit: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic channel: its queues, and what is between them.
+
+    Attributes
+    ----------
+    place, transport : int
+        Messages under way, and the transition that delivers one to every subscribing node.
+    publishers : dict of str to Queue
+        By place of the port.
+    dispatchers : dict of str to Queue
+        By node net.
+    subscribers : dict of str to Queue
+        By place of the port.
+    node_of : dict of str to str
+        Node net of each subscriber's place.
+    """
+
+    place: int
+    transport: int
+    publishers: dict[str, Queue]
+    dispatchers: dict[str, Queue]
+    subscribers: dict[str, Queue]
+    node_of: dict[str, str]
+
+
+class ConformanceNet:
+    """A system model flattened with fully-enabled signals, and look-up of recorded steps.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model.
+    """
+
+    def __init__(self, model: sym.SystemModel) -> None:
+        self.model = model
+        self.subject: Subject = subject_of(model, "fully-enabled")
+        self.net = self.subject.net
+        self.nodes = [node.id for node in node_nets(model)]
+        self.pre = [self.net.pre.row(index) for index in range(len(self.net.transitions))]
+        self.inhibitor = [self.net.inhibitor.row(index) for index in range(len(self.net.transitions))]
+        self.roles: dict[str, StepRole] = step_roles(self.subject.links())
+        if self.subject.flattened is None:  # neither channels nor clauses: the model is its own net
+            for transition in self.subject.transition_index:
+                self.roles[transition] = StepRole(Fire, node=self._node_of_transition.get(transition))
+        self._steps: dict[Key, int] = {
+            _key(role): self.subject.transition_index[name]
+            for name, role in self.roles.items()
+            if role.kind is not Fire
+        }
+
+    def fire(self, transition: str) -> int | None:
+        """Return a transition of the model, by its id in the flattened net."""
+        role = self.roles.get(transition)
+        return self.subject.transition_index[transition] if role is not None and role.kind is Fire else None
+
+    def signal(self, signal: str, value: bool) -> int | None:
+        """Return the transition that gives a signal a value; None where no clause uses the signal."""
+        return self._steps.get((Signal, signal, value))
+
+    def end(self, kind: type[Publish | Take], channel: str, place: str) -> int | None:
+        """Return the transition of a publisher's or subscriber's port."""
+        return self._steps.get((kind, channel, place))
+
+    def service(self, kind: type[ServiceStep], channel: str, client: str, instance: int | None) -> int | None:
+        """Return a transition of a call: of the client's port, or between it and a server instance."""
+        if kind in (Request, Response):
+            return self._steps.get((kind, channel, client))
+        return self._steps.get((kind, channel, client, instance))
+
+    @cached_property
+    def signals(self) -> dict[str, tuple[str, bool]]:
+        """Node net and start value of each signal."""
+        return {
+            signal.id: (node.id, bool(signal.initial))
+            for node in node_nets(self.model)
+            for signal in node.signals
+        }
+
+    def publishing_nodes(self, channel: str) -> tuple[str, ...]:
+        """Return the node nets that publish on a topic channel."""
+        return self._publishing[channel]
+
+    @cached_property
+    def _publishing(self) -> dict[str, tuple[str, ...]]:
+        found: dict[str, dict[str, None]] = {channel: {} for channel in self.topics}
+        for role in self.roles.values():
+            if role.kind is Publish:
+                found[role.channel or ""][role.node or ""] = None
+        return {channel: tuple(nodes) for channel, nodes in found.items()}
+
+    def ends_of_call(self, channel: str, client: str) -> tuple[str, str]:
+        """Return the node nets of a client and of its server."""
+        return self._ends[channel, client, Request], self._ends[channel, client, Reply]
+
+    @cached_property
+    def _ends(self) -> dict[tuple[str, str, type[Step]], str]:
+        return {
+            (role.channel or "", role.client or "", role.kind): role.node or ""
+            for role in self.roles.values()
+            if role.kind in (Request, Reply)
+        }
+
+    def clients_of(self, channel: str) -> tuple[str, ...]:
+        """Return the clients of a service channel."""
+        return tuple(client for of, client, kind in self._ends if of == channel and kind is Request)
+
+    def asking_nodes(self, channel: str) -> tuple[str, ...]:
+        """Return the node nets with clients of a service channel."""
+        return tuple({self._ends[channel, client, Request]: None for client in self.clients_of(channel)})
+
+    @cached_property
+    def names_in_ros(self) -> dict[str, str]:
+        """Topic or service of each channel, in words."""
+        return {
+            channel.id: f"topic {channel.topic}"
+            if isinstance(channel, sym.TopicChannel)
+            else f"service {channel.service}"
+            for channel in self.model.channels
+            if isinstance(channel, (sym.TopicChannel, sym.ServiceChannel))
+        }
+
+    @cached_property
+    def typed_channels(self) -> set[str]:
+        """Channels with a message type of their own, whose messages have no ids."""
+        return {channel.id for channel in self.model.channels if channel.type}
+
+    @cached_property
+    def places_of(self) -> dict[str, dict[str, int]]:
+        """Places of each node net, by id, with their index."""
+        found: dict[str, dict[str, int]] = {node: {} for node in self.nodes}
+        for name, original in self._originals(pn.Place):
+            node = node_net_of(original)
+            if node is not None:
+                found[node.id][name] = self.subject.place_index[name]
+        return found
+
+    @cached_property
+    def clients(self) -> dict[tuple[str, str], str]:
+        """Client of each channel and request place, where it is the only one of that place."""
+        found: dict[tuple[str, str], list[str]] = defaultdict(list)
+        for channel in self.model.channels:
+            if isinstance(channel, sym.ServiceChannel):
+                for client in channel.clients:
+                    found[channel.id, client.request.id].append(client.client)
+        return {key: names[0] for key, names in found.items() if len(names) == 1}
+
+    @cached_property
+    def instances(self) -> dict[tuple[str, str], int]:
+        """Server instance of each channel and entry or exit place."""
+        return {
+            (role.channel or "", role.place or ""): role.instance or 0
+            for role in self.roles.values()
+            if role.kind in (Serve, Reply)
+        }
+
+    @cached_property
+    def disjunctions(self) -> dict[int, sym.Disjunction]:
+        """The part of a clause that each place counts the true literals of."""
+        found = {}
+        for link in self._links("I1", "true_literals"):
+            disjunction = next(source for source in link.sources if isinstance(source, sym.Disjunction))
+            found[self.subject.place_index[link.target.id]] = disjunction
+        return found
+
+    @cached_property
+    def true_places(self) -> dict[str, int]:
+        """Place that is marked while a signal is true, by signal; only signals in use."""
+        return {
+            link.sources[0].id: self.subject.place_index[link.target.id]
+            for link in self._links("I4", "true")
+            if isinstance(link.sources[0], sym.InputSignal)
+        }
+
+    @cached_property
+    def topics(self) -> dict[str, Topic]:
+        """Topic channels by id."""
+        return {
+            channel.id: self._topic(channel)
+            for channel in self.model.channels
+            if isinstance(channel, sym.TopicChannel)
+        }
+
+    def _topic(self, channel: sym.TopicChannel) -> Topic:
+        parts: dict[tuple[str, str], dict[str, int]] = defaultdict(dict)
+        nodes = {}
+        for name, role in self.roles.items():
+            if role.channel != channel.id:
+                continue
+            index = self.subject.transition_index[name]
+            if role.kind is Publish:
+                parts["publisher", role.place or ""]["enter"] = index
+            elif role.kind is Take:
+                parts["subscriber", role.place or ""]["leave"] = index
+                nodes[role.place or ""] = role.node or ""
+            elif role.kind is Drop or role.stage != "transport":
+                at = role.node if role.queue == "dispatcher" else role.place
+                what = "drop" if role.kind is Drop else (role.stage or "").rpartition(".")[2]
+                parts[role.queue or "", at or ""][what] = index
+        (place,) = (link for link in self._links("T1", "topic") if channel in link.sources)
+        (transport,) = (link for link in self._links("T1", "transport") if channel in link.sources)
+        queues = {key: self._queue(**transitions) for key, transitions in parts.items()}
+        return Topic(
+            self.subject.place_index[place.target.id],
+            self.subject.transition_index[transport.target.id],
+            _of(queues, "publisher"),
+            _of(queues, "dispatcher"),
+            _of(queues, "subscriber"),
+            nodes,
+        )
+
+    def _queue(self, enter: int, leave: int, drop: int) -> Queue:
+        links = {link.target.id: link for link in self.subject.links()}
+        made = {
+            link.role: link
+            for link in self._together[links[self.net.transitions[enter]].application]
+            if not isinstance(link.target, pn.Arc)
+        }
+        load, capacity = (
+            self.subject.place_index[made[role].target.id] for role in ("queue.load", "queue.capacity")
+        )
+        (source,) = (place for place, _ in self.pre[enter] if place != capacity)
+        limit = int(self.net.initial[capacity] + self.net.initial[load])
+        text = self.subject.transition_text(enter).removesuffix(" takes a message")
+        return Queue(source, load, capacity, enter, leave, drop, limit, text)
+
+    @cached_property
+    def _together(self) -> dict[int, list[Link]]:
+        found: dict[int, list[Link]] = defaultdict(list)
+        for link in self.subject.links():
+            found[link.application].append(link)
+        return found
+
+    @cached_property
+    def _node_of_transition(self) -> dict[str, str]:
+        return {
+            name: node.id
+            for name, original in self._originals(pn.Transition)
+            if (node := node_net_of(original)) is not None
+        }
+
+    def _links(self, rule: str, role: str) -> list[Link]:
+        flattened = self.subject.flattened
+        return [] if flattened is None else flattened.trace.role(rule, role)
+
+    def _originals(self, kind: type[pn.Node]) -> list[tuple[str, pn.Node]]:
+        """Return what is in the model as it is, or as a copy per server instance, with its id in the net."""
+        if self.subject.flattened is None:
+            from dineros.metamodel.elements import nodes
+
+            return [(node.id, node) for node in nodes(self.model) if isinstance(node, kind)]
+        return [
+            (link.target.id, original)
+            for link in self.subject.links()
+            if link.role in ("place", "transition")
+            and isinstance(link.target, kind)
+            and isinstance(original := link.sources[0], pn.Node)
+        ]
+
+
+def _of(queues: dict[tuple[str, str], Queue], kind: str) -> dict[str, Queue]:
+    return {at: queue for (queue_kind, at), queue in queues.items() if queue_kind == kind}
+
+
+def _key(role: StepRole) -> Key:
+    if role.kind is Signal:
+        return Signal, role.signal, role.value
+    if role.kind in (Publish, Take):
+        return role.kind, role.channel, role.place
+    if role.kind in (Request, Response):
+        return role.kind, role.channel, role.client
+    if role.kind in (Serve, Reply):
+        return role.kind, role.channel, role.client, role.instance
+    return role.kind, role.channel, role.queue, role.stage, role.node, role.place

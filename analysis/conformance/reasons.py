@@ -1,0 +1,102 @@
+"""Why a transition is not enabled, in the words of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dineros.analysis.conformance.net import ConformanceNet
+from dineros.metamodel import sym
+from dineros.metamodel.records import (
+    Checkpoint,
+    Drop,
+    Fire,
+    Publish,
+    Record,
+    Reply,
+    Request,
+    Response,
+    Serve,
+    Signal,
+    Start,
+    Take,
+)
+from dineros.metamodel.records.schema import ChannelStep
+
+
+def why_not(net: ConformanceNet, transition: int, marking: Sequence[int]) -> str:
+    """Return why a transition is not enabled: missing tokens, inhibitors, false clauses."""
+    reasons = []
+    for place, weight in net.pre[transition]:
+        if marking[place] >= weight:
+            continue
+        if place in net.disjunctions:
+            reasons.append(_clause(net.disjunctions[place]))
+        else:
+            reasons.append(f"{_name(net, place)} holds {_tokens(marking[place])}, {weight} needed")
+    for place, weight in net.inhibitor[transition]:
+        if marking[place] >= weight:
+            reasons.append(
+                f"{_name(net, place)} holds {_tokens(marking[place])}, which inhibits it from {weight} on"
+            )
+    return "; ".join(reasons)
+
+
+def step_words(record: Record) -> str:
+    """Return what a record says its node did."""
+    match record:
+        case Fire():
+            return f"{record.transition} fires"
+        case Signal():
+            return f"signal {record.signal} becomes {str(record.value).lower()}"
+        case Drop():
+            return f"the {record.queue} queue of {record.channel} drops {_count(record.count, 'message')}"
+        case ChannelStep():
+            does = (
+                f"{_DOES[type(record)]} {record.message}" if record.message else _DOES_NAMELESS[type(record)]
+            )
+            return f"{record.place} {does} ({record.channel})"
+        case Checkpoint():
+            return "checkpoint"
+        case Start():
+            return "the node resumes" if record.resumed else "the node starts"
+    return record.event
+
+
+_DOES: dict[type[Record], str] = {
+    Publish: "publishes",
+    Take: "takes",
+    Request: "requests",
+    Serve: "gets request",
+    Reply: "replies to",
+    Response: "gets the response to",
+}
+
+_DOES_NAMELESS: dict[type[Record], str] = {
+    Publish: "publishes a message",
+    Take: "takes a message",
+    Request: "requests",
+    Serve: "gets a request",
+    Reply: "replies",
+    Response: "gets a response",
+}
+
+
+def _clause(disjunction: sym.Disjunction) -> str:
+    literals = ", ".join(
+        f"{literal.signal.id} is {'true' if literal.negated else 'false'}" for literal in disjunction.literals
+    )
+    clause = disjunction.eContainer()
+    name = getattr(clause, "name", None) or "clause"
+    return f"its clause {name} is false: {literals}"
+
+
+def _name(net: ConformanceNet, place: int) -> str:
+    return net.subject.place_text(place)
+
+
+def _tokens(number: int) -> str:
+    return _count(number, "token") if number else "no token"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -1,0 +1,392 @@
+"""Replaying recorded steps on the flattened net, one at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from dineros.analysis.conformance.calls import NamelessCalls, is_nameless
+from dineros.analysis.conformance.messages import Messages
+from dineros.analysis.conformance.net import ConformanceNet
+from dineros.analysis.conformance.reasons import why_not
+from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
+from dineros.analysis.conformance.topic_flow import TopicFlow
+from dineros.metamodel import sym
+from dineros.metamodel.records import (
+    Checkpoint,
+    Drop,
+    Fire,
+    Header,
+    Publish,
+    Record,
+    Reply,
+    Request,
+    Response,
+    Serve,
+    Signal,
+    Start,
+    Take,
+)
+from dineros.metamodel.records.schema import ServiceStep, Step
+
+
+class Replay:
+    """A marking of the flattened net, and the messages under way.
+
+    Parameters
+    ----------
+    net : ConformanceNet
+        The net.
+    keep : collection of (str, str)
+        Channel and place of publishers whose queues should stay as full as they can.
+    firings : list of int, optional
+        Where to note each firing of the net.
+    """
+
+    def __init__(
+        self,
+        net: ConformanceNet,
+        keep: Collection[tuple[str, str]] = (),
+        firings: list[int] | None = None,
+    ) -> None:
+        self.net = net
+        self.marking: list[int] = net.net.initial.tolist()
+        self.messages = Messages(net)
+        self.steps = 0
+        self.fired = 0
+        self._recorded = 0
+        self._firings = firings
+        self._flows = {
+            channel: TopicFlow(
+                topic, self.marking, self._fire, {place for other, place in keep if other == channel}
+            )
+            for channel, topic in net.topics.items()
+        }
+        self._calls = {
+            channel.id: NamelessCalls(net, channel.id, self.marking, firings)
+            for channel in net.model.channels
+            if isinstance(channel, sym.ServiceChannel)
+        }
+
+    @property
+    def silent(self) -> int:
+        """How many firings no record stands for."""
+        return self.fired - self._recorded
+
+    @property
+    def noted(self) -> list[int]:
+        """The firings, where they are noted."""
+        return self._firings or []
+
+    def is_ambiguous(self, record: Record) -> bool:
+        """Tell whether the order of a step counts, since the server does not know whose request it serves."""
+        if isinstance(record, Serve):
+            return is_nameless(record) and len(self.net.clients_of(record.channel)) > 1
+        calls = self._calls.get(record.channel) if isinstance(record, Response) else None
+        return calls is not None and calls.are_ambiguous
+
+    def is_full(self, record: Publish) -> bool:
+        """Tell whether the queue of a publisher is full."""
+        flow = self._flows.get(record.channel)
+        return flow is not None and record.place in flow.topic.publishers and flow.is_full(record.place)
+
+    def lose(self, record: Record) -> None:
+        """Let a publisher lose a message although its queue is not full: for those who go on all the same."""
+        assert isinstance(record, (Publish, Drop))
+        queue = self._flows[record.channel].topic.publishers[record.place or ""]
+        self.marking[queue.source] -= 1
+        if isinstance(record, Publish):
+            self.messages.published(record)
+
+    def step(self, record: Record, dropped: bool = False) -> Refusal | None:
+        """Replay a record; return why it cannot be, and change nothing then.
+
+        Parameters
+        ----------
+        record : Record
+            The step.
+        dropped : bool
+            Whether a later record says that this message was lost in the publisher's queue.
+        """
+        handle = _HANDLERS.get(type(record))
+        if handle is None:
+            return None
+        before = self.fired
+        refusal: Refusal | None
+        refusal = handle(self, record, dropped) if isinstance(record, Publish) else handle(self, record)
+        if refusal is None:
+            self.steps += isinstance(record, Step)
+            self._recorded += min(self.fired - before, _firings_of(record))
+        return refusal
+
+    def _fire(self, transition: int) -> None:
+        marking = self.marking
+        assert all(marking[place] >= weight for place, weight in self.net.pre[transition]), transition
+        for place, tokens in self.net.net.delta[transition].items():
+            marking[place] += tokens
+        self.fired += 1
+        if self._firings is not None:
+            self._firings.append(transition)
+
+    def _is_enabled(self, transition: int) -> bool:
+        marking = self.marking
+        return all(marking[place] >= weight for place, weight in self.net.pre[transition]) and all(
+            marking[place] < weight for place, weight in self.net.inhibitor[transition]
+        )
+
+    def _fire_recorded(self, record: Step, transition: int) -> Fault | None:
+        """Fire what a record stands for, if it is enabled and the record tells the same change."""
+        fault = self._differs(record, transition)
+        if fault is None and not self._is_enabled(transition):
+            fault = Fault(why_not(self.net, transition, self.marking))
+        if fault is None:
+            self._fire(transition)
+        return fault
+
+    def _differs(self, record: Step, transition: int) -> Fault | None:
+        """Compare the change that a record tells with the net's, on the places of its node."""
+        own = self.net.places_of.get(record.node or "", {})
+        told = {place: tokens for place, tokens in record.change.items() if tokens}
+        net_places = self.net.net.places
+        change = {
+            net_places[place]: tokens
+            for place, tokens in self.net.net.delta[transition].items()
+            if net_places[place] in own
+        }
+        if told == change:
+            return None
+        return Fault(f"it changes {_shown(told)}, in the model it changes {_shown(change)}")
+
+    def _header(self, record: Header) -> Fault | None:
+        if record.kind != "run":
+            return Fault("a witness is no trace of a run")
+        if record.model != self.net.model.id:
+            return Fault(f"the trace is of model {record.model!r}, not of {self.net.model.id!r}")
+        return None
+
+    def _start(self, record: Start) -> Fault | None:
+        places = self.net.places_of.get(record.node or "")
+        if places is None:
+            return Fault(f"the model has no node net {record.node!r}")
+        for place in record.marking:
+            if place not in places:
+                return Fault(f"node {record.node} has no place {place!r}")
+        for place, index in places.items():
+            held, expected = len(record.marking.get(place, ())), self.marking[index]
+            if held != expected:
+                return Fault(f"{place} holds {held} tokens, in the model {expected}")
+        for signal, value in record.signals.items():
+            if self.net.signals.get(signal, ("", False))[0] != record.node:
+                return Fault(f"node {record.node} has no signal {signal!r}")
+            self._set(signal, value)
+        return None
+
+    def _set(self, signal: str, value: bool) -> None:
+        place = self.net.true_places.get(signal)
+        if place is not None and bool(self.marking[place]) != value:
+            transition = self.net.signal(signal, value)
+            assert transition is not None
+            self._fire(transition)
+
+    def _signal(self, record: Signal) -> Fault | None:
+        if self.net.signals.get(record.signal, ("", False))[0] != record.node:
+            return Fault(f"node {record.node} has no signal {record.signal!r}")
+        place = self.net.true_places.get(record.signal)
+        if place is not None and bool(self.marking[place]) == record.value:
+            return Fault(f"signal {record.signal} is {str(record.value).lower()} already")
+        self._set(record.signal, record.value)
+        return None
+
+    def _transition(self, record: Fire) -> Fault | None:
+        transition = self.net.fire(record.transition)
+        if transition is None:
+            return Fault("the model has no such transition")
+        node = self.net.roles[record.transition].node
+        if node != record.node:
+            return Fault(f"the transition belongs to node {node}, not {record.node}")
+        return self._fire_recorded(record, transition)
+
+    def _publish(self, record: Publish, dropped: bool) -> Refusal | None:
+        flow = self._flows.get(record.channel)
+        enter = self.net.end(Publish, record.channel, record.place)
+        if flow is None or enter is None:
+            return Fault(f"{record.place} is no publisher of topic channel {record.channel!r}")
+        refusal = self._at(record, enter) or self.messages.may_publish(record)
+        if refusal is not None:
+            return refusal
+        queue = flow.topic.publishers[record.place]
+        if not self.marking[queue.source]:
+            return Fault(f"{record.place} holds no token, 1 needed")
+        if dropped:
+            if not flow.is_full(record.place):
+                full = f"{self.marking[queue.load]} of {queue.limit}"
+                return Fault(f"the {queue.text} was not full ({full}) when it dropped it", record.place)
+            self._fire(queue.drop)
+        else:
+            flow.publish(record.place)
+        self.messages.published(record)
+        return None
+
+    def _take(self, record: Take) -> Refusal | None:
+        flow = self._flows.get(record.channel)
+        leave = self.net.end(Take, record.channel, record.place)
+        if flow is None or leave is None:
+            return Fault(f"{record.place} is no subscriber of topic channel {record.channel!r}")
+        refusal = self._at(record, leave) or self.messages.may_take(record)
+        if refusal is not None:
+            return refusal
+        sender = (record.message or "").split("/")
+        if not flow.take(record.place, sender[-2] if len(sender) > 1 else None):
+            outside = (
+                f"a program outside of the model publishes on {self.net.names_in_ros[record.channel]}, too"
+            )
+            return Waiting(
+                "no message of the model is under way to it",
+                self.net.publishing_nodes(record.channel),
+                "" if record.message else outside,
+            )
+        self.messages.taken(record)
+        return None
+
+    def _drop(self, record: Drop) -> Refusal | None:
+        flow = self._flows.get(record.channel)
+        if flow is None:
+            return Fault(f"the model has no topic channel {record.channel!r}")
+        if record.queue == "publisher":
+            return self._drop_at_publisher(flow, record)
+        if record.queue == "subscriber":
+            place = record.place or ""
+            if flow.topic.node_of.get(place) != record.node:
+                return Fault(f"{place!r} is no subscriber of topic channel {record.channel!r}")
+            queue, count = flow.topic.subscribers[place], flow.under_way(place)
+            drop = partial(flow.drop_at_subscriber, place)
+        else:
+            node = record.node or ""
+            if node not in flow.topic.dispatchers:
+                return Fault(f"node {node} has no subscriber of topic channel {record.channel!r}")
+            queue, count = flow.topic.dispatchers[node], flow.under_way_to_node(node)
+            drop = partial(flow.drop_at_dispatcher, node)
+        if count < queue.limit + record.count:
+            reason = (
+                f"the {queue.text} was not full: at most {count} messages were under way to its {queue.limit}"
+            )
+            return Waiting(reason, self.net.publishing_nodes(record.channel))
+        for _ in range(record.count):
+            assert drop()
+        return None
+
+    def _drop_at_publisher(self, flow: TopicFlow, record: Drop) -> Refusal | None:
+        if not any(record.change.values()):
+            return None  # the messages were replayed as lost where they were published
+        queue = flow.topic.publishers.get(record.place or "")
+        if queue is None:
+            return Fault(f"{record.place!r} is no publisher of topic channel {record.channel!r}")
+        if self.marking[queue.load] < queue.limit:
+            full = f"{self.marking[queue.load]} of {queue.limit}"
+            return Fault(f"the {queue.text} was not full ({full})", record.place)
+        return self._fire_recorded(record, queue.drop)
+
+    def _service(self, record: ServiceStep) -> Refusal | None:
+        calls = self._calls.get(record.channel)
+        if calls is None:
+            return Fault(f"the model has no service channel {record.channel!r}")
+        if is_nameless(record):
+            return self._nameless(record, calls)
+        client = self.messages.client_of(record)
+        if client is None:
+            return Fault(f"{record.message!r} is of no client of service channel {record.channel!r}")
+        instance = record.instance or self.net.instances.get((record.channel, record.place))
+        transition = self.net.service(type(record), record.channel, client, instance)
+        if transition is None:
+            return Fault(f"service channel {record.channel!r} has no such port")
+        fault = self._at(record, transition)
+        if fault is not None:
+            return fault
+        refusal = self.messages.may_serve(record, client)
+        if isinstance(refusal, Waiting) and isinstance(record, Response):
+            if self.messages.is_asking(record, client) and calls.respond(client):
+                refusal = None
+            else:
+                refusal = replace(refusal, unclear=calls.has_answers, unclear_if_stuck=calls.are_ambiguous)
+        if refusal is not None:
+            return refusal
+        if isinstance(record, Serve) and not calls.claim(client):
+            return self._nobody_asks(record, calls, unclear=True)
+        before = self.fired
+        fault = self._fire_recorded(record, transition)
+        if fault is None:
+            self.messages.served(record, client)
+            if isinstance(record, Request):
+                calls.asks(client, before)
+        return fault
+
+    def _nameless(self, record: ServiceStep, calls: NamelessCalls) -> Refusal | None:
+        """Replay a step of a server that does not know whose request it serves."""
+        instance = record.instance or self.net.instances.get((record.channel, record.place)) or 0
+        serves = isinstance(record, Serve)
+        client = calls.next_client() if serves else calls.client_at(instance)
+        some = client or next(iter(self.net.clients_of(record.channel)), "")
+        transition = self.net.service(type(record), record.channel, some, instance)
+        if transition is None:
+            return Fault(f"service channel {record.channel!r} has no such port")
+        fault = self._at(record, transition)
+        if fault is None and client is None:
+            return (
+                self._nobody_asks(record, calls)
+                if serves
+                else Fault(f"instance {instance} serves no request")
+            )
+        before = self.fired
+        fault = fault or self._fire_recorded(record, transition)
+        if fault is None:
+            note = calls.served if serves else calls.answered
+            note(instance, before)
+        return fault
+
+    def _nobody_asks(self, record: ServiceStep, calls: NamelessCalls, unclear: bool = False) -> Waiting:
+        outside = (
+            f"a program outside of the model asks {self.net.names_in_ros[record.channel]}, too, or a request "
+            "was sent again after a time-out"
+        )
+        return Waiting(
+            "no request of the model waits to be served",
+            self.net.asking_nodes(record.channel),
+            outside,
+            unclear,
+            unclear_if_stuck=calls.are_ambiguous,
+        )
+
+    def _at(self, record: Step, transition: int) -> Fault | None:
+        """Refuse a port's step that another node or another place records, or with another change."""
+        role = self.net.roles[self.net.net.transitions[transition]]
+        if role.node != record.node:
+            return Fault(f"the port belongs to node {role.node}, not {record.node}")
+        if role.place != getattr(record, "place", None):
+            return Fault(f"the place of the port is {role.place}")
+        return self._differs(record, transition)
+
+
+_HANDLERS: Mapping[type[Record], Callable[..., Any]] = {
+    Header: Replay._header,
+    Start: Replay._start,
+    Checkpoint: Replay._start,
+    Signal: Replay._signal,
+    Fire: Replay._transition,
+    Publish: Replay._publish,
+    Take: Replay._take,
+    Drop: Replay._drop,
+    **dict.fromkeys((Request, Serve, Reply, Response), Replay._service),
+}
+
+
+def _firings_of(record: Record) -> int:
+    """Return how many firings of the net a record stands for, at most."""
+    if isinstance(record, Start):  # signals that have other values than in the model
+        return len(record.signals)
+    return record.count if isinstance(record, Drop) else 1
+
+
+def _shown(change: Mapping[str, int]) -> str:
+    return ", ".join(f"{place} by {tokens:+}" for place, tokens in change.items()) or "nothing"

@@ -1,0 +1,56 @@
+"""Steps that still wait for other nodes when nothing more can be replayed."""
+
+from __future__ import annotations
+
+from dineros.analysis.conformance.merging import Merger
+from dineros.analysis.conformance.reasons import step_words
+from dineros.analysis.conformance.verdict import Deviation, Verdict
+
+
+def settle_waiting(merger: Merger, verdict: Verdict) -> None:
+    """Say of each step that waits whether what it waits for is known never to come.
+
+    It is not known where a node has no trace, or one that ends without a stop: the node may have done more
+    than is recorded. Steps that wait only because of another one that is reported are left out.
+    """
+    for node, (record, waiting) in merger.waiting.items():
+        step, doubt = step_words(record), _doubt(merger, node)
+        if doubt is not None:
+            verdict.unknown.append(Deviation(record, step, f"{waiting.reason}: {doubt}"))
+        elif _is_to_blame(merger, node):
+            reason = f"{waiting.reason}: {waiting.outside}" if waiting.outside else waiting.reason
+            verdict.violations.append(Deviation(record, step, reason))
+
+
+def _senders(merger: Merger, node: str) -> list[str]:
+    return [sender for sender in merger.waiting[node][1].senders if sender != node]
+
+
+def _doubt(merger: Merger, node: str) -> str | None:
+    """Return why what a node waits for may have happened, for all that is known."""
+    for sender in _senders(merger, node):
+        feed = merger.feeds.get(sender)
+        if feed is None:
+            return f"there is no trace of node {sender}"
+        if feed.head() is None and not feed.has_stopped:
+            where = f" ({feed.last.location})" if feed.last is not None and feed.last.location else ""
+            return f"the trace of {sender} ends{where} without a stop"
+    if merger.is_unclear(node):
+        return "the messages have no ids, and in another order it may be allowed"
+    return None
+
+
+def _is_to_blame(merger: Merger, node: str) -> bool:
+    """Tell whether a node waits for what never comes, and not only for others that do."""
+    awaited: list[str] = []
+    pending = [node]
+    while pending:
+        for sender in _senders(merger, pending.pop()):
+            if sender in merger.failed:
+                return False
+            if sender in merger.waiting and sender not in awaited:
+                if _doubt(merger, sender) is not None:
+                    return False
+                awaited.append(sender)
+                pending.append(sender)
+    return node in awaited or not awaited

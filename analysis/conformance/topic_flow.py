@@ -1,0 +1,117 @@
+"""Silent steps of topics: messages are moved on only when something needs them, as few as possible.
+
+A message that has not been moved can still fill the queue it is in, so moving as late as possible keeps all
+drops possible that any other choice would. The one real choice is which of several publishers' queues gives
+the next message; a queue of `keep`, whose drop is to come, gives last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+
+from dineros.analysis.conformance.net import Queue, Topic
+
+
+class TopicFlow:
+    """Moves messages of one topic.
+
+    Parameters
+    ----------
+    topic : Topic
+        The topic.
+    marking : list of int
+        The marking that `fire` changes.
+    fire : callable
+        Fires an enabled transition.
+    keep : collection of str
+        Places of publishers whose queues should stay as full as they can.
+    """
+
+    def __init__(
+        self, topic: Topic, marking: list[int], fire: Callable[[int], None], keep: Collection[str] = ()
+    ) -> None:
+        self.topic = topic
+        self._marking = marking
+        self._fire = fire
+        self._keep = keep
+        self._sources = sorted(topic.publishers.items(), key=lambda item: item[0] in keep)
+
+    def publish(self, place: str) -> None:
+        """Let a message into a publisher's queue, and the first one out where it is full."""
+        queue = self.topic.publishers[place]
+        if not self._marking[queue.capacity]:
+            self._fire(queue.leave)
+        self._fire(queue.enter)
+
+    def is_full(self, place: str) -> bool:
+        """Tell whether a publisher's queue is full."""
+        queue = self.topic.publishers[place]
+        return self._marking[queue.load] >= queue.limit
+
+    def under_way_to_node(self, node: str) -> int:
+        """Return how many messages are before or in the dispatcher queue of a node net."""
+        queue = self.topic.dispatchers[node]
+        sent = sum(self._marking[publisher.load] for publisher in self.topic.publishers.values())
+        return sent + self._marking[self.topic.place] + self._in(queue)
+
+    def under_way(self, place: str) -> int:
+        """Return how many messages a subscriber can still take."""
+        return self.under_way_to_node(self.topic.node_of[place]) + self._in(self.topic.subscribers[place])
+
+    def take(self, place: str, publisher: str | None) -> bool:
+        """Let a subscriber take a message, if possible one that has come from a publisher's place."""
+        if not self.under_way(place):
+            return False
+        self._fill(self.topic.subscribers[place], 1, self._to_subscriber(place, publisher))
+        self._fire(self.topic.subscribers[place].leave)
+        return True
+
+    def drop_at_subscriber(self, place: str) -> bool:
+        """Let the full queue of a subscriber drop a message."""
+        queue = self.topic.subscribers[place]
+        if self.under_way(place) <= queue.limit:
+            return False
+        self._overflow(queue, self._to_subscriber(place, None))
+        return True
+
+    def drop_at_dispatcher(self, node: str) -> bool:
+        """Let the full dispatcher queue of a node net drop a message."""
+        queue = self.topic.dispatchers[node]
+        if self.under_way_to_node(node) <= queue.limit:
+            return False
+        self._overflow(queue, lambda: self._to_dispatchers(None))
+        return True
+
+    def _in(self, queue: Queue) -> int:
+        return self._marking[queue.source] + self._marking[queue.load]
+
+    def _overflow(self, queue: Queue, supply: Callable[[], None]) -> None:
+        self._fill(queue, queue.limit, supply)
+        if not self._marking[queue.source]:
+            supply()
+        self._fire(queue.drop)
+
+    def _fill(self, queue: Queue, load: int, supply: Callable[[], None]) -> None:
+        while self._marking[queue.load] < load:
+            if not self._marking[queue.source]:
+                supply()
+            self._fire(queue.enter)
+
+    def _to_subscriber(self, place: str, publisher: str | None) -> Callable[[], None]:
+        dispatcher = self.topic.dispatchers[self.topic.node_of[place]]
+
+        def supply() -> None:
+            self._fill(dispatcher, 1, lambda: self._to_dispatchers(publisher))
+            self._fire(dispatcher.leave)
+
+        return supply
+
+    def _to_dispatchers(self, publisher: str | None) -> None:
+        if not self._marking[self.topic.place]:
+            sources = [(place, queue) for place, queue in self._sources if self._marking[queue.load]]
+            chosen = next(
+                (queue for place, queue in sources if place == publisher and place not in self._keep),
+                sources[0][1],
+            )
+            self._fire(chosen.leave)
+        self._fire(self.topic.transport)

@@ -1,0 +1,122 @@
+"""What the explicit engine answers, and what it may take."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dineros.analysis.coverability import Pumping
+
+#: Called about twice a second with markings, markings a second and bytes; may raise KeyboardInterrupt to
+#: stop.
+Progress = Callable[[int, float, int], None]
+Reduction = Literal["stubborn"]
+Order = Literal["breadth-first", "depth-first"]
+
+
+class Options(TypedDict, total=False):
+    """How a search is done; all may be left out.
+
+    Attributes
+    ----------
+    memory : int
+        Bytes for markings and tables; a share of the free memory unless given.
+    states, seconds
+        Limits.
+    workers : int
+        Threads; as many as there are processors unless given. Depth first goes one.
+    order : {"breadth-first", "depth-first"}
+        Breadth first, the default, finds shortest ways; depth first is often sooner at a goal that is far
+        away.
+    reduction : str
+        ``stubborn`` fires stubborn sets only: of a count it keeps the deadlocks only.
+    progress : callable
+        Called about twice a second.
+    """
+
+    memory: int | None
+    states: int | None
+    seconds: float | None
+    workers: int | None
+    order: Order
+    reduction: Reduction | None
+    progress: Progress | None
+
+
+@dataclass(frozen=True)
+class ExplicitStateSpace:
+    """What an exploration saw; exact for the net when `complete` and nothing was reduced.
+
+    Attributes
+    ----------
+    markings, arcs, deadlocks : int
+        Reachable markings, firings (pairs of a marking and an enabled transition), markings that enable
+        nothing.
+    largest_place : tuple of int
+        By place: the most tokens in any marking.
+    largest_total : int
+        The most tokens in all places together in any marking.
+    enabled : bool array
+        By transition: whether some marking enables it.
+    complete : bool
+        Whether everything was seen.
+    reason : str, optional
+        What ended an incomplete exploration: ``memory``, ``states``, ``time``, ``unbounded`` or
+        ``interrupted``.
+    seconds : float
+    memory : int
+        Bytes of markings and tables at the end.
+    rate : float
+        Markings a second.
+    pumping : Pumping, optional
+        Where unbounded: the proof.
+    reduction : str, optional
+        ``stubborn`` if only stubborn sets were fired: then the figures are of the reduced graph.
+    """
+
+    markings: int
+    arcs: int
+    deadlocks: int
+    largest_place: tuple[int, ...]
+    largest_total: int
+    enabled: NDArray[np.bool_]
+    complete: bool
+    reason: str | None
+    seconds: float
+    memory: int
+    rate: float
+    pumping: Pumping | None = None
+    reduction: Reduction | None = None
+
+
+@dataclass(frozen=True)
+class Found:
+    """A way to the goal, already replayed: transitions, and the marking they lead to.
+
+    A shortest one, unless the search went depth first.
+    """
+
+    trace: tuple[int, ...]
+    marking: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Unreachable:
+    """A proof by exhaustion: none of the markings that had to be looked at, `states` in number, is one."""
+
+    states: int
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """The search ended early, and why; `states` markings were seen."""
+
+    reason: str
+    states: int
+
+
+Answer = Found | Unreachable | Unknown

@@ -1,0 +1,44 @@
+"""Memory of the explicit engine: large arrays that cost nothing until they are touched."""
+
+from __future__ import annotations
+
+import mmap
+import os
+
+import numpy as np
+from numpy.typing import NDArray
+
+Int64Array = NDArray[np.int64]
+
+#: Bytes from which huge pages are asked for: fewer misses of the address cache, more touched at once.
+LEAST_FOR_HUGE_PAGES = 1 << 22
+HUGE_PAGE = 1 << 21
+#: Elements between small arrays of different threads: a cache line that both write to slows both down.
+APART = 32
+
+
+def lazy_zeros(rows: int, columns: int | None = None, is_huge: bool = True) -> Int64Array:
+    """Zeroed int64 array of ``rows`` or ``rows x columns`` whose pages are taken when first touched.
+
+    Parameters
+    ----------
+    rows, columns
+        Its shape.
+    is_huge
+        Whether pages of 2 MiB are welcome.
+    """
+    shape = (rows,) if columns is None else (rows, columns)
+    size = 8 * int(np.prod(shape))
+    if size == 0 or not hasattr(mmap, "MAP_ANONYMOUS"):
+        return np.zeros(shape, dtype=np.int64)
+    # Without a reserve, the system promises more than it has; the budget keeps what is touched below that.
+    no_reserve = getattr(mmap, "MAP_NORESERVE", 0x4000 if os.uname().sysname == "Linux" else 0)
+    pages = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | no_reserve)
+    if is_huge and size >= LEAST_FOR_HUGE_PAGES and hasattr(mmap, "MADV_HUGEPAGE"):
+        pages.madvise(mmap.MADV_HUGEPAGE)
+    return np.frombuffer(pages, dtype=np.int64).reshape(shape)
+
+
+def zeros_apart(size: int) -> Int64Array:
+    """Zeroed small array that shares no cache line with any other."""
+    return np.zeros(size + 2 * APART, dtype=np.int64)[APART : APART + size]

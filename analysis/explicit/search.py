@@ -1,0 +1,398 @@
+"""A search by the explicit engine: workers, rounds, pauses, goals."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.coverability import Pumping, coverability
+from dineros.analysis.explicit.answers import Progress
+from dineros.analysis.explicit.descent import descend
+from dineros.analysis.explicit.expansion import STRIDE, expand
+from dineros.analysis.explicit.figures import largest_tokens, members
+from dineros.analysis.explicit.goals import Goal, goal_tables, normalized
+from dineros.analysis.explicit.kernels import (
+    ARCS,
+    BATCH,
+    CHUNK_END,
+    CONTROL_SIZE,
+    COUNT,
+    DEADLOCK_ROW,
+    DEADLOCKS,
+    DEPTH,
+    EXPANDED,
+    HAS_OVERFLOW,
+    NEXT,
+    check_goals,
+    hash_words,
+    insert_all,
+    repack,
+)
+from dineros.analysis.explicit.layout import Layout, layout
+from dineros.analysis.explicit.memory import lazy_zeros, zeros_apart
+from dineros.analysis.explicit.paths import path, pumping, steps
+from dineros.analysis.explicit.storage import Storage
+from dineros.analysis.explicit.tables import (
+    SET_BITS,
+    Int64Array,
+    Notes,
+    net_tables,
+    stubborn_tables,
+    transition_order,
+    transition_set,
+)
+
+#: Rows per call of a kernel at first; later calls take about `CALL_SECONDS`.
+FIRST_SLICE, LARGEST_SLICE = 1 << 11, 1 << 24
+CALL_SECONDS = 0.1
+PROGRESS_SECONDS = 0.5
+#: Frontiers of fewer rows are not worth a thread.
+LEAST_FOR_THREADS = 1 << 11
+EVERYTHING = 1 << 60
+#: Words per marking for which kernels are compiled apart.
+LARGEST_SPECIAL_WIDTH = 4
+#: Nodes of the coverability tree that may be made to explain why a search did not end.
+COVERABILITY_NODES = 2_000
+
+
+@dataclass
+class Limits:
+    """What a search may take, and whom it tells."""
+
+    memory: int
+    states: int | None = None
+    seconds: float | None = None
+    progress: Progress | None = None
+
+
+@dataclass
+class Search:
+    """A search; `run` goes through with it.
+
+    Attributes
+    ----------
+    net, goals, limits
+        What is searched, for what, with what.
+    workers : int
+        Threads; one goes depth first, or through a net with places that nothing bounds.
+    is_depth_first : bool
+    reduction : bool
+        Whether to fire stubborn sets only.
+    keeps_parents : bool
+        Whether ways back can be told.
+    stops_when_unbounded : bool
+    """
+
+    net: CompiledNet
+    goals: Sequence[Goal]
+    limits: Limits
+    workers: int = 1
+    is_depth_first: bool = False
+    reduction: bool = False
+    keeps_parents: bool = False
+    stops_when_unbounded: bool = True
+    layout: Layout = field(init=False)
+    reason: str | None = field(init=False, default=None)
+    pumping: Pumping | None = field(init=False, default=None)
+    found: dict[int, int] = field(init=False, default_factory=dict)  #: goal -> row
+    seconds: float = field(init=False, default=0.0)
+
+    def __post_init__(self) -> None:
+        self._started = time.perf_counter()
+        self._told = self._started
+        self.layout = layout(self.net)
+        self._is_guarded = any(cell.has_guard for cell in self.layout.cells)
+        if self._is_guarded or self.is_depth_first:
+            self.workers = 1
+        if self._is_guarded:
+            self.keeps_parents = True
+        self._order = transition_order(self.net, self.layout)
+        self._position = {t: i for i, t in enumerate(self._order)}
+        rows = [normalized(goal) for goal in self.goals]
+        self._conjunctions = [conjunction for row in rows for conjunction in row]
+        self._owner = [g for g, row in enumerate(rows) for _ in row]
+        self._prepare()
+        self._slice, self._next_look = FIRST_SLICE, 0
+        self._pool = ThreadPoolExecutor(self.workers - 1) if self.workers > 1 else None
+        sets = len(self._net_tables.everything)
+        self._storage = Storage(
+            self.limits.memory,
+            self.workers,
+            self.layout.words,
+            len(self._order),
+            self.keeps_parents,
+            8 * (1 + sets) if self.is_depth_first else 0,
+        )
+        self._crew = [self._new_notes() for _ in range(self.workers)]
+        self._frontier = zeros_apart(STRIDE * self.workers)
+        for me in range(self.workers):
+            self._frontier[me * STRIDE : me * STRIDE + 2] = me * self._storage.markings.rows
+        if self.is_depth_first:
+            rows_at_most = self._storage.markings.rows
+            self._stack = lazy_zeros(rows_at_most), lazy_zeros(rows_at_most, sets)
+        self._place_initial()
+
+    # tables
+
+    def _prepare(self) -> None:
+        """Make the tables that depend on the layout."""
+        self._net_tables = net_tables(self.net, self.layout, self._order)
+        self._goal_tables = goal_tables(self.layout, self._conjunctions)
+        for conjunction, goal in enumerate(self._owner):
+            self._goal_tables.is_open[conjunction] = goal not in self.found
+        self._stubborn = stubborn_tables(
+            self.net,
+            self.layout,
+            self._order,
+            [dict(weights) for conjunction in self._conjunctions for weights, _ in conjunction],
+            self.reduction,
+            not self.goals or any(goal.is_deadlock for goal in self.goals),
+        )
+        words = self.layout.words
+        # Loops over a tuple have a length that the compiler knows.
+        self._shape = (0,) * words if words <= LARGEST_SPECIAL_WIDTH else np.zeros(words, dtype=np.int64)
+        box_rows = BATCH + len(self._order) + 1
+        self._boxes = [
+            (lazy_zeros(box_rows, words), zeros_apart(box_rows), zeros_apart(box_rows))
+            for _ in range(self.workers)
+        ]
+
+    def _new_notes(self) -> Notes:
+        sets = len(self._net_tables.everything)
+        notes = Notes(
+            control=zeros_apart(CONTROL_SIZE),
+            ever=zeros_apart(sets),
+            wanted=zeros_apart(sets),
+            transition_row=zeros_apart(SET_BITS * sets),
+            goal_row=zeros_apart(len(self._conjunctions)),
+        )
+        wanted = [self._position[t] for goal in self.goals for t in goal.transitions]
+        notes.wanted[:] = transition_set(wanted, len(self._order))
+        notes.transition_row[:] = -1
+        notes.goal_row[:] = -1
+        notes.control[DEADLOCK_ROW] = -1 if any(goal.is_deadlock for goal in self.goals) else 0
+        return notes
+
+    def _place_initial(self) -> None:
+        box = self.layout.pack(self.net.initial.tolist())[None, :]
+        origin = np.array([-1], dtype=np.int64)
+        code = np.array([hash_words(box, 0, self._shape)], dtype=np.int64)
+        markings, notes = self._storage.markings, self._crew[0]
+        insert_all(self._shape, markings, notes.control, 0, box, origin, code, 1)
+        check_goals(self._net_tables, self._goal_tables, markings.store, notes, 0)
+        self._frontier[1] = 1
+
+    # rounds
+
+    def run(self) -> None:
+        """Search until all is seen, all goals are found or a limit is hit."""
+        try:
+            self._run()
+        except KeyboardInterrupt:
+            self.reason = "interrupted"
+        finally:
+            if self._pool is not None:
+                self._pool.shutdown(wait=True)
+        if self.reason in ("memory", "states", "time") and self._is_guarded and self.pumping is None:
+            self.pumping = coverability(self.net, COVERABILITY_NODES).pumping
+        if self.pumping is not None and self.reason not in (None, "goal"):
+            self.reason = "unbounded"
+        self.seconds = time.perf_counter() - self._started
+
+    def _run(self) -> None:
+        self._note_goals()
+        controls = [notes.control for notes in self._crew]
+        while self.reason is None:
+            left = self._left()
+            if left == 0:
+                return
+            # Chunks are not handed over: whoever began one ends it.
+            has_begun = any(notes.control[NEXT] < notes.control[CHUNK_END] for notes in self._crew[1:])
+            active = self.workers if left >= LEAST_FOR_THREADS or has_begun else 1
+            if not self._storage.make_room(controls, active, self._shape, self._together):
+                self.reason = "memory"
+                return
+            started = time.perf_counter()
+            self._round(active)
+            seconds = time.perf_counter() - started
+            if seconds > 2 * CALL_SECONDS:
+                self._slice = max(FIRST_SLICE, self._slice // 2)
+            elif seconds < CALL_SECONDS / 2:
+                self._slice = min(2 * self._slice, LARGEST_SLICE)
+            if controls[0][HAS_OVERFLOW]:
+                self._widen()
+            self._note_goals()
+            self._pause()
+
+    def _left(self) -> int:
+        """Markings still to be expanded: of the level, then of the next one; on the stack, depth first."""
+        if self.is_depth_first:
+            return self.markings if self.expanded == 0 else int(self._crew[0].control[DEPTH])
+        left = 0
+        for me, notes in enumerate(self._crew):
+            left += int(notes.control[CHUNK_END] - notes.control[NEXT])
+            left += max(0, int(self._frontier[me * STRIDE + 1] - self._frontier[me * STRIDE]))
+        if left:
+            return left
+        for me, notes in enumerate(self._crew):
+            row = self._frontier[me * STRIDE + 1]
+            end = me * self._storage.markings.rows + notes.control[COUNT]
+            self._frontier[me * STRIDE : me * STRIDE + 2] = row, end
+            left += int(end - row)
+        return left
+
+    def _round(self, active: int) -> None:
+        budget = self._slice
+        if self.limits.states is not None:
+            budget = min(budget, max(1, self.limits.states - self.markings))
+        net, goals, stubborn = self._net_tables, self._goal_tables, self._stubborn
+        markings = self._storage.markings
+        if self.is_depth_first:
+            descend(self._shape, net, goals, stubborn, markings, self._crew[0], *self._stack, budget)
+            return
+        # Of a level that is large enough, the others are to have their share.
+        alone = 0 if active > 1 else EVERYTHING if self.workers == 1 else LEAST_FOR_THREADS
+
+        def work(me: int) -> None:
+            tables = net, goals, stubborn, markings, self._crew[me], self._frontier
+            expand(self._shape, me, *tables, *self._boxes[me], budget, alone)
+
+        if active > 1:
+            self._together(work)
+        else:
+            work(0)
+
+    def _together(self, work: Callable[[int], None]) -> None:
+        """Let all workers work, the first one in this thread, and wait for all."""
+        tasks = [] if self._pool is None else [self._pool.submit(work, me) for me in range(1, self.workers)]
+        try:
+            work(0)
+        finally:
+            # Threads cannot be stopped; a call is short.
+            wait(tasks)
+        for task in tasks:
+            task.result()
+
+    def _pause(self) -> None:
+        now = time.perf_counter()
+        limits = self.limits
+        if limits.progress is not None and now - self._told > PROGRESS_SECONDS:
+            self._told = now
+            limits.progress(self.markings, self.markings / (now - self._started), self.memory)
+        if self.reason is not None:
+            return
+        if limits.seconds is not None and now - self._started > limits.seconds:
+            self.reason = "time"
+        elif limits.states is not None and self.markings > limits.states:
+            self.reason = "states"
+        elif self._is_guarded and self.pumping is None and self.markings >= self._next_look:
+            # Ways back take time: looked at whenever there are twice as many markings.
+            self._next_look = 2 * self.markings
+            newest = path(self.layout, self._storage.markings, self.markings - 1)
+            self.pumping = pumping(self.net, newest)
+            if self.pumping is not None and self.stops_when_unbounded:
+                self.reason = "unbounded"
+
+    # goals
+
+    def _note_goals(self) -> None:
+        """Note which goals are met, and stop looking for them."""
+        if not self.goals:
+            return
+        for g, goal in enumerate(self.goals):
+            if g in self.found:
+                continue
+            hit = next(self._hits(g, goal), None)
+            if hit is not None:
+                self.found[g] = hit
+        open_goals = [g for g in range(len(self.goals)) if g not in self.found]
+        for conjunction, g in enumerate(self._owner):
+            self._goal_tables.is_open[conjunction] = g not in self.found
+        still = [self._position[t] for g in open_goals for t in self.goals[g].transitions]
+        for notes in self._crew:
+            notes.wanted[:] = transition_set(still, len(self._order))
+        if not open_goals:
+            self.reason = "goal"
+
+    def _hits(self, g: int, goal: Goal) -> Iterator[int]:
+        for notes in self._crew:
+            if goal.is_deadlock and notes.control[DEADLOCK_ROW] >= 0:
+                yield int(notes.control[DEADLOCK_ROW])
+            for t in goal.transitions:
+                if notes.transition_row[self._position[t]] >= 0:
+                    yield int(notes.transition_row[self._position[t]])
+            for conjunction, owner in enumerate(self._owner):
+                if owner == g and notes.goal_row[conjunction] >= 0:
+                    yield int(notes.goal_row[conjunction])
+
+    def trace(self, row: int) -> tuple[int, ...]:
+        """Transitions that lead to a stored marking."""
+        return steps(self.net, path(self.layout, self._storage.markings, row))
+
+    # places without a bound
+
+    def _widen(self) -> None:
+        """Give more bits to the places that overflow, and write all markings anew."""
+        control = self._crew[0].control
+        row = self._stack[0][control[DEPTH] - 1] if self.is_depth_first else control[NEXT]
+        before = self.layout.unpack(self._storage.markings.store[row])
+        store, old, tables = self._storage.markings.store, self.layout, self._net_tables
+        self.layout = old.widened(old.overflowing(self.net, before))
+        self._prepare()
+        new = self._net_tables
+
+        def write(target: Int64Array) -> None:
+            count = int(control[COUNT])
+            repack(store, target, count, tables.word, tables.shift, tables.mask, new.word, new.shift)
+
+        if self._storage.exchange(self.layout.words, [control], self._shape, write):
+            control[HAS_OVERFLOW] = 0
+        else:
+            self.reason, self.layout = "memory", old
+            self._prepare()
+
+    # figures
+
+    def _sum(self, entry: int) -> int:
+        return sum(int(notes.control[entry]) for notes in self._crew)
+
+    @property
+    def markings(self) -> int:
+        """Markings seen."""
+        return self._sum(COUNT)
+
+    @property
+    def expanded(self) -> int:
+        """Markings of which successors were made."""
+        return self._sum(EXPANDED)
+
+    @property
+    def arcs(self) -> int:
+        """Firings seen."""
+        return self._sum(ARCS)
+
+    @property
+    def deadlocks(self) -> int:
+        """Markings seen in which nothing is enabled."""
+        return self._sum(DEADLOCKS)
+
+    @property
+    def memory(self) -> int:
+        """Bytes touched by markings and tables."""
+        return self.markings * self._storage.row_bytes + self._storage.table_bytes
+
+    def enabled_somewhere(self) -> NDArray[np.bool_]:
+        """By transition: whether it was enabled in some marking."""
+        return members(self._order, [notes.ever for notes in self._crew])
+
+    def largest(self) -> tuple[tuple[int, ...], int]:
+        """Largest tokens of each place, and of all places together, over all markings seen."""
+        markings = self._storage.markings
+        parts = [(me * markings.rows, int(notes.control[COUNT])) for me, notes in enumerate(self._crew)]
+        return largest_tokens(self.layout, self._net_tables, markings.store, parts)

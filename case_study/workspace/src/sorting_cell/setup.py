@@ -1,0 +1,16 @@
+"""Installs the simulated cell as a ROS package."""
+
+from setuptools import setup
+
+setup(
+    name="sorting_cell",
+    version="0.1.0",
+    packages=["sorting_cell"],
+    data_files=[
+        ("share/ament_index/resource_index/packages", ["resource/sorting_cell"]),
+        ("share/sorting_cell", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=True,
+    entry_points={"console_scripts": ["cell = sorting_cell.simulator:main"]},
+)

@@ -1,0 +1,167 @@
+"""``dineros conform``: is what nodes did allowed by the model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, count, write_witness
+from dineros.cli.console import note, say, say_json, summarise, working
+from dineros.cli.models import load_system, refuse_invalid
+from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
+
+if TYPE_CHECKING:
+    from dineros.analysis.conformance import Deviation, Verdict
+    from dineros.metamodel import sym
+
+
+@command(
+    "dineros conform sorting.sym.xmi run/",
+    "dineros conform sorting.sym.xmi run/ --set RedObjects.tokens=2 --json",
+)
+@model_argument()
+@click.argument("traces", type=ModelPath(), metavar="TRACE...", nargs=-1, required=True)
+@click.option(
+    "-o",
+    "--output",
+    type=ModelPath(),
+    metavar="OUT",
+    help="Write the merged run, with the steps inside of channels, as a trace of the flattened net.",
+)
+@click.option(
+    "--orders",
+    type=click.IntRange(min=1),
+    default=50,
+    show_default=True,
+    metavar="N",
+    help="How many orders are tried of a run in which messages were lost in full publishers' queues.",
+)
+@click.option(
+    "--invariant",
+    "invariants",
+    multiple=True,
+    metavar="EXPR",
+    help="What has to hold all the time, such as 'PickRun + PlaceRun <= 1'; repeatable.",
+)
+@settings_option
+@json_option
+def conform(
+    model: Path,
+    traces: tuple[Path, ...],
+    output: Path | None,
+    orders: int,
+    invariants: tuple[str, ...],
+    settings: tuple[str, ...],
+    as_json: bool,
+) -> int:
+    """Replay the traces of a run on the flattened model.
+
+    TRACE is a file that a node recorded, or a folder of them. Every step must be a firing that the model
+    allows. Between nodes, messages order the steps, not clocks; steps inside of channels are inferred.
+    Without `--set`, the model is changed as it was for the run.
+
+    An invariant on places of one node is checked in every marking of it; one on several nodes in one of the
+    orders that the messages allow.
+
+    Exit status 0: the run conforms; 1: a step is not allowed, or an invariant does not hold; 3: unknown.
+    """
+    from dineros.analysis.conformance import conform as conform_traces
+    from dineros.metamodel.records import read_trace, traces_of_runs
+
+    parts = traces_of_runs(traces)
+    settings = settings or _settings_of(parts.values())
+    system = load_system(model, settings)
+    refuse_invalid(system, model)
+    with working(f"Replaying the traces of {count(len(parts), 'node')}"):
+        verdict = conform_traces(
+            system,
+            {node: partial(read_trace, files) for node, files in parts.items()},
+            attempts=orders,
+            firings=output is not None or bool(invariants),
+        )
+    if output is not None:
+        _write(verdict, system, output, model, settings)
+    broken = _broken(system, invariants, verdict)
+    if as_json:
+        say_json(
+            {**verdict.to_dict(str(model)), "invariants": {text: text not in broken for text in invariants}}
+        )
+    else:
+        for text in invariants:
+            said = (
+                f"does not hold after {count(broken[text], 'firing')}"
+                if text in broken
+                else "holds throughout"
+            )
+            say(f"{text}: {said}", "bold red" if text in broken else None)
+        _print(verdict, model, len(parts))
+    status = {"conforms": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
+    return VIOLATED if broken else status
+
+
+def _broken(system: sym.SystemModel, invariants: Sequence[str], verdict: Verdict) -> dict[str, int]:
+    """Return the invariants that do not hold in all of the run, each with the firings before that."""
+    if not invariants:
+        return {}
+    from dineros.analysis.conformance.invariants import Invariant
+    from dineros.analysis.subject import subject_of
+
+    subject = subject_of(system, "fully-enabled")
+    found = {text: Invariant(text, subject).first_violation(verdict.sequence) for text in invariants}
+    return {text: number for text, number in found.items() if number is not None}
+
+
+def _settings_of(traces: Iterable[Sequence[Path]]) -> tuple[str, ...]:
+    """Return how the model was changed for the run.
+
+    Raises
+    ------
+    DinerosError
+        Not all nodes ran the same model.
+    """
+    from dineros.metamodel.errors import DinerosError
+    from dineros.metamodel.records import Header, read_records
+
+    found: tuple[str, ...] | None = None
+    for files in traces:
+        header = next(read_records(files[0]))
+        assert isinstance(header, Header)
+        settings = tuple(header.settings)
+        if found not in (None, settings):
+            raise DinerosError(
+                "was recorded with other settings than the traces before it",
+                location=header.location,
+                hint="say with --set how the model was changed",
+            )
+        found = settings
+    for setting in found or ():
+        note(f"the traces say: --set {setting}")
+    return found or ()
+
+
+def _print(verdict: Verdict, model: Path, nodes: int) -> None:
+    for deviation in verdict.violations:
+        say(f"{_where(deviation)}: {deviation}", "bold red")
+    for deviation in verdict.unknown:
+        say(f"{_where(deviation)}: unknown: {deviation}", "magenta")
+    steps = f"{count(verdict.steps, 'step')} of {count(nodes, 'node')}"
+    summarise(f"{model}: {verdict.status}; {steps} replayed, {verdict.silent:,} more inside of channels")
+
+
+def _where(deviation: Deviation) -> str:
+    return str(deviation.location)
+
+
+def _write(
+    verdict: Verdict, system: sym.SystemModel, output: Path, model: Path, settings: Sequence[str]
+) -> None:
+    from dineros.analysis.findings import witness_of
+    from dineros.analysis.subject import subject_of
+
+    subject = subject_of(system, "fully-enabled")
+    witness = witness_of(subject, [subject.transition_index[name] for name in verdict.sequence])
+    write_witness(witness, output, model, settings, "conformance of a run", verdict.status)

@@ -1,0 +1,159 @@
+"""``dineros generate``: a ROS 2 workspace from a system model, kept up to date with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from dineros.cli.console import note, say, say_json, summarise, warn, working
+from dineros.cli.models import load_system, refuse_invalid
+from dineros.cli.options import command, json_option, model_argument, settings_option
+
+if TYPE_CHECKING:
+    from dineros.generators import Comparison
+
+FOUND = 1
+
+
+@command(
+    "dineros generate sorting.sym.xmi -o workspace",
+    "dineros generate sorting.sym.xmi -o workspace --check",
+    "dineros generate sorting.sym.xmi -o workspace --templates our_templates --lifecycle",
+    "dineros generate sorting.sym.xmi -o workspace --tests witness.jsonl",
+)
+@model_argument()
+@click.option(
+    "-o",
+    "--output",
+    "workspace",
+    type=click.Path(path_type=Path),
+    metavar="WORKSPACE",
+    required=True,
+    help="The workspace: its folder src/ gets the packages.",
+)
+@settings_option
+@click.option("--check", is_flag=True, help="Write nothing; exit status 1 when anything is stale.")
+@click.option(
+    "--templates",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Templates of your own, which override ours file by file; remembered.",
+)
+@click.option("--lifecycle/--plain", default=None, help="Lifecycle nodes or plain nodes; remembered.")
+@click.option("--maintainer", metavar="'NAME <ADDRESS>'", help="Maintainer of the packages; remembered.")
+@click.option("--license", "licence", metavar="NAME", help="Licence of the packages; remembered.")
+@click.option(
+    "--tests",
+    type=click.Path(path_type=Path),
+    metavar="TRACE",
+    multiple=True,
+    help="Write a test that drives the nodes through a witness or a recorded run; repeatable.",
+)
+@json_option
+def generate(
+    model: Path,
+    workspace: Path,
+    settings: tuple[str, ...],
+    check: bool,
+    templates: Path | None,
+    lifecycle: bool | None,
+    maintainer: str | None,
+    licence: str | None,
+    tests: tuple[Path, ...],
+    as_json: bool,
+) -> int:
+    """Generate a ROS 2 workspace from a system model, or bring one up to date.
+
+    Each node net becomes a package with a module `handlers.py` that is its developer's: it is written once,
+    and stubs for new transitions are added at its end. Everything else is generated again when the model
+    changes; where such a file was edited, nothing is written and the differences are shown.
+    """
+    from dineros import generators
+
+    system = load_system(model, settings)
+    refuse_invalid(system, model)
+    options = generators.Options(
+        source=model.name,
+        settings=settings,
+        lifecycle=lifecycle,
+        templates=templates,
+        maintainer=maintainer,
+        license=licence,
+        tests=tests,
+    )
+    work = generators.check if check else generators.generate
+    try:
+        with working(f"Generating {workspace}"):
+            comparison = work(system, workspace, options)
+    except generators.EditedError as error:
+        for edit in error.edits:
+            warn(f"{edit.path} {edit.message}:")
+            if edit.difference:
+                warn(edit.difference.rstrip("\n"))
+        raise
+    if as_json:
+        say_json(_as_json(model, workspace, comparison, check))
+    else:
+        _report(workspace, comparison, check)
+    return FOUND if check and is_stale(comparison) else 0
+
+
+def is_stale(comparison: Comparison) -> bool:
+    """Tell whether a check must fail: something would be written, was edited, or waits for its developer."""
+    waiting = any(notice.stays for notice in comparison.notices)
+    return bool(comparison.changes or comparison.edits or waiting)
+
+
+def _report(workspace: Path, comparison: Comparison, check: bool) -> None:
+    new = [change for change in comparison.changes if change.what == "new"]
+    plain = ("new", "changed")
+    others = [change for change in comparison.changes if change.what not in plain]
+    would = {"new": "is missing", "restored": "is missing", "removed": "is left over"}
+    for change in comparison.changes if check else others:
+        detail = f": {change.detail}" if change.detail else ""
+        if check:
+            say(f"{workspace / change.path}: {would.get(change.what, 'is stale')}{detail}")
+        else:
+            say(f"{workspace / change.path}: {change.what}{detail}")
+    if not check:
+        for change in comparison.changes:
+            if change.what in plain:
+                note(f"{workspace / change.path}: {change.what}")
+    for edit in comparison.edits:
+        say(f"{workspace / edit.path}: {edit.message}")
+    for notice in comparison.notices:
+        say(f"{workspace}/{notice}")
+    if check:
+        stale = len(comparison.changes) + len(comparison.edits)
+        waiting = sum(notice.stays for notice in comparison.notices)
+        counts = f"{_number(stale, 'stale files')}, {_number(waiting, 'handwritten parts')} to revise"
+        summarise(f"{workspace}: {counts}" if stale or waiting else f"{workspace}: up to date")
+    elif comparison.changes:
+        changed = len(comparison.changes) - len(new)
+        summarise(f"{workspace}: {_number(len(new), 'new files')}, {changed} changed")
+    else:
+        summarise(f"{workspace}: up to date")
+
+
+def _as_json(model: Path, workspace: Path, comparison: Comparison, check: bool) -> dict[str, Any]:
+    return {
+        "model": str(model),
+        "workspace": str(workspace),
+        "written": not check and bool(comparison.changes),
+        "stale": is_stale(comparison) if check else False,
+        "changes": [
+            {"file": change.path, "what": change.what, "detail": change.detail}
+            for change in comparison.changes
+        ],
+        "edits": [
+            {"file": edit.path, "message": edit.message, "difference": edit.difference}
+            for edit in comparison.edits
+        ],
+        "notices": [vars(notice) for notice in comparison.notices],
+    }
+
+
+def _number(number: int, nouns: str) -> str:
+    return f"{number} {nouns.removesuffix('s') if number == 1 else nouns}"

@@ -1,0 +1,203 @@
+"""``dineros run``: an application, all its nodes watched and recorded."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from dineros.cli.console import say, say_json, summarise, warn
+from dineros.cli.options import command, json_option, model_argument, settings_option
+
+if TYPE_CHECKING:
+    from dineros.cli.running.applications import Application
+    from dineros.cli.running.watching import Ending, Wanted
+    from dineros.runtime.application.observer import FolderObserver
+
+VIOLATED, UNKNOWN, INTERRUPTED = 1, 3, 130
+
+
+@command(
+    "dineros run sorting.sym.xmi --simulate --seed 7",
+    "dineros run sorting.sym.xmi --local --until 'RedObjects == 1' --timeout 60 --trace traces --monitor",
+)
+@model_argument()
+@click.option("--local", is_flag=True, help="Run all nodes in this process, on threads, without ROS.")
+@click.option(
+    "--simulate", is_flag=True, help="As --local, in simulated time: the same seed gives the same run."
+)
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), metavar="N", help="Seed of the firing selections.")
+@click.option(
+    "--handlers",
+    "handler_file",
+    type=click.Path(path_type=Path),
+    metavar="FILE.py",
+    help="The handlers; by default handlers.py beside the model, where it is there.",
+)
+@click.option("--until", metavar="EXPR", help="End when this holds, such as 'Shown >= 4'.")
+@click.option("--trace", type=click.Path(path_type=Path), metavar="DIR", help="Keep the nodes' traces here.")
+@click.option("--timeout", type=click.FloatRange(min=0), metavar="S", help="End after so many seconds.")
+@click.option("--resume", is_flag=True, help="Go on from the traces in DIR.")
+@click.option("--monitor", is_flag=True, help="Replay the run on the model meanwhile; end at a deviation.")
+@click.option("--view", is_flag=True, help="Serve a page on 127.0.0.1 that follows the run.")
+@click.option(
+    "--with",
+    "programs",
+    multiple=True,
+    metavar="COMMAND",
+    help="Run this program as well, in the environment of the nodes; repeatable.",
+)
+@click.option(
+    "--restarts", type=click.IntRange(0), default=5, show_default=True, help="Restarts per minute and node."
+)
+@click.option(
+    "--domain", type=click.IntRange(0, 101), metavar="N", help="ROS domain; by default ROS_DOMAIN_ID."
+)
+@click.option(
+    "--reach",
+    type=click.Choice(["memory", "machine", "network"]),
+    default="machine",
+    show_default=True,
+    help="How far ROS messages go.",
+)
+@settings_option
+@json_option
+def run(
+    model: Path,
+    local: bool,
+    simulate: bool,
+    seed: int | None,
+    handler_file: Path | None,
+    until: str | None,
+    trace: Path | None,
+    timeout: float | None,
+    resume: bool,
+    monitor: bool,
+    view: bool,
+    programs: tuple[str, ...],
+    restarts: int,
+    domain: int | None,
+    reach: str,
+    settings: tuple[str, ...],
+    as_json: bool,
+) -> int:
+    """Run all nodes of a system model, or of a generated workspace, until --until, --timeout or Ctrl-C.
+
+    Every node is a ROS 2 process of its own, unless --local or --simulate says otherwise; one that fails is
+    started again and goes on from its trace. MODEL is a system model or the folder of a workspace. Exit
+    status: 1 where a step was not allowed, 3 where time was over before --until held.
+    """
+    from dineros.cli.running.applications import application_of
+    from dineros.cli.running.watching import Wanted
+    from dineros.metamodel.errors import DinerosError
+    from dineros.runtime.application.observer import FolderObserver
+
+    if resume and trace is None:
+        raise DinerosError("--resume needs the traces to go on from", hint="name their folder with --trace")
+    if programs and (local or simulate):
+        raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
+    application = application_of(model, settings, handler_file)
+    with ExitStack() as stack:
+        folder = trace or Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="dineros-run-")))
+        wanted = Wanted(
+            application.condition(until) if until is not None else None,
+            timeout,
+            folder,
+            seed,
+            resume,
+            application.monitor() if monitor else None,
+        )
+        observer = FolderObserver(folder)
+        if view:
+            stack.enter_context(_page(folder, application))
+        if local or simulate:
+            from dineros.cli.running.local import run_in_process
+
+            ending = run_in_process(application, wanted, observer, is_simulated=simulate)
+        else:
+            from dineros.cli.running.ros import RosOptions, run_on_ros
+
+            number = domain if domain is not None else int(os.environ.get("ROS_DOMAIN_ID") or 0)
+            options = RosOptions(number, reach, programs, restarts)  # type: ignore[arg-type]
+            ending = run_on_ros(application, wanted, observer, options)
+        return _report(application, wanted, observer, ending, trace, as_json)
+
+
+def _page(folder: Path, application: Application) -> Any:
+    """Serve the live page as long as the run goes on."""
+    from contextlib import contextmanager
+
+    from dineros.views.live import serve_live
+
+    @contextmanager
+    def served() -> Any:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle = serve_live(folder, application.system, title=application.title)
+        say(f"follow it at {handle.url}")
+        try:
+            yield
+        finally:
+            handle.stop()
+
+    return served()
+
+
+def _report(
+    application: Application,
+    wanted: Wanted,
+    observer: FolderObserver,
+    ending: Ending,
+    trace: Path | None,
+    as_json: bool,
+) -> int:
+    status = {"timeout": UNKNOWN if wanted.until else 0, "deviated": VIOLATED}.get(ending, 0)
+    if wanted.until is not None and ending in ("ended", "idle"):
+        status = VIOLATED
+    if ending == "interrupted" and wanted.until is not None:
+        status = INTERRUPTED
+    verdict = None
+    if wanted.monitor is not None and ending != "deviated":
+        verdict = wanted.monitor.finish()
+        for deviation in verdict.violations:
+            warn(f"{deviation.location}: {deviation}")
+        if verdict.status == "violated":
+            status = VIOLATED
+    if as_json:
+        say_json(
+            {
+                "model": str(application.source),
+                "ending": ending,
+                "firings": observer.firings,
+                "drops": observer.drops,
+                "errors": observer.errors,
+                "restarts": observer.restarts,
+                "marking": {place: tokens for place, tokens in sorted(observer.marking.items()) if tokens},
+                "signals": dict(sorted(observer.signals.items())),
+                "conformance": verdict.status if verdict is not None else None,
+                "traces": str(trace) if trace is not None else None,
+            }
+        )
+        return status
+    marked = [f"{place} {tokens}" for place, tokens in sorted(observer.marking.items()) if tokens]
+    say(f"{_ENDINGS[ending]}; marked: {', '.join(marked) or 'nothing'}")
+    if verdict is not None:
+        say(f"conformance: {verdict.status}, {verdict.steps} steps replayed")
+    counts = {"firings": observer.firings, "drops": observer.drops, "errors": observer.errors}
+    told = ", ".join(f"{number} {noun}" for noun, number in counts.items())
+    kept = f"; traces in {trace}" if trace is not None else ""
+    summarise(f"{application.title}: {told}, {observer.restarts} restarts{kept}")
+    return status
+
+
+_ENDINGS: dict[str, str] = {
+    "reached": "the condition holds",
+    "ended": "all nodes have ended",
+    "idle": "nothing is left to do",
+    "timeout": "time is over",
+    "interrupted": "interrupted",
+    "deviated": "a step is not allowed by the model",
+}

@@ -1,0 +1,35 @@
+"""What subcommands that write files share: finding out early that a file cannot be written."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+PICTURES = (".svg", ".png", ".html")
+"""Suffixes of pictures; the same as `dineros.views.nets.FORMATS`, which takes long to import."""
+
+
+def refuse_output(output: Path, formats: Sequence[str]) -> None:
+    """Find out before long work, not after it, that a file cannot be written.
+
+    Raises
+    ------
+    ModelFileError
+        The suffix is none of the formats, the file is a directory, or its folder is not there.
+    """
+    from dineros.metamodel.errors import Location, ModelFileError
+
+    if output.suffix.lower() not in formats:
+        raise ModelFileError(
+            f"{output.suffix!r} is no format to convert to" if output.suffix else "has no suffix",
+            location=Location(output),
+            hint=f"known are {', '.join(formats)}",
+        )
+    if output.is_dir():
+        raise ModelFileError("is a directory", location=Location(output), hint="name a file")
+    if not output.parent.is_dir():
+        raise ModelFileError(
+            f"cannot be written: there is no folder {str(output.parent)!r}",
+            location=Location(output),
+            hint="make the folder first",
+        )

@@ -1,0 +1,128 @@
+"""What is run: a system model with a file of handlers, or a generated workspace."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dineros.metamodel.errors import DinerosError, Location
+
+if TYPE_CHECKING:
+    from dineros.analysis.conformance import Monitor
+    from dineros.analysis.logic.conditions import Condition
+    from dineros.metamodel import rtm, sym
+
+
+@dataclass(frozen=True)
+class Application:
+    """What is run.
+
+    Attributes
+    ----------
+    source : Path
+        The model's file or the workspace's folder, as the user named it.
+    system : sym.SystemModel or None
+        The system model; None for a workspace.
+    models : tuple of rtm.RuntimeModel
+        One per node.
+    handlers : Path or None
+        The file with the handlers.
+    settings : tuple of str
+        How the model was changed.
+    """
+
+    source: Path
+    system: sym.SystemModel | None
+    models: tuple[rtm.RuntimeModel, ...]
+    handlers: Path | None
+    settings: tuple[str, ...]
+
+    @property
+    def title(self) -> str:
+        """What it is called."""
+        return str(self.source)
+
+    @property
+    def is_workspace(self) -> bool:
+        """Whether it is a generated workspace, whose packages have their handlers."""
+        return self.system is None
+
+    def condition(self, text: str) -> Condition:
+        """Return a condition on its places and signals.
+
+        Raises
+        ------
+        FormulaError
+            It is none, or names something unknown.
+        """
+        from dineros.analysis.logic.conditions import Condition
+        from dineros.runtime.structure import read_structure
+
+        structures = [read_structure(model) for model in self.models]
+        return Condition(
+            text,
+            [place for structure in structures for place in structure.places],
+            [signal for structure in structures for signal in structure.signals],
+        )
+
+    def monitor(self) -> Monitor:
+        """Return what replays its run on the model.
+
+        Raises
+        ------
+        DinerosError
+            It is a workspace, which does not hold the system model.
+        """
+        if self.system is None:
+            raise DinerosError(
+                "a workspace does not hold the system model",
+                location=Location(self.source),
+                hint="compare its traces afterwards: dineros conform MODEL DIR",
+            )
+        from dineros.analysis.conformance import Monitor
+
+        return Monitor(self.system)
+
+
+def application_of(path: Path, settings: Sequence[str], handlers: Path | None) -> Application:
+    """Read what is run.
+
+    Raises
+    ------
+    DinerosError
+        The file or folder holds nothing that can run, or the options do not fit it.
+    """
+    if path.is_dir():
+        if settings or handlers is not None:
+            raise DinerosError(
+                "a workspace has its model and its handlers",
+                location=Location(path),
+                hint="generate it anew for a changed model",
+            )
+        return Application(path, None, tuple(_workspace_models(path)), None, ())
+    from dineros.cli.models import load_system, refuse_invalid
+    from dineros.transformations.split import split
+
+    system = load_system(path, settings)
+    refuse_invalid(system, path)
+    beside = path.with_name("handlers.py")
+    if handlers is None and beside.is_file():
+        handlers = beside
+    return Application(path, system, tuple(split(system)), handlers, tuple(settings))
+
+
+def _workspace_models(workspace: Path) -> list[rtm.RuntimeModel]:
+    from dineros.generators.building import manifest_of
+    from dineros.metamodel import rtm
+    from dineros.metamodel.files import load
+
+    models = []
+    for node in manifest_of(workspace).nodes:
+        path = workspace / "src" / node.package / node.package / "node.rtm.xmi"
+        model = load(path)
+        if not isinstance(model, rtm.RuntimeModel):
+            raise DinerosError("holds no runtime model", location=Location(path))
+        models.append(model)
+    return models

@@ -1,0 +1,125 @@
+"""An application in this process: on threads in real time, or step by step in simulated time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from dineros.cli.running.watching import Ending, Wanted, observe, watch
+from dineros.runtime.application.observer import FolderObserver
+
+if TYPE_CHECKING:
+    from dineros.cli.running.applications import Application
+    from dineros.runtime.recording import Checkpoint, Recorder
+    from dineros.runtime.simulation import LocalApplication
+    from dineros.runtime.transport import Ports
+
+
+class CountingRecorder:
+    """Passes records on, and keeps marking and signals of a node up to date.
+
+    Parameters
+    ----------
+    recorder : Recorder
+        Keeps the records.
+    marking, signals : dict
+        What is kept up to date, shared by all nodes.
+    """
+
+    def __init__(self, recorder: Recorder, marking: dict[str, int], signals: dict[str, bool]) -> None:
+        self._recorder = recorder
+        self._marking = marking
+        self._signals = signals
+
+    def open(self, ports: Ports, checkpoint: Callable[[], Checkpoint]) -> None:
+        """Get ready."""
+        self._recorder.open(ports, checkpoint)
+        state = checkpoint()
+        self._marking.update({place: len(tokens) for place, tokens in state["marking"].items()})
+        self._signals.update(state["signals"])
+
+    def record(self, event: str, **fields: object) -> None:
+        """Keep a record."""
+        change = fields.get("change")
+        if isinstance(change, Mapping):
+            for place, tokens in change.items():
+                self._marking[place] = self._marking.get(place, 0) + tokens
+        if event == "signal":
+            self._signals[str(fields["signal"])] = bool(fields["value"])
+        self._recorder.record(event, **fields)
+
+    def close(self) -> None:
+        """Keep all for good."""
+        self._recorder.close()
+
+
+def run_in_process(
+    what: Application, wanted: Wanted, observer: FolderObserver, *, is_simulated: bool
+) -> Ending:
+    """Run all nodes in this process.
+
+    Parameters
+    ----------
+    what : Application
+        The nodes, and the developers' code.
+    wanted : Wanted
+        What ends the run.
+    observer : FolderObserver
+        Follows the traces.
+    is_simulated : bool
+        Step by step in simulated time; the same seed gives the same run.
+
+    Raises
+    ------
+    DinerosError
+        A model cannot run, a handler cannot be registered, a journal cannot be written.
+    """
+    from dineros.runtime.application.handler_files import load_handler_file
+    from dineros.runtime.journal import JournalRecorder, resume_journal
+    from dineros.runtime.simulation import LocalApplication
+
+    marking: dict[str, int] = {}
+    signals: dict[str, bool] = {}
+    recorders: dict[str, Recorder] = {}
+    resumed: dict[str, Checkpoint] = {}
+    origin: dict[str, Any] = {"source": str(what.source), "settings": what.settings}
+    for model in what.models:
+        node = model.node.id
+        if wanted.is_resumed:
+            recorders[node], checkpoint = resume_journal(wanted.folder, node, **origin)
+            if checkpoint is not None:
+                resumed[node] = checkpoint
+        else:
+            recorders[node] = JournalRecorder(wanted.folder, node, **origin)
+    application = LocalApplication(
+        what.models,
+        seed=wanted.seed,
+        recorder=lambda node: CountingRecorder(recorders[node], marking, signals),
+        resume=resumed,
+        simulated_time=is_simulated,
+    )
+    handlers = load_handler_file(what.handlers) if what.handlers is not None else None
+    if handlers is not None:
+        handlers.simulate(application)
+        for net in application.nets.values():
+            handlers.configure(net)
+    if not is_simulated:
+        with application:
+            return watch(wanted, observer, lambda: _all_run(application))
+    until = wanted.until
+    with application:
+        try:
+            ending: Ending = application.run(
+                lambda _: until is not None and until(marking, signals), wanted.timeout
+            )
+        except KeyboardInterrupt:
+            ending = "interrupted"
+    return ending if observe(wanted, observer) else "deviated"
+
+
+def _all_run(application: LocalApplication) -> bool:
+    """Raise what ended a node."""
+    for node in application.nodes.values():
+        if node.failure is not None:
+            raise node.failure
+    return True

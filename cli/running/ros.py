@@ -1,0 +1,203 @@
+"""An application on ROS 2: one process per node, supervised, each with its own trace."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
+
+from dineros.cli.console import note, summarise, warn, working
+from dineros.cli.running.watching import Ending, Wanted, observe, watch
+from dineros.metamodel.files import save
+from dineros.runtime.application.observer import FolderObserver
+from dineros.runtime.application.supervisor import (
+    ProcessEvent,
+    ProcessPlan,
+    RestartPolicy,
+    Supervisor,
+    status_text,
+)
+
+if TYPE_CHECKING:
+    from dineros.cli.running.applications import Application
+    from dineros.metamodel import sym
+    from dineros.runtime.ros.environment import Reach
+
+SUPERVISOR_LOG = "supervisor.log.jsonl"
+"""File beside the traces that tells which process was started and ended when, one JSON object per line."""
+
+
+@dataclass(frozen=True)
+class RosOptions:
+    """How an application runs on ROS 2.
+
+    Attributes
+    ----------
+    domain : int
+        The ROS domain.
+    reach : {"memory", "machine", "network"}
+        How far its messages go.
+    programs : tuple of str
+        Command lines of further programs that run as long as the application.
+    restarts : int
+        Restarts per minute and node.
+    """
+
+    domain: int
+    reach: Reach
+    programs: tuple[str, ...]
+    restarts: int
+
+
+Commands = list[tuple[str, list[str]]]
+"""Each node's name and the command that starts it, up to its ROS arguments."""
+
+
+def run_on_ros(
+    application: Application, wanted: Wanted, observer: FolderObserver, options: RosOptions
+) -> Ending:
+    """Run one process per node, and the further programs, until the run ends.
+
+    Raises
+    ------
+    DinerosError
+        The interfaces cannot be built; a process cannot be started, or fails again and again.
+    """
+    if application.system is None:
+        commands, variables = _workspace_processes(application.source)
+    else:
+        commands, variables = _model_processes(application, application.system, wanted.folder)
+    return _run_processes(commands, variables, wanted, observer, options)
+
+
+def _workspace_processes(workspace: Path) -> tuple[Commands, dict[str, str]]:
+    from dineros.generators.building import build_interfaces, environment, manifest_of
+
+    manifest = manifest_of(workspace)
+    with working("Building the interfaces"):
+        build_interfaces(workspace)
+    config = workspace.resolve() / "src" / manifest.bringup / "config"
+    commands: Commands = []
+    for node in manifest.nodes:
+        files = [config / f"{node.package}.yaml", config / "local.yaml"]
+        parameters = [part for file in files if file.is_file() for part in ("--params-file", str(file))]
+        commands.append((node.node, [sys.executable, "-m", node.package, "--ros-args", *parameters]))
+    variables = environment(workspace)
+    # Packages that developers put beside the generated ones are found as well.
+    known = variables.get("PYTHONPATH", "").split(os.pathsep)
+    others = [str(path) for path in sorted((workspace.resolve() / "src").iterdir()) if path.is_dir()]
+    variables["PYTHONPATH"] = os.pathsep.join([*known, *(path for path in others if path not in known)])
+    return commands, variables
+
+
+def _model_processes(
+    application: Application, system: sym.SystemModel, folder: Path
+) -> tuple[Commands, dict[str, str]]:
+    """Let the interfaces be built in the user's cache, once for all models that have the same."""
+    from dineros.generators import Options, generate
+    from dineros.generators.building import build_interfaces, environment
+
+    workspace = _cache() / "workspaces" / system.id
+    generate(system, workspace, Options(source=application.source.name))
+    with working("Building the interfaces"):
+        build_interfaces(workspace)
+    expected = _expected(system)
+    commands: Commands = []
+    for model in application.models:
+        path = folder / "models" / f"{model.node.id}.rtm.xmi"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save(model, path)
+        command = [sys.executable, "-m", "dineros.runtime.ros.node_main", str(path.resolve())]
+        command += ["--source", str(application.source.resolve())]
+        command += [word for setting in application.settings for word in ("--set", setting)]
+        if application.handlers is not None:
+            command += ["--handlers", str(application.handlers.resolve())]
+        commands.append((model.node.id, [*command, "--ros-args", *expected[model.node.id]]))
+    return commands, environment(workspace)
+
+
+def _expected(system: sym.SystemModel) -> dict[str, list[str]]:
+    """Return the parameters by which each node waits at its start for subscribers to what it publishes."""
+    from dineros.generators.application import application_of
+    from dineros.runtime.ros.names import resource_name
+
+    return {
+        node.id: [
+            word
+            for channel, subscribers in node.published
+            for word in ("-p", f"expected_subscribers.{resource_name(channel)}:={subscribers}")
+        ]
+        for node in application_of(system).nodes
+    }
+
+
+def _run_processes(
+    commands: Commands,
+    variables: dict[str, str],
+    wanted: Wanted,
+    observer: FolderObserver,
+    options: RosOptions,
+) -> Ending:
+    from dineros.runtime.ros.environment import ros_environment
+    from dineros.runtime.ros.memory import remove_abandoned
+
+    folder = wanted.folder.resolve()
+    variables = ros_environment(folder / "ros", options.domain, options.reach, variables)
+    own = ["-p", f"journal:={folder}"] + ([] if wanted.seed is None else ["-p", f"seed:={wanted.seed}"])
+    resume = ["-p", "resume:=true"]
+    plans = [
+        ProcessPlan(
+            name,
+            [*command, *own, *(resume if wanted.is_resumed else [])],
+            variables,
+            folder / f"{name}.log",
+            resume=[] if wanted.is_resumed else resume,
+        )
+        for name, command in commands
+    ]
+    for number, program in enumerate(options.programs, 1):
+        name = f"program-{number}"
+        plans.append(ProcessPlan(name, _words(program), variables, folder / f"{name}.log"))
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / SUPERVISOR_LOG).open("a", encoding="utf-8") as log:
+        supervisor = Supervisor(plans, RestartPolicy(restarts=options.restarts), _teller(log))
+        try:
+            with supervisor:
+                return watch(wanted, observer, supervisor.poll)
+        finally:
+            observe(wanted, observer)  # what the nodes wrote while they ended
+            if observer.restarts:
+                remove_abandoned()
+
+
+def _teller(log: TextIO) -> Callable[[ProcessEvent], None]:
+    """Return a function that keeps events, and shows those that people should know of."""
+
+    def tell(event: ProcessEvent) -> None:
+        log.write(json.dumps(asdict(event)) + "\n")
+        log.flush()
+        if event.event == "failed":
+            warn(f"{event.name} ended with {status_text(event.status)}")
+        elif event.event == "restarted":
+            summarise(f"{event.name} is started again, process {event.process}")
+        else:
+            note(f"{time.strftime('%H:%M:%S', time.localtime(event.time))} {event.name} {event.event}")
+
+    return tell
+
+
+def _words(program: str) -> list[str]:
+    """Return the words of a command line; ``python`` is the interpreter that runs this."""
+    words = shlex.split(program)
+    return [sys.executable, *words[1:]] if words[:1] == ["python"] else words
+
+
+def _cache() -> Path:
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "dineros"

@@ -1,0 +1,94 @@
+"""Watching a run: its traces are followed, until a condition holds, time is over, or somebody interrupts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from dineros.cli.console import note, warn
+
+if TYPE_CHECKING:
+    from dineros.analysis.conformance import Monitor
+    from dineros.runtime.application.observer import FolderObserver
+
+Ending = Literal["reached", "ended", "idle", "timeout", "interrupted", "deviated"]
+"""How a run ends: the condition holds; all processes have ended; nothing can happen any more; time is over;
+Ctrl-C; a step that the model does not allow."""
+
+PERIOD = 0.05
+
+Condition = Callable[[Mapping[str, int], Mapping[str, bool]], bool]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a run is to do.
+
+    Attributes
+    ----------
+    until : callable or None
+        The condition that ends it, given marking and signals.
+    timeout : float or None
+        Seconds after which it ends.
+    folder : Path
+        Takes the traces.
+    seed : int or None
+        Seed of the firing selections.
+    is_resumed : bool
+        Whether the nodes go on where an earlier run ended.
+    monitor : Monitor or None
+        Replays the records on the model as they come.
+    """
+
+    until: Condition | None
+    timeout: float | None
+    folder: Path
+    seed: int | None
+    is_resumed: bool
+    monitor: Monitor | None
+
+
+def watch(wanted: Wanted, observer: FolderObserver, look_after: Callable[[], bool]) -> Ending:
+    """Follow a run until it ends.
+
+    Parameters
+    ----------
+    wanted : Wanted
+        What ends it.
+    observer : FolderObserver
+        Follows the traces.
+    look_after : callable
+        Called several times a second; False: all processes have ended.
+    """
+    end = None if wanted.timeout is None else time.monotonic() + wanted.timeout
+    try:
+        while True:
+            goes_on = look_after()
+            if not observe(wanted, observer):
+                return "deviated"
+            if wanted.until is not None and wanted.until(observer.marking, observer.signals):
+                return "reached"
+            if not goes_on:
+                return "ended"
+            if end is not None and time.monotonic() >= end:
+                return "timeout"
+            time.sleep(PERIOD)
+    except KeyboardInterrupt:
+        return "interrupted"
+
+
+def observe(wanted: Wanted, observer: FolderObserver) -> bool:
+    """Take in what is new; False: the monitor has found a step that the model does not allow."""
+    records = observer.look()
+    for record in records:
+        if record.event == "error":
+            note(f"{record.node}: {getattr(record, 'error', '')}")
+    if wanted.monitor is None:
+        return True
+    deviations = wanted.monitor.add(records)
+    for deviation in deviations:
+        warn(f"{deviation.location}: {deviation}")
+    return not deviations

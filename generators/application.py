@@ -1,0 +1,369 @@
+"""What templates see of a model: the application and its nodes, in plain values and in model order."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from dineros.generators.arcs import ArcEnd
+from dineros.generators.cases import Case, case_of
+from dineros.generators.interfaces import Interfaces, interfaces_of, service_name
+from dineros.generators.naming import bringup_package, classes, functions, node_name, node_packages
+from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.elements import arcs, label, node_net_of, places, resolve, transitions
+from dineros.metamodel.files.xmi import xmi_bytes
+from dineros.metamodel.ros_names import snake_case
+from dineros.transformations.split import split
+
+
+@dataclass(frozen=True)
+class Transition:
+    """A transition of a node net.
+
+    Attributes
+    ----------
+    id : str
+        Its id in the model.
+    function, type_name : str
+        Name of the function that handles it; start of the names of its types: `Firing`, `Inputs`, `Outputs`.
+    inputs, outputs : tuple of ArcEnd
+        Where its arcs come from and go to, references followed.
+    clause : str or None
+        Its input clause.
+    service : str or None
+        The service whose server page it stands on: it exists once per instance.
+    instances : int
+        How many instances there are.
+    case : Case
+        How it can be made to fire by itself.
+    """
+
+    id: str
+    function: str
+    type_name: str
+    inputs: tuple[ArcEnd, ...]
+    outputs: tuple[ArcEnd, ...]
+    clause: str | None
+    service: str | None
+    instances: int
+    case: Case
+
+    @property
+    def names(self) -> list[str]:
+        """What handlers may be registered for: all of it, or one server instance."""
+        if self.service is None:
+            return [self.id]
+        return [self.id, *(f"{self.service}[{number}].{self.id}" for number in range(1, self.instances + 1))]
+
+    @property
+    def input_places(self) -> list[str]:
+        """Places whose tokens a handler sees, in the order of the arcs."""
+        return list(dict.fromkeys(end.place for end in self.inputs if end.kind != "inhibitor"))
+
+    @property
+    def output_places(self) -> list[str]:
+        """Places that a handler may give data, in the order of the arcs."""
+        read = [end.place for end in self.inputs if end.kind == "read"]
+        return list(dict.fromkeys([*(end.place for end in self.outputs), *read]))
+
+    @property
+    def flow(self) -> str:
+        """Its arcs in one line, such as ``PickEntry + Safe -> PickRun + Safe``."""
+        sides = [" + ".join(map(str, side)) or "nothing" for side in (self.inputs, self.outputs)]
+        return " -> ".join(sides)
+
+
+@dataclass(frozen=True)
+class Port:
+    """A topic or service of a node.
+
+    Attributes
+    ----------
+    kind : str
+        ``publisher``, ``subscriber``, ``client`` or ``server``.
+    channel, name : str
+        Id of the channel; name of the topic or service.
+    place : str
+        Id of the place that is sent from or received on; a client's and server's `other` is the second one.
+    limit, dispatcher_limit : int or None
+        QoS depth; capacity of the node's dispatcher queue.
+    type : str
+        The ROS interface.
+    client : str or None
+        Id of the client.
+    instances : int or None
+        Number of server instances.
+    """
+
+    kind: str
+    channel: str
+    name: str
+    place: str
+    type: str
+    other: str | None = None
+    limit: int | None = None
+    dispatcher_limit: int | None = None
+    client: str | None = None
+    instances: int | None = None
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place of the model.
+
+    Attributes
+    ----------
+    id : str
+        Its id in the model.
+    tokens : int
+        Its initial tokens.
+    instances : int
+        How often it exists: once per instance on a server page.
+    """
+
+    id: str
+    tokens: int
+    instances: int
+
+
+@dataclass(frozen=True)
+class Signal:
+    """An input signal and its start value."""
+
+    id: str
+    initial: bool
+
+
+@dataclass(frozen=True)
+class NodePackage:
+    """A node net and the ROS package it becomes.
+
+    Attributes
+    ----------
+    id, package, name : str
+        Id of the node net; names of the package and of the ROS node.
+    namespace : str
+        Absolute ROS namespace; empty for none.
+    executor, threads : str, int
+        How the node runs its callbacks.
+    transitions, ports, signals : tuple
+        What it has, in model order.
+    places : tuple of Place
+        Its places.
+    published : tuple of (str, int)
+        Channels it publishes on, and how many subscribers the model has for each.
+    message_packages : tuple of str
+        Packages of the interfaces it uses, sorted.
+    runtime_model : bytes
+        The RTM as XMI.
+    """
+
+    id: str
+    package: str
+    name: str
+    namespace: str
+    executor: str
+    threads: int
+    transitions: tuple[Transition, ...]
+    ports: tuple[Port, ...]
+    signals: tuple[Signal, ...]
+    places: tuple[Place, ...]
+    published: tuple[tuple[str, int], ...]
+    message_packages: tuple[str, ...]
+    runtime_model: bytes
+
+    @property
+    def full_name(self) -> str:
+        """The name of the ROS node with its namespace, such as ``/left/arm``."""
+        return f"{self.namespace.rstrip('/')}/{self.name}"
+
+
+@dataclass(frozen=True)
+class Application:
+    """A whole system model.
+
+    Attributes
+    ----------
+    id, name : str
+        Id of the system model, and what people call it.
+    interfaces : Interfaces
+        Its interface package.
+    bringup : str
+        Name of the package that starts its nodes.
+    nodes : tuple of NodePackage
+        Its node nets.
+    """
+
+    id: str
+    name: str
+    interfaces: Interfaces
+    bringup: str
+    nodes: tuple[NodePackage, ...]
+
+    @property
+    def launch(self) -> str:
+        """Name of the launch file."""
+        return f"{snake_case(self.id)}.launch.py"
+
+
+def application_of(model: sym.SystemModel) -> Application:
+    """Return what templates see of a model.
+
+    Raises
+    ------
+    DinerosError
+        The model cannot be split, or its names collide in ROS.
+    """
+    parts = split(model)
+    packages = node_packages(model, [part.node for part in parts])
+    interfaces = interfaces_of(model)
+    return Application(
+        id=model.id,
+        name=label(model),
+        interfaces=interfaces,
+        bringup=bringup_package(model.id),
+        nodes=tuple(_node(part, packages[part.node.id], interfaces, _subscribing(model)) for part in parts),
+    )
+
+
+def _subscribing(model: sym.SystemModel) -> dict[str, int]:
+    """Return how many nodes subscribe to each topic."""
+    return {
+        channel.id: len({node_net_of(port.place) for port in channel.subscribers})
+        for channel in model.channels
+        if isinstance(channel, sym.TopicChannel)
+    }
+
+
+def _node(
+    part: rtm.RuntimeModel, package: str, interfaces: Interfaces, subscribing: dict[str, int]
+) -> NodePackage:
+    node = part.node
+    ports = tuple(_ports(part, interfaces))
+    return NodePackage(
+        id=node.id,
+        package=package,
+        name=node_name(node),
+        namespace=node.namespace or "",
+        executor=str(node.executor),
+        threads=node.threads,
+        transitions=tuple(_transitions(part)),
+        ports=ports,
+        signals=tuple(Signal(signal.id, bool(signal.initial)) for signal in node.signals),
+        places=tuple(_places(part)),
+        published=tuple(
+            dict.fromkeys(
+                (port.channel, subscribing[port.channel]) for port in ports if port.kind == "publisher"
+            )
+        ),
+        message_packages=tuple(
+            sorted({port.type.partition("/")[0] for port in ports} | {"std_msgs", "std_srvs"})
+        ),
+        runtime_model=xmi_bytes(part),
+    )
+
+
+def _places(part: rtm.RuntimeModel) -> Iterable[Place]:
+    servers = _server_pages(part)
+    for place in places(part):
+        server = _server_of(place, servers)
+        yield Place(place.id, place.tokens, server.instances if server else 1)
+
+
+def _transitions(part: rtm.RuntimeModel) -> Iterable[Transition]:
+    found = transitions(part)
+    inputs: dict[pn.Node, list[ArcEnd]] = defaultdict(list)
+    outputs: dict[pn.Node, list[ArcEnd]] = defaultdict(list)
+    for arc in arcs(part):
+        source, target = resolve(arc.source), resolve(arc.target)
+        if isinstance(source, pn.Place):
+            inputs[target].append(ArcEnd(source.id, arc.weight, str(arc.kind)))
+        else:
+            outputs[source].append(ArcEnd(target.id, arc.weight))
+    names = functions(transition.id for transition in found)
+    type_names = classes(transition.id for transition in found)
+    servers = _server_pages(part)
+    running = {place.id: _running(place, servers) for place in places(part)}
+    initial = {signal.id: bool(signal.initial) for signal in part.node.signals}
+    for transition in found:
+        server = _server_of(transition, servers)
+        clause = transition.clause if isinstance(transition, sym.Transition) else None
+        arcs_here = inputs[transition], outputs[transition]
+        yield Transition(
+            id=transition.id,
+            function=names[transition.id],
+            type_name=type_names[transition.id],
+            inputs=tuple(inputs[transition]),
+            outputs=tuple(outputs[transition]),
+            clause=clause.text if clause is not None else None,
+            service=server.channel if server else None,
+            instances=server.instances if server else 1,
+            case=case_of(_running(transition, servers), *arcs_here, clause, initial, lambda id: running[id]),
+        )
+
+
+def _server_pages(part: rtm.RuntimeModel) -> dict[pn.Page, rtm.ServerPort]:
+    return {port.page: port for _, port in _place_ports(part) if isinstance(port, rtm.ServerPort)}
+
+
+def _server_of(node: pn.Node, servers: dict[pn.Page, rtm.ServerPort]) -> rtm.ServerPort | None:
+    page = node.page
+    while page is not None:
+        if page in servers:
+            return servers[page]
+        page = page.page
+    return None
+
+
+def _running(node: pn.Node, servers: dict[pn.Page, rtm.ServerPort]) -> str:
+    """Return the id of a node in the running net, of the first instance where there are several."""
+    server = _server_of(node, servers)
+    return f"{server.channel}[1].{node.id}" if server else node.id
+
+
+def _place_ports(part: rtm.RuntimeModel) -> Iterable[tuple[rtm.Place, rtm.PlacePort]]:
+    for place in places(part):
+        if isinstance(place, rtm.Place):
+            for port in place.ports:
+                yield place, port
+
+
+def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
+    message = f"{interfaces.package}/msg/{interfaces.token}"
+    for place, port in _place_ports(part):
+        match port:
+            case rtm.PublisherPort():
+                yield Port(
+                    "publisher", port.channel, port.topic, place.id, port.type or message, limit=port.limit
+                )
+            case rtm.SubscriberPort():
+                yield Port(
+                    "subscriber",
+                    port.channel,
+                    port.topic,
+                    place.id,
+                    port.type or message,
+                    limit=port.limit,
+                    dispatcher_limit=port.dispatcherLimit,
+                )
+            case rtm.ClientPort():
+                type_ = port.type or _service(port.channel, interfaces)
+                other = port.response.id
+                yield Port(
+                    "client", port.channel, port.service, place.id, type_, other=other, client=port.client
+                )
+            case rtm.ServerPort():
+                yield Port(
+                    "server",
+                    port.channel,
+                    port.service,
+                    place.id,
+                    port.type or _service(port.channel, interfaces),
+                    other=port.exit.id,
+                    instances=port.instances,
+                )
+
+
+def _service(channel: str, interfaces: Interfaces) -> str:
+    return f"{interfaces.package}/srv/{service_name(channel)}"

@@ -1,0 +1,230 @@
+"""Building a workspace with colcon, and the environment in which its nodes run without a sourced set-up.
+
+Only the interface package needs a compiler: nodes are Python and run from their sources. What is built is
+remembered by a hash of what it was built from, so that nothing is built twice.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import importlib.util
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from dineros.generators.comparison import WorkspaceError
+from dineros.generators.manifest import Manifest, read_manifest
+from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.files.atomic import write_atomically
+
+STAMP = ".built-from"
+JOBS = 2
+
+
+class BuildError(DinerosError):
+    """The workspace cannot be built."""
+
+
+def missing_tools() -> list[str]:
+    """Return what building interface packages needs and this machine does not have; empty: all is there."""
+    missing = [program for program in ("g++", "cmake", "make") if shutil.which(program) is None]
+    if importlib.util.find_spec("colcon_core") is None and shutil.which("colcon") is None:
+        missing.append("colcon")
+    if importlib.util.find_spec("rosidl_parser") is None:
+        missing.append("the interface generators of ROS 2 (rosidl)")
+    return missing
+
+
+def build_interfaces(workspace: Path, *, jobs: int = JOBS) -> Path:
+    """Build the interface package of a workspace, unless what is there was built from the same files.
+
+    Parameters
+    ----------
+    workspace : Path
+        A generated workspace.
+    jobs : int
+        How many compilers run at a time.
+
+    Returns
+    -------
+    Path
+        Where it is installed.
+
+    Raises
+    ------
+    BuildError
+        A tool is missing, or the build fails; the hint names the log.
+    """
+    manifest = manifest_of(workspace)
+    package = manifest.interfaces
+    installed = workspace / "install" / package
+    wanted = _fingerprint(workspace / "src" / package)
+    stamp = installed / STAMP
+    if stamp.is_file() and stamp.read_text(encoding="utf-8") == wanted:
+        return installed
+    if installed.is_dir():  # what was renamed or removed would stay
+        shutil.rmtree(installed)
+        shutil.rmtree(workspace / "build" / package, ignore_errors=True)
+    colcon(workspace, ["--packages-select", package], jobs=jobs)
+    write_atomically(stamp, wanted.encode())
+    return installed
+
+
+def build_workspace(workspace: Path, *, jobs: int = JOBS) -> None:
+    """Build all packages of a workspace, for ``source install/setup.bash`` and ``ros2 launch``.
+
+    Raises
+    ------
+    BuildError
+        A tool is missing, or the build fails; the hint names the log.
+    """
+    package = manifest_of(workspace).interfaces
+    wanted = _fingerprint(workspace / "src" / package)
+    colcon(workspace, ["--executor", "sequential"], jobs=jobs)
+    write_atomically(workspace / "install" / package / STAMP, wanted.encode())
+
+
+def colcon(workspace: Path, arguments: Sequence[str] = (), *, jobs: int = JOBS) -> None:
+    """Run ``colcon build`` in a workspace.
+
+    Raises
+    ------
+    BuildError
+        A tool is missing, or the build fails; the hint names the log.
+    """
+    missing = missing_tools()
+    if missing:
+        raise BuildError(
+            f"cannot be built: {', '.join(missing)} missing",
+            location=Location(workspace),
+            hint="install dineros[ros-build], g++ and cmake, or run in process with 'dineros run --local'",
+        )
+    found = importlib.util.find_spec("colcon_core") is not None
+    program = [sys.executable, "-m", "colcon"] if found else ["colcon"]
+    log = workspace / "log" / "dineros_build.txt"
+    log.parent.mkdir(parents=True, exist_ok=True)
+    if found:  # the wheels' CMake files name folders of the machine that made them
+        subprocess.run([sys.executable, "-m", "dineros.runtime.ros.wheels"], check=True)
+    with log.open("wb") as output:
+        status = _run([*program, "build", *arguments], workspace, _build_environment(jobs), output.fileno())
+    if status:
+        raise BuildError(
+            f"colcon build fails with status {status}: {_first_error(log)}",
+            location=Location(workspace),
+            hint=f"{log} has all of it",
+        )
+
+
+def environment(workspace: Path, base: Mapping[str, str] | None = None) -> dict[str, str]:
+    """Return the environment in which the nodes of a workspace run from their sources.
+
+    Parameters
+    ----------
+    workspace : Path
+        A generated workspace, its interfaces built.
+    base : mapping of str to str, optional
+        What it extends; by default this process's environment.
+    """
+    manifest = manifest_of(workspace)
+    workspace = workspace.resolve()
+    extended = dict(os.environ if base is None else base)
+    installed = workspace / "install" / manifest.interfaces
+    sources = [workspace / "src" / node.package for node in manifest.nodes]
+    _prepend(
+        extended, "PYTHONPATH", [*sources, workspace / "src" / manifest.bringup, _site_packages(installed)]
+    )
+    _prepend(extended, "LD_LIBRARY_PATH", [installed / "lib"])
+    _prepend(extended, "AMENT_PREFIX_PATH", [installed, *_wheels()])
+    return extended
+
+
+def manifest_of(workspace: Path) -> Manifest:
+    """Return the manifest of a workspace.
+
+    Raises
+    ------
+    WorkspaceError
+        The folder is no generated workspace.
+    """
+    manifest = read_manifest(workspace)
+    if manifest is None:
+        hint = "'dineros generate MODEL -o WORKSPACE' makes one"
+        raise WorkspaceError("is no generated workspace", location=Location(workspace), hint=hint)
+    return manifest
+
+
+def _fingerprint(package: Path) -> str:
+    """Return a hash of all that the build of a package depends on."""
+    digest = hashlib.sha256(f"{sys.version} {sysconfig.get_platform()} {sys.prefix}".encode())
+    for path in sorted(package.rglob("*")):
+        if path.is_file():
+            lines = path.read_bytes().splitlines(keepends=True)
+            kept = [line for line in lines if b"Generated by DiNeROS" not in line]
+            digest.update(f"\0{path.relative_to(package).as_posix()}\0".encode())
+            digest.update(b"".join(kept))
+    return digest.hexdigest()
+
+
+def _build_environment(jobs: int) -> dict[str, str]:
+    environment = dict(os.environ)
+    environment["MAKEFLAGS"] = f"-j{jobs}"
+    environment["CMAKE_BUILD_PARALLEL_LEVEL"] = str(jobs)
+    wheels = _wheels()
+    _prepend(environment, "AMENT_PREFIX_PATH", wheels)
+    _prepend(environment, "CMAKE_PREFIX_PATH", wheels)
+    if wheels:
+        _prepend(environment, "PATH", [Path(sys.prefix) / "bin"])
+    return environment
+
+
+def _wheels() -> list[Path]:
+    """Return where the wheels of ROS 2 are; empty where ROS 2 came in another way."""
+    prefix = Path(sys.prefix)
+    return [prefix] if (prefix / "share/ament_index").is_dir() else []
+
+
+def _site_packages(installed: Path) -> Path:
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    return installed / "lib" / version / "site-packages"
+
+
+def _prepend(environment: dict[str, str], name: str, folders: Sequence[Path]) -> None:
+    known = [part for part in environment.get(name, "").split(os.pathsep) if part]
+    new = [str(folder) for folder in folders if str(folder) not in known]
+    if new or known:
+        environment[name] = os.pathsep.join([*new, *known])
+
+
+def _run(command: Sequence[str], folder: Path, environment: Mapping[str, str], output: int) -> int:
+    """Run a program and all that it starts; an interrupt ends all of them."""
+    process = subprocess.Popen(
+        command,
+        cwd=folder,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=output,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+    )
+    try:
+        return process.wait()
+    except BaseException:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        raise
+
+
+def _first_error(log: Path) -> str:
+    """Return the line of a build's log that says most."""
+    lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
+    for line in lines:
+        if "error" in line.lower() and "stderr" not in line.lower():
+            return line.strip()[:200]
+    return lines[-1].strip()[:200] if lines else "it said nothing"

@@ -1,0 +1,378 @@
+"""A ROS 2 workspace from a system model: what it should hold, comparing, writing.
+
+Example
+-------
+>>> from pathlib import Path
+>>> from dineros.generators import Options, generate
+>>> from dineros.metamodel.files import load
+>>> model = load("case_study/sorting.sym.xmi")                            # doctest: +SKIP
+>>> comparison = generate(model, Path("workspace"), Options(source="sorting.sym.xmi"))   # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from dineros.generators.application import Application, NodePackage, Transition, application_of
+from dineros.generators.comparison import Comparison, WorkspaceError, compare
+from dineros.generators.manifest import Manifest, NodeEntry, read_manifest, write_manifest
+from dineros.generators.notices import Edit
+from dineros.generators.plan import DeveloperFile, Plan, WriteStub
+from dineros.generators.scripts import Script, read_script
+from dineros.generators.templates import Templates, generator
+from dineros.metamodel import sym
+from dineros.metamodel.errors import Location
+from dineros.metamodel.files.atomic import write_atomically
+from dineros.metamodel.ros_names import snake_case
+
+
+class EditedError(WorkspaceError):
+    """Generated files were edited by hand.
+
+    Attributes
+    ----------
+    edits : tuple of Edit
+        Which, and how.
+    """
+
+    def __init__(self, edits: tuple[Edit, ...], workspace: Path) -> None:
+        first, others = edits[0], len(edits) - 1
+        more = f"; and {others} more" if others else ""
+        super().__init__(
+            f"{first.message}{more}: nothing is written",
+            location=Location(workspace / first.path),
+            hint="move your change to a developer's file or a template of your own, then remove the file",
+        )
+        self.edits = edits
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a workspace is generated.
+
+    Attributes
+    ----------
+    source : str
+        Name of the model's file, for the head comments.
+    settings : tuple of str
+        How the model was changed by ``--set``, likewise.
+    lifecycle : bool or None
+        Whether nodes are lifecycle nodes; None: as the workspace was generated before, else plain nodes.
+    templates : Path or None
+        Folder with templates that override ours; None: as before.
+    maintainer, license : str or None
+        For the packages' ``package.xml``, the maintainer as ``Name <address>``; None: as before.
+    tests : tuple of Path
+        Witnesses and recorded runs to write tests from.
+    """
+
+    source: str
+    settings: tuple[str, ...] = ()
+    lifecycle: bool | None = None
+    templates: Path | None = None
+    maintainer: str | None = None
+    license: str | None = None
+    tests: tuple[Path, ...] = ()
+
+
+DEFAULTS: dict[str, Any] = {
+    "lifecycle": False,
+    "license": "TODO: License declaration",  # what `ros2 pkg create` writes
+    "maintainer": "TODO <todo@example.org>",
+    "templates": None,
+}
+
+
+def generate(model: sym.SystemModel, workspace: Path, options: Options) -> Comparison:
+    """Generate a workspace, or bring it up to date; developers' files are only ever added to, at their end.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        A valid system model.
+    workspace : Path
+        The folder; made where it is not there.
+    options : Options
+        How.
+
+    Returns
+    -------
+    Comparison
+        What was changed, and what developers should know.
+
+    Raises
+    ------
+    EditedError
+        Generated files were edited; nothing is written.
+    DinerosError
+        The model's names collide in ROS, a template has a mistake, or a developer's file is no Python;
+        nothing is written.
+    """
+    known = read_manifest(workspace)
+    comparison = compare(workspace, plan(model, workspace, options, known), known)
+    if comparison.edits:
+        raise EditedError(comparison.edits, workspace)
+    _write(workspace, comparison, known)
+    return comparison
+
+
+def check(model: sym.SystemModel, workspace: Path, options: Options) -> Comparison:
+    """Compare a workspace with what `generate` would make of it; nothing is written.
+
+    Raises
+    ------
+    DinerosError
+        As `generate`, but for edited files, which are found in the comparison.
+    """
+    known = read_manifest(workspace)
+    return compare(workspace, plan(model, workspace, options, known), known)
+
+
+def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manifest | None) -> Plan:
+    """Return what a workspace should hold, given what is known of it."""
+    chosen = _chosen(workspace, options, known)
+    folder = options.templates
+    if folder is None and chosen["templates"]:
+        folder = Path(os.path.normpath(workspace.resolve() / chosen["templates"]))
+    source = f"{options.source} with {' '.join(options.settings)}" if options.settings else options.source
+    templates = Templates(source, folder)
+    application = application_of(model)
+    generated: dict[str, bytes] = {}
+    developer: dict[str, DeveloperFile] = {}
+    name, _, address = chosen["maintainer"].removesuffix(">").partition("<")
+    common = {
+        "app": application,
+        "lifecycle": chosen["lifecycle"],
+        "license": chosen["license"],
+        "maintainer": {"name": name.strip(), "email": address.strip()},
+        "source": options.source,
+        "settings": options.settings,
+        "token": application.interfaces.token,
+    }
+    _plan_interfaces(application, templates, common, generated)
+    for node in application.nodes:
+        _plan_node(node, templates, common, generated, developer)
+    _plan_bringup(application, templates, common, generated, developer)
+    scripts = _scripts(workspace, options, application, known)
+    _plan_tests(scripts, application, templates, common, generated)
+    manifest = Manifest(
+        generator=generator(),
+        model=application.id,
+        source=options.source,
+        settings=options.settings,
+        options=chosen,
+        interfaces=application.interfaces.package,
+        bringup=application.bringup,
+        token={field.name: field.kind for field in application.interfaces.fields},
+        nodes=tuple(_entry(node) for node in application.nodes),
+    )
+    instances = {
+        node.id: {each.id: each.instances for each in node.transitions} for node in application.nodes
+    }
+    return Plan(manifest, generated, developer, instances)
+
+
+def executable(node: NodePackage) -> str:
+    """Return the name of a node's program, as ``ros2 run`` takes it."""
+    return snake_case(node.name)
+
+
+def _entry(node: NodePackage) -> NodeEntry:
+    return NodeEntry(node.id, node.package, executable(node), node.package, node.name, node.namespace)
+
+
+def _chosen(workspace: Path, options: Options, known: Manifest | None) -> dict[str, Any]:
+    """Return the options that hold: those given, else those of before, else the defaults."""
+    chosen = dict(DEFAULTS)
+    if known is not None:
+        chosen |= {name: value for name, value in known.options.items() if name in DEFAULTS}
+    for name in DEFAULTS:
+        given = getattr(options, name)
+        if given is not None:
+            chosen[name] = given
+    if isinstance(chosen["templates"], Path):
+        chosen["templates"] = _relative(chosen["templates"], workspace)
+    return chosen
+
+
+def _relative(folder: Path, workspace: Path) -> str:
+    """Return a path as seen from the workspace, so that a copy of both finds it."""
+    return Path(os.path.relpath(folder.resolve(), workspace.resolve())).as_posix()
+
+
+def _plan_interfaces(
+    app: Application, templates: Templates, common: dict[str, Any], generated: dict[str, bytes]
+) -> None:
+    root = f"src/{app.interfaces.package}"
+    for name in ("CMakeLists.txt", "package.xml"):
+        generated[f"{root}/{name}"] = templates.render(f"interfaces/{name}.j2", **common)
+    generated[f"{root}/msg/{app.interfaces.token}.msg"] = templates.render(
+        "interfaces/token.msg.j2", **common
+    )
+    for entry, type_ in app.interfaces.entries:
+        content = templates.render("interfaces/entry.msg.j2", entry=entry, value=type_, **common)
+        generated[f"{root}/msg/{entry}.msg"] = content
+    for service in app.interfaces.services:
+        content = templates.render("interfaces/service.srv.j2", service=service, **common)
+        generated[f"{root}/srv/{service}.srv"] = content
+
+
+def _plan_node(
+    node: NodePackage,
+    templates: Templates,
+    common: dict[str, Any],
+    generated: dict[str, bytes],
+    developer: dict[str, DeveloperFile],
+) -> None:
+    root = f"src/{node.package}"
+    context = {**common, "node": node, "executable": executable(node), "imports": _typing(node)}
+    module = f"{root}/{node.package}"
+    for template, path in (
+        ("package.xml", f"{root}/package.xml"),
+        ("setup.py", f"{root}/setup.py"),
+        ("setup.cfg", f"{root}/setup.cfg"),
+        ("marker", f"{root}/resource/{node.package}"),
+        ("README.md", f"{root}/README.md"),
+        ("__init__.py", f"{module}/__init__.py"),
+        ("__main__.py", f"{module}/__main__.py"),
+        ("py.typed", f"{module}/py.typed"),
+        ("base.py", f"{module}/base.py"),
+        ("firings.py", f"{module}/firings.py"),
+        ("tokens.py", f"{module}/tokens.py"),
+        ("conftest.py", f"{root}/conftest.py"),
+        ("test_node.py", f"{root}/test/test_{node.package}.py"),
+    ):
+        generated[path] = templates.render(f"node/{template}.j2", **context)
+    comment = templates.render("node/runtime_model.xml.j2", **context).strip()
+    generated[f"{module}/node.rtm.xmi"] = node.runtime_model.replace(b"?>\n", b"?>\n" + comment + b"\n", 1)
+
+    def write_stub(transition: Transition, function: str, firings: str) -> str:
+        stub = templates.render(
+            "node/stub.py.j2", transition=transition, function=function, firings=firings, **context
+        )
+        return stub.decode().strip("\n") + "\n"
+
+    developer[f"{module}/handlers.py"] = DeveloperFile(
+        templates.render("node/handlers.py.j2", stubs=_stubs(node, write_stub), **context),
+        node=node.id,
+        package=node.package,
+        transitions=node.transitions,
+        write_stub=write_stub,
+    )
+    developer[f"{root}/test/conftest.py"] = DeveloperFile(
+        templates.render("node/test_conftest.py.j2", **context), node=node.id, package=node.package
+    )
+
+
+def _typing(node: NodePackage) -> list[str]:
+    """Return what the module `firings` takes from `typing`."""
+    names = ["Any", "NamedTuple", "Protocol", "TypeAlias", "TypedDict", "TypeVar", "Unpack"]
+    if node.transitions:
+        names.insert(1, "Literal")
+    return [*names, "overload"] if len(node.transitions) > 1 else names
+
+
+def _stubs(node: NodePackage, write_stub: WriteStub) -> list[str]:
+    return [write_stub(transition, transition.function, "firings") for transition in node.transitions]
+
+
+def _plan_bringup(
+    app: Application,
+    templates: Templates,
+    common: dict[str, Any],
+    generated: dict[str, bytes],
+    developer: dict[str, DeveloperFile],
+) -> None:
+    root, module = f"src/{app.bringup}", f"src/{app.bringup}/{app.bringup}"
+    context = {**common, "executables": {node.id: executable(node) for node in app.nodes}}
+    for template, path in (
+        ("package.xml", f"{root}/package.xml"),
+        ("setup.py", f"{root}/setup.py"),
+        ("setup.cfg", f"{root}/setup.cfg"),
+        ("marker", f"{root}/resource/{app.bringup}"),
+        ("README.md", f"{root}/README.md"),
+        ("app.launch.py", f"{root}/launch/{app.launch}"),
+        ("__init__.py", f"{module}/__init__.py"),
+        ("runner.py", f"{module}/runner.py"),
+    ):
+        generated[path] = templates.render(f"bringup/{template}.j2", **context)
+    for node in app.nodes:
+        content = templates.render("bringup/parameters.yaml.j2", node=node, **context)
+        generated[f"{root}/config/{node.package}.yaml"] = content
+    developer[f"{root}/config/local.yaml"] = DeveloperFile(
+        templates.render("bringup/local.yaml.j2", **context), package=app.bringup
+    )
+
+
+def _scripts(
+    workspace: Path, options: Options, app: Application, known: Manifest | None
+) -> dict[str, Script]:
+    """Return the scripts of the tests there are, and of those asked for, by their paths."""
+    root = f"src/{app.bringup}/test/steps"
+    scripts = {}
+    for path in known.generated if known else ():
+        if path.startswith(f"{root}/") and (workspace / path).is_file():
+            content = (workspace / path).read_bytes()
+            scripts[path] = Script.from_json(workspace / path, content)
+    for trace in options.tests:
+        script = read_script(trace, app)
+        scripts[f"{root}/{script.name}.json"] = script
+    return dict(sorted(scripts.items()))
+
+
+def _plan_tests(
+    scripts: dict[str, Script],
+    app: Application,
+    templates: Templates,
+    common: dict[str, Any],
+    generated: dict[str, bytes],
+) -> None:
+    root = f"src/{app.bringup}/test"
+    for path, script in scripts.items():
+        generated[path] = script.to_json()
+        content = templates.render("bringup/test_trace.py.j2", script=script, **common)
+        generated[f"{root}/test_{script.name}.py"] = content
+    if scripts:
+        generated[f"{root}/conftest.py"] = templates.render("bringup/test_conftest.py.j2", **common)
+
+
+def _write(workspace: Path, comparison: Comparison, known: Manifest | None) -> None:
+    """Write what has changed; the manifest says it first, so that a crash is no edit."""
+    if comparison.changes:
+        pending = {
+            path: digest
+            for path, digest in comparison.manifest.generated.items()
+            if any(change.path == path for change in comparison.changes)
+        }
+        write_manifest(workspace, replace(known or comparison.manifest, pending=pending))
+    for change in comparison.changes:
+        path = workspace / change.path
+        if change.content is None:
+            path.unlink(missing_ok=True)
+            _remove_empty(path.parent, workspace)
+        else:
+            _make(path.parent)
+            write_atomically(path, change.content)
+    if comparison.manifest != known:
+        write_manifest(workspace, comparison.manifest)
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WorkspaceError(f"cannot be made: {error.strerror}", location=Location(folder)) from error
+
+
+def _remove_empty(folder: Path, workspace: Path) -> None:
+    """Remove folders that hold nothing any more, but for what Python compiled."""
+    import shutil
+
+    while folder != workspace and folder.is_dir():
+        if any(child.name != "__pycache__" for child in folder.iterdir()):
+            return
+        shutil.rmtree(folder)
+        folder = folder.parent

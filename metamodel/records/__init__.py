@@ -1,0 +1,93 @@
+"""Traces: what happened in a net, one JSON object per line, shared by witnesses and runs (`docs/records.md`).
+
+A *witness* is a firing sequence found by an analysis, a *run* is what a node did. Both begin with a `Header`.
+
+>>> from dineros.metamodel.records import Fire, decode_record, encode_record
+>>> line = encode_record(Fire(sequence=1, transition="Say", change={"Words": -1, "Said": 1}))
+>>> line
+'{"sequence":1,"event":"fire","transition":"Say","change":{"Words":-1,"Said":1}}'
+>>> decode_record(line).transition
+'Say'
+"""
+
+from dineros.metamodel.records.coding import (
+    RecordDecoder,
+    RecordError,
+    decode_record,
+    encode_fields,
+    encode_record,
+)
+from dineros.metamodel.records.files import (
+    current_path,
+    node_traces,
+    part_path,
+    parts_of,
+    read_records,
+    read_trace,
+    traces_of_runs,
+    write_records,
+)
+from dineros.metamodel.records.schema import (
+    EVENTS,
+    SCHEMA,
+    Aside,
+    Checkpoint,
+    Data,
+    Drop,
+    Error,
+    Fire,
+    Header,
+    Publish,
+    Record,
+    Release,
+    Reply,
+    Request,
+    Response,
+    Serve,
+    Signal,
+    Start,
+    Stop,
+    StoredToken,
+    Take,
+    Timeout,
+    Transfer,
+)
+
+__all__ = [
+    "EVENTS",
+    "SCHEMA",
+    "Aside",
+    "Checkpoint",
+    "Data",
+    "Drop",
+    "Error",
+    "Fire",
+    "Header",
+    "Publish",
+    "Record",
+    "RecordDecoder",
+    "RecordError",
+    "Release",
+    "Reply",
+    "Request",
+    "Response",
+    "Serve",
+    "Signal",
+    "Start",
+    "Stop",
+    "StoredToken",
+    "Take",
+    "Timeout",
+    "Transfer",
+    "current_path",
+    "decode_record",
+    "encode_fields",
+    "encode_record",
+    "node_traces",
+    "part_path",
+    "parts_of",
+    "read_records",
+    "read_trace",
+    "traces_of_runs",
+    "write_records",
+]

@@ -1,0 +1,285 @@
+"""Records as lines of JSON, and back, with every field checked."""
+
+from __future__ import annotations
+
+import json
+import types
+import typing
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any, Literal
+
+from dineros.metamodel.errors import DinerosError, Location, near_matches
+from dineros.metamodel.records import schema
+from dineros.metamodel.records.schema import EVENTS, SCHEMA, Header, Record, StoredToken
+
+Converter = Callable[[Any], Any]
+
+
+class RecordError(DinerosError):
+    """A line of a trace is no record."""
+
+
+class _WrongTypeError(Exception):
+    """A value is not of the type of its field."""
+
+
+_ENCODER = json.JSONEncoder(ensure_ascii=False, separators=(",", ":"), check_circular=False)
+
+
+def encode_fields(event: str, sequence: int, values: Mapping[str, Any]) -> str:
+    """Return a record as a line of JSON, without checks and without the line feed: for hot paths.
+
+    Parameters
+    ----------
+    event : str
+        Its event.
+    sequence : int
+        Its position in the trace.
+    values : mapping of str to JSON values
+        All other fields.
+    """
+    return _ENCODER.encode({"sequence": sequence, "event": event, **values})
+
+
+def encode_record(record: Record) -> str:
+    """Return a record as a line of JSON, without the line feed; fields at their default are left out."""
+    values = {}
+    for name, _, default in _layout(type(record)):
+        value = getattr(record, name)
+        if name == "schema" or value != default:
+            values[name] = value
+    del values["sequence"]
+    return encode_fields(record.event, record.sequence, values)
+
+
+def decode_record(line: str, location: Location | None = None) -> Record:
+    """Read a line of JSON as a record.
+
+    Fields that the event does not have are passed over, so that a trace may say more.
+
+    Parameters
+    ----------
+    line : str
+        The line.
+    location : Location, optional
+        Where it stands.
+
+    Raises
+    ------
+    RecordError
+        The line is no JSON object, its event or schema is unknown, or a field is missing or of a wrong type.
+    """
+    try:
+        values = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        reason = "nested too deep" if isinstance(error, RecursionError) else str(error)
+        raise RecordError(f"no JSON: {reason}", location=location) from None
+    if not isinstance(values, dict):
+        raise RecordError("no JSON object", location=location)
+    event = values.get("event")
+    kind = EVENTS.get(event) if isinstance(event, str) else None
+    if kind is None:
+        hint = near_matches(event, EVENTS) if isinstance(event, str) else f"events are {', '.join(EVENTS)}"
+        said = f"unknown event {event!r}" if "event" in values else "no event"
+        raise RecordError(said, location=location, hint=hint)
+    found: dict[str, Any] = {"location": location}
+    for name, convert, default in _layout(kind):
+        if name not in values:
+            if default is MISSING:
+                raise RecordError(f"{event} record without {name!r}", location=location)
+            continue
+        try:
+            found[name] = convert(values[name])
+        except _WrongTypeError as error:
+            shown = json.dumps(values[name], ensure_ascii=False)
+            shown = shown if len(shown) <= 40 else f"{shown[:37]}..."
+            said = f"{name!r} of a {event} record is {error}, not {shown}"
+            raise RecordError(said, location=location) from None
+    if kind is Header and found.get("schema", SCHEMA) > SCHEMA:
+        raise RecordError(
+            f"schema {found['schema']} is newer than this program, which knows {SCHEMA}",
+            location=location,
+            hint="use a later version of DiNeROS",
+        )
+    return kind(**found)
+
+
+class RecordDecoder:
+    """Reads a trace that comes in pieces, such as a file that still grows.
+
+    Parameters
+    ----------
+    source : Path or str, optional
+        The file, for error messages.
+
+    Attributes
+    ----------
+    position : int
+        Bytes up to the end of the last complete line.
+    line : int
+        Lines read so far.
+    """
+
+    def __init__(self, source: Path | str | None = None) -> None:
+        self.source = source
+        self.position = 0
+        self.line = 0
+        self._rest = b""
+
+    def feed(self, chunk: bytes) -> Iterator[Record]:
+        """Yield the records whose lines are complete now.
+
+        Raises
+        ------
+        RecordError
+            A line is no record.
+        """
+        *lines, self._rest = (self._rest + chunk).split(b"\n")
+        for number, line in enumerate(lines):
+            rest = lines[number + 1 :]
+            self.position += len(line) + 1
+            self.line += 1
+            try:
+                if line.strip():
+                    yield self._decode(line, self.line)
+            except RecordError:
+                self._rest = b"\n".join([*rest, self._rest])
+                raise
+
+    def close(self) -> Record | None:
+        """Return the record of a last line that lacks its line feed.
+
+        A crash may have cut that line: what is not complete was never recorded, and None is returned.
+        """
+        line, self._rest = self._rest, b""
+        if not line.strip():
+            return None
+        try:
+            record = self._decode(line, self.line + 1)
+        except RecordError:
+            if _is_json(line):
+                raise
+            return None
+        self.line += 1
+        self.position += len(line)
+        return record
+
+    def _decode(self, line: bytes, number: int) -> Record:
+        location = Location(self.source, number)
+        try:
+            text = line.decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise RecordError(f"no UTF-8: {error.reason}", location=location) from None
+        return decode_record(text, location)
+
+
+def _is_json(line: bytes) -> bool:
+    try:
+        json.loads(line)
+    except (ValueError, RecursionError):
+        return False
+    return True
+
+
+def _layout(kind: type[Record]) -> tuple[tuple[str, Converter, Any], ...]:
+    """Return name, converter and default (or MISSING) of each JSON field of a class of records."""
+    known = _LAYOUTS.get(kind.event)
+    if known is None:
+        known = _LAYOUTS[kind.event] = _new_layout(kind)
+    return known
+
+
+_LAYOUTS: dict[str, tuple[tuple[str, Converter, Any], ...]] = {}
+
+
+def _new_layout(kind: type[Record]) -> tuple[tuple[str, Converter, Any], ...]:
+    hints = typing.get_type_hints(kind, vars(schema))
+    return tuple(
+        (
+            field.name,
+            _converter(hints[field.name]),
+            field.default_factory() if field.default_factory is not MISSING else field.default,
+        )
+        for field in fields(kind)
+        if field.name != "location"
+    )
+
+
+def _converter(hint: Any) -> Converter:
+    """Return what checks a JSON value against a type, and makes it one where JSON has no such type."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if hint is Any:
+        return lambda value: value
+    if origin in (types.UnionType, typing.Union):
+        options = [option for option in arguments if option is not type(None)]
+        inner = _converter(options[0])
+        return lambda value: None if value is None else inner(value)
+    if origin is Literal:
+        return _one_of(arguments)
+    if hint is StoredToken:
+        return _token
+    if origin is list:
+        return _list_of(_converter(arguments[0]))
+    if origin is dict:
+        # What balloon tokens carry is checked by the runtime, which knows their type.
+        free = arguments[1] is Any or typing.get_origin(arguments[1]) in (types.UnionType, typing.Union)
+        return _object if free else _map_to(_converter(arguments[1]))
+    return _scalar(hint)
+
+
+_ARTICLES = {int: "a whole number", float: "a number", str: "a text", bool: "true or false"}
+
+
+def _scalar(kind: type) -> Converter:
+    def convert(value: Any) -> Any:
+        if type(value) is kind:
+            return value
+        if kind is float and type(value) is int:
+            return float(value)
+        raise _WrongTypeError(_ARTICLES[kind])
+
+    return convert
+
+
+def _one_of(choices: tuple[Any, ...]) -> Converter:
+    def convert(value: Any) -> Any:
+        if value not in choices:
+            raise _WrongTypeError(f"one of {', '.join(map(str, choices))}")
+        return value
+
+    return convert
+
+
+def _object(value: Any) -> Any:
+    if not isinstance(value, dict):
+        raise _WrongTypeError("an object")
+    return value
+
+
+def _map_to(inner: Converter) -> Converter:
+    def convert(value: Any) -> Any:
+        return {name: inner(element) for name, element in _object(value).items()}
+
+    return convert
+
+
+def _list_of(inner: Converter) -> Converter:
+    def convert(value: Any) -> Any:
+        if not isinstance(value, list):
+            raise _WrongTypeError("a list")
+        return [inner(element) for element in value]
+
+    return convert
+
+
+def _token(value: Any) -> StoredToken:
+    if (
+        not isinstance(value, list)
+        or len(value) != 2
+        or type(value[0]) is not int
+        or not isinstance(value[1], dict)
+    ):
+        raise _WrongTypeError("a list of tokens [id, data]")
+    return StoredToken(value[0], value[1])

@@ -1,0 +1,162 @@
+"""Files of records: one trace per node, in one file or in parts that were rotated by size."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from urllib.parse import quote, unquote
+
+from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.files.atomic import write_atomically
+from dineros.metamodel.records.coding import RecordDecoder, RecordError, encode_record
+from dineros.metamodel.records.schema import Header, Record
+
+SUFFIX = ".jsonl"
+
+_CHUNK = 1 << 18
+_PART = re.compile(r"(?P<node>[^.]+)(?:\.(?P<number>[0-9]{4,}))?\.jsonl")
+
+
+def current_path(folder: Path, node: str) -> Path:
+    """Return the file that a node writes to."""
+    return folder / f"{_file_name(node)}{SUFFIX}"
+
+
+def part_path(folder: Path, node: str, number: int) -> Path:
+    """Return the file of a rotated part, numbered from 1."""
+    return folder / f"{_file_name(node)}.{number:04}{SUFFIX}"
+
+
+def number_of_part(path: Path) -> int | None:
+    """Return the number of a rotated part, or None for the file that grows."""
+    match = _PART.fullmatch(path.name)
+    return int(match["number"]) if match and match["number"] else None
+
+
+def data_folder(folder: Path, node: str) -> Path:
+    """Return the folder of large values that a node's trace refers to."""
+    return folder / f"{_file_name(node)}.data"
+
+
+def parts_of(folder: Path, node: str) -> list[Path]:
+    """Return the files of a node's trace, the oldest first; the one that grows is the last."""
+    return node_traces(folder).get(node, [])
+
+
+def node_traces(folder: Path) -> dict[str, list[Path]]:
+    """Return the files of each node's trace in a folder, the oldest first.
+
+    Raises
+    ------
+    DinerosError
+        The folder cannot be read.
+    """
+    found: dict[str, list[tuple[float, Path]]] = {}
+    try:
+        paths = sorted(folder.iterdir())
+    except OSError as error:
+        raise DinerosError(f"cannot be read: {error.strerror}", location=Location(folder)) from None
+    for path in paths:
+        match = _PART.fullmatch(path.name)
+        if match and path.is_file():
+            number = number_of_part(path) or float("inf")
+            found.setdefault(unquote(match["node"]), []).append((number, path))
+    return {node: [path for _, path in sorted(parts)] for node, parts in found.items()}
+
+
+def read_records(path: Path) -> Iterator[Record]:
+    """Yield the records of one file, as it is read.
+
+    A last line that a crash has cut is passed over.
+
+    Raises
+    ------
+    RecordError
+        A line is no record, or the file cannot be read.
+    """
+    decoder = RecordDecoder(path)
+    try:
+        with path.open("rb") as file:
+            while chunk := file.read(_CHUNK):
+                yield from decoder.feed(chunk)
+    except OSError as error:
+        raise RecordError(f"cannot be read: {error.strerror}", location=Location(path)) from None
+    last = decoder.close()
+    if last is not None:
+        yield last
+
+
+def read_trace(paths: Path | Iterable[Path]) -> Iterator[Record]:
+    """Yield the records of one trace: of its parts in the order given, or of one file.
+
+    Raises
+    ------
+    RecordError
+        A line is no record, or sequence numbers do not go up by one.
+    """
+    expected: int | None = None
+    for path in [paths] if isinstance(paths, Path) else paths:
+        for record in read_records(path):
+            if expected is not None and record.sequence != expected:
+                raise RecordError(
+                    f"sequence {record.sequence} follows {expected - 1}",
+                    location=record.location,
+                    hint="a part or a line of the trace is missing",
+                )
+            expected = record.sequence + 1
+            yield record
+
+
+def traces_of_runs(paths: Iterable[Path]) -> dict[str, list[Path]]:
+    """Sort the files of a run by node, each node's parts in their order, whatever the files are called.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        Files, and folders of which all traces count.
+
+    Raises
+    ------
+    RecordError
+        A file cannot be read, is no trace of a run, or two files are the same part of one trace.
+    """
+    files: list[Path] = []
+    for path in paths:
+        found = [part for parts in node_traces(path).values() for part in parts] if path.is_dir() else [path]
+        if not found:
+            raise RecordError("holds no trace", location=Location(path))
+        files += found
+    starts: dict[str, dict[int, Path]] = {}
+    for file in dict.fromkeys(files):
+        first = next(read_records(file), None)
+        if first is None:
+            raise RecordError("is empty", location=Location(file))
+        if not isinstance(first, Header) or first.kind != "run" or first.node is None:
+            said = (
+                "is a witness, no trace"
+                if isinstance(first, Header) and first.kind == "witness"
+                else "is no trace"
+            )
+            raise RecordError(f"{said} of a node's run", location=first.location)
+        other = starts.setdefault(first.node, {}).setdefault(first.sequence, file)
+        if other != file:
+            said = f"begins at record {first.sequence} of node {first.node!r}, as {other} does"
+            raise RecordError(said, location=first.location, hint="give the traces of one run")
+    return {node: [parts[start] for start in sorted(parts)] for node, parts in starts.items()}
+
+
+def write_records(path: Path, records: Iterable[Record]) -> None:
+    """Write a trace, as a whole or not at all.
+
+    Raises
+    ------
+    ModelFileError
+        The file cannot be written.
+    """
+    write_atomically(path, "".join(f"{encode_record(record)}\n" for record in records).encode())
+
+
+def _file_name(node: str) -> str:
+    """Return the id of a node as part of a file's name; parts are told apart by dots."""
+    return quote(node, safe=" ").replace(".", "%2E").replace("~", "%7E")

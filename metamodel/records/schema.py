@@ -1,0 +1,413 @@
+"""The kinds of records, each a class whose fields are those of the JSON object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal, NamedTuple, TypeAlias
+
+from dineros.metamodel.errors import Location
+from dineros.metamodel.token_data import Value
+
+SCHEMA = 1
+"""Version of the schema; a reader refuses a later one."""
+
+Data: TypeAlias = dict[str, Value]
+"""Fields of a balloon token."""
+
+
+class StoredToken(NamedTuple):
+    """A balloon token, written as ``[id, data]``."""
+
+    id: int
+    data: Data
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """One line of a trace.
+
+    Attributes
+    ----------
+    sequence : int
+        Position in the trace of the node, from 0; goes on over rotated parts and restarts.
+    time : float or None
+        Seconds since the epoch; only in runs.
+    node : str or None
+        Id of the node net.
+    location : Location or None
+        Where the record was read; no field of the JSON object.
+    """
+
+    event: ClassVar[str]
+
+    sequence: int
+    time: float | None = None
+    node: str | None = None
+    location: Location | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Header(Record):
+    """First line of every file.
+
+    Attributes
+    ----------
+    schema : int
+        Version of the schema.
+    kind : {"run", "witness"}
+        What the file is.
+    model, source : str
+        Id of the model, and the file it comes from.
+    settings : list of str
+        How the model was changed for this run, as for `--set`.
+    property : str or None
+        Of a witness: what was asked, such as ``G a <= 1``.
+    verdict : str or None
+        Of a witness: the answer it proves, such as ``violated``.
+    loop : int or None
+        Of a witness: sequence of the first record that repeats for ever.
+    signals, overflow : str or None
+        Of a witness: how the model was flattened; None for a plain net.
+    marking : dict of str to int
+        Of a witness: initial marking of the flattened net; places that are not named are empty.
+    signals_initial : dict of str to bool
+        Of a witness: start value of each signal.
+    """
+
+    event = "header"
+
+    schema: int = SCHEMA
+    kind: Literal["run", "witness"]
+    model: str
+    source: str = ""
+    settings: list[str] = field(default_factory=list)
+    property: str | None = None
+    verdict: str | None = None
+    loop: int | None = None
+    signals: str | None = None
+    overflow: str | None = None
+    marking: dict[str, int] = field(default_factory=dict)
+    signals_initial: dict[str, bool] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Start(Record):
+    """A node begins, or goes on after a restart.
+
+    Attributes
+    ----------
+    marking : dict of str to list of StoredToken
+        Tokens of each place, the oldest first.
+    signals : dict of str to bool
+        Values of the signals.
+    resumed : bool
+        Whether the node goes on where an earlier run ended.
+    seed : int or None
+        Seed of the firing selection.
+    """
+
+    event = "start"
+
+    marking: dict[str, list[StoredToken]] = field(default_factory=dict)
+    signals: dict[str, bool] = field(default_factory=dict)
+    resumed: bool = False
+    seed: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Checkpoint(Start):
+    """All that a node needs to go on from here: the second line of every file, and the first of a restart.
+
+    Attributes
+    ----------
+    next_token : int
+        Id of the next token.
+    numbers : dict of str to int
+        Number of the last message of each sending place.
+    seen : dict
+        ``CHANNEL/PLACE`` of a subscriber -> sender (a message's id without its number) -> number of its last
+        message.
+    requests : dict
+        ``CHANNEL/CLIENT`` -> the request under way: its message id, data and attempts.
+    serving : dict of str to str
+        Entry place of a server instance -> message id of the request that it serves.
+    responses : dict
+        Channel -> message id -> data of the responses kept for requests that come again, the oldest first.
+    aside : dict
+        Transition -> place -> ids of the tokens that it leaves alone after a failure.
+    run : str
+        What the ids of the run's messages carry besides the node's id.
+    """
+
+    event = "checkpoint"
+
+    next_token: int = 0
+    numbers: dict[str, int] = field(default_factory=dict)
+    seen: dict[str, dict[str, int]] = field(default_factory=dict)
+    requests: dict[str, dict[str, Any]] = field(default_factory=dict)
+    serving: dict[str, str] = field(default_factory=dict)
+    responses: dict[str, dict[str, Data]] = field(default_factory=dict)
+    aside: dict[str, dict[str, list[int]]] = field(default_factory=dict)
+    run: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step(Record):
+    """A record that changes the marking.
+
+    Attributes
+    ----------
+    transition : str or None
+        Transition of the flattened net, in a witness; that which fired, in a `Fire`.
+    change : dict of str to int
+        Tokens gained or lost, by place.
+    text : str or None
+        What happens in the words of the model, in a witness.
+    """
+
+    transition: str | None = None
+    change: dict[str, int] = field(default_factory=dict)
+    text: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fire(Step):
+    """A transition fires.
+
+    Attributes
+    ----------
+    taken : dict of str to list of int
+        Ids of the tokens taken from each place.
+    made : dict of str to list of StoredToken
+        Tokens put on each place.
+    handlers : list of str
+        Names of the handlers that ran, in order.
+    duration : float or None
+        Seconds from the selection to the commit.
+    """
+
+    event = "fire"
+
+    transition: str = field()  # the default of `Step` does not hold
+    taken: dict[str, list[int]] = field(default_factory=dict)
+    made: dict[str, list[StoredToken]] = field(default_factory=dict)
+    handlers: list[str] = field(default_factory=list)
+    duration: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Signal(Step):
+    """A signal changes; `source` says who changed it."""
+
+    event = "signal"
+
+    signal: str
+    value: bool
+    source: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChannelStep(Step):
+    """A token passes between a place of a node net and a channel.
+
+    Attributes
+    ----------
+    channel : str
+        Id of the topic or service channel.
+    place : str
+        The place of the node net.
+    token : int or None
+        Id of the token that leaves or arrives; only in runs.
+    message : str or None
+        Id of the message, ``NODE/PLACE/NUMBER``; a response has that of its request. Only in runs.
+    """
+
+    channel: str
+    place: str
+    token: int | None = None
+    message: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Publish(ChannelStep):
+    """A token leaves for a topic."""
+
+    event = "publish"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Take(ChannelStep):
+    """A token arrives from a topic, carrying `data`."""
+
+    event = "take"
+
+    data: Data = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ServiceStep(ChannelStep):
+    """A step of a service call; `client` is the client's id, `instance` the server instance, from 1."""
+
+    client: str | None = None
+    instance: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request(ServiceStep):
+    """A client's token leaves as a request."""
+
+    event = "request"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Serve(ServiceStep):
+    """A request, carrying `data`, arrives at a server instance."""
+
+    event = "serve"
+
+    data: Data = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reply(ServiceStep):
+    """A server instance's token leaves as a response."""
+
+    event = "reply"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Response(ServiceStep):
+    """A response, carrying `data`, arrives at the client that asked."""
+
+    event = "response"
+
+    data: Data = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drop(Step):
+    """Messages are lost because a queue is full.
+
+    Attributes
+    ----------
+    channel : str
+        Id of the topic channel.
+    queue : {"publisher", "dispatcher", "subscriber"}
+        Which queue.
+    place : str or None
+        Place of the publisher's or subscriber's port.
+    token : int or None
+        Id of the token that leaves the publisher's place and is lost at once.
+    count : int
+        How many were lost.
+    """
+
+    event = "drop"
+
+    channel: str
+    queue: Literal["publisher", "dispatcher", "subscriber"]
+    place: str | None = None
+    token: int | None = None
+    count: int = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Transfer(Step):
+    """Of a witness only: a silent step inside a channel; `stage` is its place there."""
+
+    event = "transfer"
+
+    channel: str
+    stage: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timeout(Record):
+    """A request got no response in time and is sent again; `attempt` counts from 1."""
+
+    event = "timeout"
+
+    channel: str
+    client: str | None = None
+    message: str | None = None
+    attempt: int = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Error(Record):
+    """A firing failed and left everything as it was.
+
+    Attributes
+    ----------
+    transition, handler : str or None
+        Where it failed.
+    error : str
+        What happened.
+    attempt : int
+        Which attempt it was, from 1.
+    policy : str or None
+        What is done about it: ``halt``, ``retry`` or ``aside``.
+    """
+
+    event = "error"
+
+    transition: str | None = None
+    handler: str | None = None
+    error: str
+    attempt: int = 1
+    policy: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Aside(Record):
+    """A transition leaves tokens alone after a failure: ids by place."""
+
+    event = "aside"
+
+    transition: str
+    tokens: dict[str, list[int]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Release(Record):
+    """A transition may take these tokens again."""
+
+    event = "release"
+
+    transition: str
+    tokens: dict[str, list[int]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stop(Record):
+    """The node ends; `reason` says why."""
+
+    event = "stop"
+
+    reason: str | None = None
+
+
+EVENTS: dict[str, type[Record]] = {
+    kind.event: kind
+    for kind in (
+        Header,
+        Start,
+        Checkpoint,
+        Fire,
+        Signal,
+        Publish,
+        Take,
+        Drop,
+        Request,
+        Serve,
+        Reply,
+        Response,
+        Transfer,
+        Timeout,
+        Error,
+        Aside,
+        Release,
+        Stop,
+    )
+}
+"""Class of the records of each event."""

@@ -1,0 +1,115 @@
+"""Python files with the handlers of an application, for runs without a generated workspace.
+
+Such a file defines ``configure(net)``, called once for each node before it starts: ``net.id`` says which
+one. For runs in one process it may define ``simulate(application)`` as well, called before that: it sets up
+what the application works in, such as simulated machines that set signals (`LocalApplication.every`).
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+from dineros.metamodel.errors import DinerosError, Location
+
+if TYPE_CHECKING:
+    from dineros.runtime.net import Net
+    from dineros.runtime.simulation import LocalApplication
+
+
+class HandlerFileError(DinerosError):
+    """A file with handlers cannot be loaded, or fails when it is used."""
+
+
+@dataclass(frozen=True)
+class HandlerFile:
+    """A file with handlers.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    module : ModuleType
+        What it defines.
+    """
+
+    path: Path
+    module: ModuleType
+
+    def configure(self, net: Net) -> None:
+        """Give a node its handlers.
+
+        Raises
+        ------
+        HandlerFileError
+            The function fails; an unknown transition, say.
+        """
+        self._call("configure", net)
+
+    def simulate(self, application: LocalApplication) -> None:
+        """Set up what the application works in, where the file says how.
+
+        Raises
+        ------
+        HandlerFileError
+            The function fails.
+        """
+        if hasattr(self.module, "simulate"):
+            self._call("simulate", application)
+
+    def _call(self, name: str, argument: object) -> None:
+        function: Callable[[object], object] = getattr(self.module, name)
+        try:
+            function(argument)
+        except Exception as error:
+            raise _failure(self.path, error) from error
+
+
+def load_handler_file(path: Path) -> HandlerFile:
+    """Load a file with handlers; modules beside it can be imported by it.
+
+    Raises
+    ------
+    HandlerFileError
+        There is no such file, it fails, or defines no ``configure(net)``.
+    """
+    path = path.resolve()
+    spec = importlib.util.spec_from_file_location(f"dineros_handlers_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise HandlerFileError(
+            "is no Python file", location=Location(path), hint="name a file such as handlers.py"
+        )
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    if str(path.parent) not in sys.path:
+        sys.path.insert(0, str(path.parent))
+    try:
+        spec.loader.exec_module(module)
+    except OSError as error:
+        raise HandlerFileError(f"cannot be read: {error.strerror}", location=Location(path)) from error
+    except Exception as error:
+        raise _failure(path, error) from error
+    if not callable(getattr(module, "configure", None)):
+        raise HandlerFileError(
+            "defines no function configure(net)",
+            location=Location(path),
+            hint="define it; it is called for each node, net.id says which",
+        )
+    return HandlerFile(path, module)
+
+
+def _failure(path: Path, error: Exception) -> HandlerFileError:
+    """Return an error that names the line of the file, as far down as the file itself is on the stack."""
+    if isinstance(error, SyntaxError) and error.filename == str(path):
+        return HandlerFileError(f"no Python: {error.msg}", location=Location(path, error.lineno))
+    lines = [
+        frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)
+    ]
+    said = str(error) if isinstance(error, DinerosError) else f"{type(error).__name__}: {error}"
+    return HandlerFileError(said, location=Location(path, lines[-1] if lines else None))

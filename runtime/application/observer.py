@@ -1,0 +1,82 @@
+"""The state of a running application, put together from the traces that its nodes write."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from dineros.metamodel.records import Drop, Error, Fire, Record, Signal, Start
+from dineros.metamodel.records.following import Follower
+from dineros.metamodel.records.schema import Step
+
+
+class Observer:
+    """Marking and signals of all nodes, as far as their traces tell.
+
+    Nodes write at their own pace, so the marking need not be one that the application ever had as a whole;
+    each node's part of it is.
+
+    Attributes
+    ----------
+    marking : dict of str to int
+        Tokens of each place of the nodes.
+    signals : dict of str to bool
+        Values of the input signals.
+    firings, drops, errors, restarts : int
+        What was seen so far.
+    """
+
+    def __init__(self) -> None:
+        self.marking: dict[str, int] = {}
+        self.signals: dict[str, bool] = {}
+        self.firings = self.drops = self.errors = self.restarts = 0
+        self._places: dict[str, set[str]] = {}
+
+    def see(self, records: Iterable[Record]) -> None:
+        """Take in records, each node's in order."""
+        for record in records:
+            if isinstance(record, Start):  # a checkpoint as well
+                self._begin(record)
+            elif isinstance(record, Step):
+                for place, change in record.change.items():
+                    self.marking[place] = self.marking.get(place, 0) + change
+                    self._places.setdefault(record.node or "", set()).add(place)
+                if isinstance(record, Signal):
+                    self.signals[record.signal] = record.value
+                elif isinstance(record, Fire):
+                    self.firings += 1
+                elif isinstance(record, Drop):
+                    self.drops += record.count
+            elif isinstance(record, Error):
+                self.errors += 1
+
+    def _begin(self, record: Start) -> None:
+        """Replace what is known of a node by what it says of itself."""
+        places = self._places.setdefault(record.node or "", set())
+        for place in places:
+            self.marking[place] = 0
+        for place, tokens in record.marking.items():
+            self.marking[place] = len(tokens)
+            places.add(place)
+        self.signals.update(record.signals)
+        self.restarts += record.event == "start" and record.resumed
+
+
+class FolderObserver(Observer):
+    """An observer of the traces in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the nodes write.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__()
+        self._follower = Follower(folder)
+
+    def look(self) -> list[Record]:
+        """Take in what is new, and return it."""
+        records = self._follower.new()
+        self.see(records)
+        return records

@@ -1,0 +1,271 @@
+"""Starting the processes of an application, restarting those that die, and ending all of them.
+
+The policy is that of OTP's supervisors: a process that ends by itself with status 0 is done; one that fails
+is started again after a delay that doubles, unless it failed too often within a while (Erlang/OTP design
+principles, "Supervisor Behaviour").
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from dineros.metamodel.errors import DinerosError
+
+_PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
+_ENDINGS = ((signal.SIGINT, 6.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 3.0))
+
+
+class SupervisionError(DinerosError):
+    """A process of the application cannot be started, or fails again and again."""
+
+
+@dataclass(frozen=True)
+class ProcessPlan:
+    """How a process of the application is started.
+
+    Attributes
+    ----------
+    name : str
+        The node's name.
+    command : sequence of str
+        Program and arguments of the first start.
+    resume : sequence of str
+        Further arguments of every later start.
+    environment : mapping of str to str
+        All of the process's environment.
+    log : Path
+        Takes what the process prints; appended to.
+    folder : Path or None
+        The working folder.
+    """
+
+    name: str
+    command: Sequence[str]
+    environment: Mapping[str, str]
+    log: Path
+    resume: Sequence[str] = ()
+    folder: Path | None = None
+
+
+@dataclass(frozen=True)
+class RestartPolicy:
+    """When a process that failed is started again.
+
+    Attributes
+    ----------
+    restarts : int
+        So many restarts within `window` seconds are made; one more failure gives up.
+    window : float
+        Seconds.
+    delay : float
+        Seconds before the first restart; doubled for each that follows within the window.
+    """
+
+    restarts: int = 5
+    window: float = 60.0
+    delay: float = 0.25
+
+
+@dataclass(frozen=True)
+class ProcessEvent:
+    """Something that happened to a process.
+
+    Attributes
+    ----------
+    time : float
+        Seconds since the epoch.
+    name : str
+        The node's name.
+    event : {"started", "restarted", "ended", "failed", "stopped"}
+        ``ended``: by itself, status 0; ``failed``: any other end; ``stopped``: by the supervisor.
+    process : int
+        Its id in the system.
+    status : int or None
+        How it ended: an exit status, or minus the number of a signal.
+    """
+
+    time: float
+    name: str
+    event: Literal["started", "restarted", "ended", "failed", "stopped"]
+    process: int
+    status: int | None = None
+
+
+@dataclass
+class _Child:
+    plan: ProcessPlan
+    process: subprocess.Popen[bytes] | None = None
+    failures: list[float] = field(default_factory=list)
+    start_at: float | None = None
+    is_done: bool = False
+
+
+class Supervisor:
+    """Runs the processes of an application; use it as a context manager, so that none is left.
+
+    Parameters
+    ----------
+    plans : sequence of ProcessPlan
+        The processes, started in this order.
+    policy : RestartPolicy
+        When one that failed is started again.
+    on_event : callable
+        Told of every start and end.
+    """
+
+    def __init__(
+        self,
+        plans: Sequence[ProcessPlan],
+        policy: RestartPolicy = RestartPolicy(),
+        on_event: Callable[[ProcessEvent], None] = lambda event: None,
+    ) -> None:
+        self._children = [_Child(plan) for plan in plans]
+        self._policy = policy
+        self._on_event = on_event
+
+    def __enter__(self) -> Supervisor:
+        try:
+            for child in self._children:
+                self._start(child, "started")
+        except BaseException:
+            self.stop()
+            raise
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.stop()
+
+    @property
+    def processes(self) -> dict[str, int]:
+        """Ids of the processes that run, by name."""
+        return {child.plan.name: child.process.pid for child in self._children if child.process is not None}
+
+    def poll(self) -> bool:
+        """Look after the processes; call it several times a second.
+
+        Returns
+        -------
+        bool
+            Whether any process runs or will be started again.
+
+        Raises
+        ------
+        SupervisionError
+            A process failed too often.
+        """
+        now = time.monotonic()
+        for child in self._children:
+            if child.process is not None and child.process.poll() is not None:
+                self._ended(child, now)
+            elif child.start_at is not None and now >= child.start_at:
+                self._start(child, "restarted")
+        return not all(child.is_done for child in self._children)
+
+    def stop(self) -> None:
+        """End all processes: interrupt them, then terminate, then kill those that stay."""
+        for child in self._children:
+            child.start_at, child.is_done = None, True
+        for number, patience in _ENDINGS:
+            running = [child for child in self._children if child.process is not None]
+            for child in running:
+                assert child.process is not None
+                _send(child.process, number)
+            deadline = time.monotonic() + patience
+            for child in running:
+                self._wait(child, deadline)
+            if all(child.process is None for child in self._children):
+                return
+
+    def _start(self, child: _Child, event: Literal["started", "restarted"]) -> None:
+        plan = child.plan
+        command = [*plan.command, *(plan.resume if event == "restarted" else ())]
+        plan.log.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            with plan.log.open("ab") as log:
+                child.process = subprocess.Popen(
+                    command,
+                    stdin=subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                    env=dict(plan.environment),
+                    cwd=plan.folder,
+                    start_new_session=True,  # Ctrl-C comes to us alone, and we end them in order
+                    # Harmless with threads: it makes two system calls and takes no lock.
+                    preexec_fn=_die_with_parent if sys.platform == "linux" else None,  # noqa: PLW1509
+                )
+        except OSError as error:
+            raise SupervisionError(f"{plan.name} cannot be started: {error}") from error
+        child.start_at = None
+        self._tell(child, event)
+
+    def _ended(self, child: _Child, now: float) -> None:
+        assert child.process is not None
+        status = child.process.returncode
+        self._tell(child, "ended" if status == 0 else "failed", status)
+        child.process = None
+        if status == 0:
+            child.is_done = True
+            return
+        child.failures = [moment for moment in child.failures if now - moment < self._policy.window]
+        child.failures.append(now)
+        if len(child.failures) > self._policy.restarts:
+            child.is_done = True
+            raise SupervisionError(
+                f"{child.plan.name} failed {len(child.failures)} times within {self._policy.window:.0f} s, "
+                f"the last time with {status_text(status)}",
+                hint=f"its output is in {child.plan.log}",
+            )
+        child.start_at = now + self._policy.delay * 2 ** (len(child.failures) - 1)
+
+    def _wait(self, child: _Child, deadline: float) -> None:
+        assert child.process is not None
+        try:
+            status = child.process.wait(max(0.0, deadline - time.monotonic()))
+        except subprocess.TimeoutExpired:
+            return
+        self._tell(child, "stopped", status)
+        child.process = None
+
+    def _tell(
+        self,
+        child: _Child,
+        event: Literal["started", "restarted", "ended", "failed", "stopped"],
+        status: int | None = None,
+    ) -> None:
+        assert child.process is not None
+        self._on_event(ProcessEvent(time.time(), child.plan.name, event, child.process.pid, status))
+
+
+def status_text(status: int | None) -> str:
+    """Return how a process ended, for people.
+
+    Examples
+    --------
+    >>> status_text(2), status_text(-9)
+    ('exit status 2', 'signal SIGKILL')
+    """
+    if status is not None and status < 0:
+        return f"signal {signal.Signals(-status).name}"
+    return f"exit status {status}"
+
+
+def _send(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
+    """Signal a process and the children it may have."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, number)
+
+
+def _die_with_parent() -> None:
+    """Have the system end this process when the supervisor is gone, however that ended."""
+    ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM)
+    signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,0 +1,1 @@
+"""Signals from outside of ROS: MQTT pushes them, REST pushes or is asked (extras ``mqtt`` and ``rest``)."""

@@ -1,0 +1,209 @@
+"""What a net consists of at run time, and what a node needs of it; developers see a `Net`."""
+
+from __future__ import annotations
+
+import logging
+import random
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from dineros.metamodel.errors import DinerosError, FeatureValueError
+from dineros.runtime.engine import Engine
+from dineros.runtime.exchange import departures_of
+from dineros.runtime.execution import Execution
+from dineros.runtime.handlers import Handlers
+from dineros.runtime.inspection import ErrorReport, Inspection, inspect_engine
+from dineros.runtime.loop import Loop
+from dineros.runtime.names import Names
+from dineros.runtime.policies import Policy
+from dineros.runtime.recording import Checkpoint
+from dineros.runtime.structure import Structure
+from dineros.runtime.tokens import Token
+
+if TYPE_CHECKING:
+    from dineros.runtime.node import Node
+
+LOG = logging.getLogger("dineros.runtime")
+KEPT_ERRORS = 100
+
+
+@dataclass(frozen=True)
+class Change:
+    """Something that happened in a net.
+
+    Attributes
+    ----------
+    event : str
+        Kind of event, as in a trace: ``fire``, ``signal``, ``take``, ``publish`` and so on.
+    fields : mapping
+        What a trace says of it.
+    """
+
+    event: str
+    fields: Mapping[str, object]
+
+
+class Core:
+    """Engine, handlers, loop and observers of one net.
+
+    Attributes
+    ----------
+    node : Node or None
+        The node that runs it.
+    is_observing : bool
+        Whether changes are recorded or reported; if not, nothing is put together for it.
+    """
+
+    def __init__(self, structure: Structure, seed: int, policy: Policy, clock: Callable[[], float]) -> None:
+        self.structure = structure
+        self.seed = seed
+        self.names = Names(structure)
+        self.loop = Loop(clock)
+        self.handlers = Handlers(self.names.transitions, len(structure.transitions))
+        self._departures = departures_of(structure)
+        self.engine = Engine(structure, self._departures)
+        self.execution = Execution(self.engine, self.handlers, self.loop, random.Random(seed), self)
+        self.execution.policy = policy
+        self.node: Node | None = None
+        self.is_observing = False
+        self._record: Callable[..., None] | None = None
+        self._callbacks: tuple[Callable[[Change], object], ...] = ()
+        self._callbacks_lock = threading.Lock()
+        self._errors: deque[ErrorReport] = deque(maxlen=KEPT_ERRORS)
+        self._failures = 0
+
+    # Observing.
+
+    def emit(self, event: str, **fields: object) -> None:
+        """Record and report something that has happened."""
+        if event == "error":
+            self._note_error(fields)
+        if self._record is not None:
+            self._record(event, **fields)
+        if self._callbacks:
+            change = Change(event, MappingProxyType(_copied(fields)))
+            for callback in self._callbacks:
+                try:
+                    callback(change)
+                except Exception:
+                    LOG.exception("a callback of on_change failed at %s", event)
+
+    def record_with(self, record: Callable[..., None] | None) -> None:
+        """Record from now on with this function, or no more."""
+        self._record = record
+        self.is_observing = record is not None or bool(self._callbacks)
+
+    def add_callback(self, callback: Callable[[Change], object]) -> None:
+        """Call a function after each change."""
+        with self._callbacks_lock:
+            self._callbacks = (*self._callbacks, callback)
+            self.is_observing = True
+
+    def remove_callback(self, callback: Callable[[Change], object]) -> None:
+        """Call it no more."""
+        with self._callbacks_lock:
+            self._callbacks = tuple(known for known in self._callbacks if known is not callback)
+            self.is_observing = self._record is not None or bool(self._callbacks)
+
+    def _note_error(self, fields: Mapping[str, object]) -> None:
+        self._failures += 1
+        transition, handler, policy = (
+            None if fields.get(name) is None else str(fields[name])
+            for name in ("transition", "handler", "policy")
+        )
+        self._errors.append(ErrorReport(time.time(), transition, handler, str(fields["error"]), policy))
+
+    # What it is in.
+
+    def set_signal(self, number: int, value: bool, source: str) -> None:
+        """Set a signal; on the node's thread."""
+        if self.engine.set_signal(number, value):
+            self.emit("signal", signal=self.structure.signals[number], value=value, source=source)
+
+    def inspect(self) -> Inspection:
+        """Return what the net is in; on the node's thread."""
+        exchange = self.node.exchange if self.node is not None else None
+        return Inspection(
+            **inspect_engine(self.engine, self.execution, self.loop.clock()),
+            waiting_requests=exchange.waiting_requests if exchange is not None else 0,
+            drops=MappingProxyType(dict(exchange.drops) if exchange is not None else {}),
+            firings=self.execution.firings,
+            failures=self._failures,
+            errors=tuple(self._errors),
+            halted=self.execution.halted,
+        )
+
+    def save(self) -> Checkpoint:
+        """Return a checkpoint of the net, without what the node knows of channels."""
+        engine, structure = self.engine, self.structure
+        return Checkpoint(
+            marking={
+                id: [[token.id, token.data] for token in tokens]
+                for place, id in enumerate(structure.places)
+                if (tokens := engine.tokens(place))
+            },
+            signals=dict(zip(structure.signals, engine.signals, strict=True)),
+            next_token=engine.next_token,
+            numbers={},
+            seen={},
+            requests={},
+            serving={},
+            responses={},
+            aside={
+                structure.transitions[transition]: {
+                    structure.places[place]: sorted(ids) for place, ids in by_place.items()
+                }
+                for transition, by_place in engine.aside().items()
+            },
+            run="",
+        )
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Take over marking and signals of a checkpoint.
+
+        Raises
+        ------
+        DinerosError
+            They do not fit the model.
+        """
+        structure, names = self.structure, self.names
+        marking: list[list[Token]] = [[] for _ in structure.places]
+        complete = self.engine.checker.complete
+        for id, tokens in checkpoint["marking"].items():
+            place = names.place(id)
+            for number, data in tokens:
+                try:
+                    marking[place].append(Token(int(str(number)), complete(data)))
+                except FeatureValueError as error:
+                    raise DinerosError(
+                        f"token {number} on {id!r} does not fit the model: {error}",
+                        hint="start the node anew",
+                    ) from error
+        signals = list(structure.initial_signals)
+        for id, value in checkpoint["signals"].items():
+            signals[names.signal(id)] = value
+        self.engine = Engine(structure, self._departures, marking, signals, checkpoint["next_token"])
+        self.execution.engine = self.engine
+        for id, by_place in checkpoint["aside"].items():
+            (transition,) = names.transitions(id)
+            self.engine.put_aside(
+                transition,
+                [
+                    (place, [token for token in self.engine.tokens(place) if token.id in ids])
+                    for place, ids in ((names.place(id), ids) for id, ids in by_place.items())
+                ],
+            )
+
+
+def _copied(value: Any) -> Any:
+    """Return a copy of what a record says: a callback that changes it changes no token."""
+    if isinstance(value, dict):
+        return {key: _copied(element) for key, element in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_copied(element) for element in value]
+    return value

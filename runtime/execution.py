@@ -1,0 +1,436 @@
+"""Firing: choosing a transition, running its handlers, committing, and what happens when a handler fails.
+
+A firing changes the marking at its commit and nowhere else. While a long handler runs, the firing is *in
+flight*: its tokens are reserved. It commits only if the transition is still allowed then (clause, read and
+inhibitor arcs, priorities); otherwise it is withdrawn, and tried again when the transition is enabled.
+"""
+
+from __future__ import annotations
+
+import inspect
+import logging
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import dataclass, field
+from random import Random
+from typing import Any, Protocol
+
+from dineros.metamodel.errors import DinerosError
+from dineros.runtime.engine import Engine, Tokens
+from dineros.runtime.handlers import Firing, Handler, Handlers
+from dineros.runtime.loop import Loop
+from dineros.runtime.policies import Aside, Halt, Policy, Retry
+from dineros.runtime.results import checked_result
+from dineros.runtime.selection import (
+    Candidates,
+    Enabled,
+    SelectionFunction,
+    chosen_tokens,
+    named_copies,
+)
+from dineros.runtime.timers import Timer
+from dineros.runtime.timing import Timing
+from dineros.runtime.tokens import copy_data
+from dineros.runtime.transport import Data
+from dineros.runtime.workers import Workers
+
+LOG = logging.getLogger("dineros.runtime")
+
+
+class HandlerTimeoutError(DinerosError):
+    """A handler took longer than it may."""
+
+
+class Observer(Protocol):
+    """Told what happens.
+
+    Attributes
+    ----------
+    is_observing : bool
+        Whether anybody wants to know; if not, nothing is put together for it.
+    """
+
+    is_observing: bool
+
+    def emit(self, event: str, **fields: object) -> None:
+        """Tell of an event, when it has happened."""
+
+
+@dataclass(eq=False)
+class Flight:
+    """A firing under way."""
+
+    transition: int
+    taken: Tokens
+    handlers: tuple[Handler, ...]
+    firing: Firing
+    data: Data
+    started: float
+    status: list[bool]
+    given: dict[int, list[Data]] | None = None
+    position: int = 0
+    is_reserved: bool = False
+    is_over: bool = False
+    cancel: Callable[[], None] = field(default=lambda: None)
+    timer: Timer | None = None
+
+
+class Execution:
+    """Fires the transitions of an engine, one at a time.
+
+    Attributes
+    ----------
+    selection : callable or None
+        The developers' selection; None: uniformly at random.
+    policy : Policy
+        What becomes of a failure where the handler says nothing else.
+    halted : str or None
+        Why nothing fires any more.
+    in_flight : list of Flight
+        Firings whose handlers run elsewhere.
+    firings : int
+        How many have committed.
+    """
+
+    def __init__(
+        self, engine: Engine, handlers: Handlers, loop: Loop, random: Random, observer: Observer
+    ) -> None:
+        self.engine = engine
+        self.handlers = handlers
+        self.selection: SelectionFunction | None = None
+        self.policy: Policy = Halt()
+        self.halted: str | None = None
+        self.in_flight: list[Flight] = []
+        self.firings = 0
+        self._loop = loop
+        self._random = random
+        self._observer = observer
+        self._workers = Workers()
+        self._timing = Timing(engine.structure, loop)
+        # Transition -> the tokens of its last failure and how often it failed with them.
+        self._failures: dict[int, tuple[frozenset[int], int]] = {}
+        self._full: set[int] = set()  # transitions with as many firings in flight as they may have
+        self._selection_failures = 0
+        self._selection_pauses = False
+
+    def fire_one(self) -> bool:
+        """Begin at most one firing; return whether one began."""
+        ready = self.engine.ready
+        if not ready or self.halted is not None:
+            if self._timing:
+                self._timing.of(self.engine, [])
+            return False
+        if self.selection is not None:
+            return self._fire_selected(self.selection)
+        if self.engine.prioritised or self._timing:
+            ready = self._allowed()
+            if not ready:
+                return False
+        size = len(ready)
+        transition = ready[0] if size == 1 else ready[int(self._random.random() * size)]
+        if self._observer.is_observing or self.handlers.of(transition):
+            self._begin(transition, self.engine.would_take(transition))
+        else:
+            self.engine.fire(transition)
+            self.firings += 1
+            if self._timing:
+                self._timing.began(transition)
+        return True
+
+    def _allowed(self) -> list[int]:
+        """Return the ready transitions that priorities and time let fire."""
+        engine = self.engine
+        allowed = [number for number in engine.ready if not engine.is_overridden(number)]
+        return self._timing.of(engine, allowed) if self._timing else allowed
+
+    def _fire_selected(self, selection: SelectionFunction) -> bool:
+        if self._selection_pauses:
+            return False
+        engine = self.engine
+        allowed = sorted(self._allowed())
+        if not allowed:
+            return False
+        candidates = Candidates([Enabled(engine, number) for number in allowed], self._random)
+        try:
+            chosen = chosen_tokens(engine, candidates, selection(candidates))
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            self._selection_failed(selection, error)
+            return False
+        self._selection_failures = 0
+        if chosen is None:
+            return False
+        number, taken = chosen
+        self._begin(number, taken)
+        return True
+
+    def _selection_failed(self, selection: SelectionFunction, error: BaseException) -> None:
+        self._selection_failures += 1
+        attempt, policy = self._selection_failures, self.policy
+        if isinstance(policy, Aside):  # there are no tokens to put aside
+            policy = Retry(attempts=1 << 31)
+        elif isinstance(policy, Retry) and attempt >= policy.attempts:
+            policy = Halt()
+        name, text = getattr(selection, "__name__", "selection"), _shown(error)
+        LOG.error("the selection %s failed; policy: %s", name, policy.name, exc_info=error)
+        self._observer.emit(
+            "error", transition=None, handler=name, error=text, attempt=attempt, policy=policy.name
+        )
+        if isinstance(policy, Halt):
+            self.halt(f"the selection failed: {text}")
+            return
+        self._selection_pauses = True
+        self._loop.timers.call_later(policy.delay_after(min(attempt, 60)), self._resume_selection)
+
+    def _resume_selection(self) -> None:
+        self._selection_pauses = False
+
+    def _begin(self, transition: int, taken: Tokens) -> None:
+        """Run the handlers of a transition and commit, or leave it in flight."""
+        engine, started = self.engine, self._loop.clock()
+        if self._timing:
+            self._timing.began(transition)
+        handlers = self.handlers.of(transition)
+        data = engine.passed_on(transition, taken)
+        if not handlers:
+            self._commit(transition, taken, engine.made(transition, taken, data), (), started)
+            return
+        structure, status = engine.structure, [True]
+        firing = Firing(
+            structure.transition_names[transition],
+            structure.instances[transition],
+            structure.transitions[transition],
+            named_copies(engine, [*taken, *engine.would_read(transition)]),
+            {structure.place_names[place]: weight for place, weight in structure.outputs[transition]},
+            copy_data(data),
+            status,
+        )
+        self._go_on(Flight(transition, taken, handlers, firing, data, started, status))
+
+    def _go_on(self, flight: Flight) -> None:
+        """Run the handlers that are left, up to one that runs elsewhere; commit after the last."""
+        while flight.position < len(flight.handlers):
+            handler = flight.handlers[flight.position]
+            if handler.is_asynchronous or handler.thread or handler.timeout is not None:
+                self._send_off(flight, handler)
+                return
+            try:
+                result = handler.function(flight.firing)
+            except KeyboardInterrupt:
+                self._end(flight)
+                raise
+            except BaseException as error:
+                self._fail(flight, handler, error)
+                return
+            if inspect.isawaitable(result):
+                self._send_off(flight, handler, result)
+                return
+            if not self._accept(flight, handler, result):
+                return
+        self._finish(flight)
+
+    def _accept(self, flight: Flight, handler: Handler, result: object) -> bool:
+        """Check what a handler left and returned; False: it was wrong, and the firing has failed."""
+        try:
+            data, given = checked_result(
+                self.engine,
+                flight.transition,
+                flight.taken,
+                flight.firing.data,
+                flight.data,
+                flight.given,
+                result,
+            )
+        except Exception as error:
+            self._fail(flight, handler, error)
+            return False
+        flight.data, flight.given = data, given
+        flight.firing.data = copy_data(data)
+        flight.position += 1
+        return True
+
+    # Handlers that run elsewhere.
+
+    def _send_off(self, flight: Flight, handler: Handler, awaitable: Awaitable[Any] | None = None) -> None:
+        if not flight.is_reserved:
+            self.engine.reserve(flight.taken)
+            flight.is_reserved = True
+            self.in_flight.append(flight)
+            if self._is_full(flight):
+                self._full.add(flight.transition)
+                self.engine.hold(flight.transition)
+        firing, function = flight.firing, handler.function
+
+        def done(result: Any, error: BaseException | None) -> None:
+            self._loop.post(lambda: self._return(flight, handler, result, error))
+
+        async def wait_for(some: Awaitable[Any]) -> Any:
+            return await some
+
+        if awaitable is not None:
+            flight.cancel = self._workers.start_coroutine(lambda: wait_for(awaitable), done)
+        elif handler.is_asynchronous:
+            flight.cancel = self._workers.start_coroutine(lambda: function(firing), done)
+        else:
+            flight.cancel = self._workers.start_thread(lambda: function(firing), handler.name, done)
+        if handler.timeout is not None:
+            expire = HandlerTimeoutError(f"took longer than {handler.timeout:g} s")
+            flight.timer = self._loop.timers.call_later(
+                handler.timeout, lambda: self._return(flight, handler, None, expire)
+            )
+
+    def _return(self, flight: Flight, handler: Handler, result: object, error: BaseException | None) -> None:
+        """Go on with a firing whose handler has returned, failed or timed out; on the node's thread."""
+        if flight.is_over or flight.handlers[flight.position] is not handler:
+            return
+        if flight.timer is not None:
+            flight.timer.cancel()
+            flight.timer = None
+        if error is None and inspect.isawaitable(result):  # a function on a thread that made a coroutine
+            self._send_off(flight, handler, result)
+        elif error is not None:
+            flight.cancel()
+            self._fail(flight, handler, error)
+        elif self._accept(flight, handler, result):
+            self._go_on(flight)
+
+    def _is_full(self, flight: Flight) -> bool:
+        """Return whether as many firings of a transition are in flight as its handlers allow."""
+        same = sum(other.transition == flight.transition for other in self.in_flight)
+        return same >= min(handler.parallel for handler in flight.handlers)
+
+    def refresh(self) -> None:
+        """Let the handlers in flight know whether they could still commit."""
+        for flight in self.in_flight:
+            flight.status[0] = self.engine.is_allowed(flight.transition)
+
+    # How a firing ends.
+
+    def _finish(self, flight: Flight) -> None:
+        engine, transition = self.engine, flight.transition
+        was_reserved = flight.is_reserved
+        self._end(flight)
+        if was_reserved and not engine.is_allowed(transition):
+            self._observer.emit(
+                "error",
+                transition=engine.structure.transitions[transition],
+                handler=flight.handlers[-1].name,
+                error="withdrawn",
+                attempt=1,
+                policy="retry",
+            )
+            return
+        made = engine.made(transition, flight.taken, flight.data, flight.given)
+        self._commit(transition, flight.taken, made, flight.handlers, flight.started)
+
+    def _commit(
+        self, transition: int, taken: Tokens, made: Tokens, handlers: Sequence[Handler], started: float
+    ) -> None:
+        self.engine.commit(taken, made)
+        self.firings += 1
+        self._failures.pop(transition, None)
+        if not self._observer.is_observing:
+            return
+        places = self.engine.structure.places
+        change = {places[place]: -len(tokens) for place, tokens in taken}
+        for place, tokens in made:
+            change[places[place]] = change.get(places[place], 0) + len(tokens)
+        self._observer.emit(
+            "fire",
+            transition=self.engine.structure.transitions[transition],
+            change={place: number for place, number in change.items() if number},
+            taken={places[place]: [token.id for token in tokens] for place, tokens in taken},
+            made={places[place]: [[token.id, token.data] for token in tokens] for place, tokens in made},
+            handlers=[handler.name for handler in handlers],
+            duration=self._loop.clock() - started,
+        )
+
+    def _end(self, flight: Flight) -> None:
+        """Give up the reservation of a firing, if it has one."""
+        flight.is_over = True
+        flight.status[0] = False
+        if flight.timer is not None:
+            flight.timer.cancel()
+        if flight.is_reserved:
+            flight.is_reserved = False
+            self.in_flight.remove(flight)
+            self.engine.release(flight.taken)
+            if flight.transition in self._full and not self._is_full(flight):
+                self._full.remove(flight.transition)
+                self.engine.unhold(flight.transition)
+
+    def _fail(self, flight: Flight, handler: Handler, error: BaseException) -> None:
+        """Leave everything as it was and do as the policy says."""
+        self._end(flight)
+        transition = flight.transition
+        id = self.engine.structure.transitions[transition]
+        tokens = frozenset(token.id for _, tokens in flight.taken for token in tokens)
+        known, attempt = self._failures.get(transition, (tokens, 0))
+        attempt = attempt + 1 if known == tokens else 1
+        self._failures[transition] = (tokens, attempt)
+        policy = handler.policy or self.policy
+        if isinstance(policy, Retry) and attempt >= policy.attempts:
+            policy = policy.then
+        if isinstance(policy, Aside) and not flight.taken:
+            policy = Halt()  # there is nothing to put aside
+        text = _shown(error)
+        LOG.error("%s: the handler %s failed; policy: %s", id, handler.name, policy.name, exc_info=error)
+        self._observer.emit(
+            "error", transition=id, handler=handler.name, error=text, attempt=attempt, policy=policy.name
+        )
+        if isinstance(policy, Retry):
+            self.engine.hold(transition)
+            self._loop.timers.call_later(policy.delay_after(attempt), lambda: self.engine.unhold(transition))
+        elif isinstance(policy, Aside):
+            del self._failures[transition]
+            self._put_aside(transition, flight.taken)
+        else:
+            self.halt(f"the handler {handler.name} of {id} failed: {text}")
+
+    def _put_aside(self, transition: int, taken: Tokens) -> None:
+        structure = self.engine.structure
+        self.engine.put_aside(transition, taken)
+        self._observer.emit(
+            "aside",
+            transition=structure.transitions[transition],
+            tokens={structure.places[place]: [token.id for token in tokens] for place, tokens in taken},
+        )
+
+    def release(self, transitions: Sequence[int]) -> None:
+        """Let transitions take again the tokens that were put aside for them."""
+        structure = self.engine.structure
+        for transition in transitions:
+            released = self.engine.release_aside(transition)
+            if released:
+                self._observer.emit(
+                    "release",
+                    transition=structure.transitions[transition],
+                    tokens={structure.places[place]: sorted(ids) for place, ids in released.items()},
+                )
+
+    def halt(self, reason: str) -> None:
+        """Fire nothing more until `proceed`."""
+        if self.halted is None:
+            LOG.error("the node halts: %s", reason)
+            self.halted = reason
+
+    def proceed(self) -> None:
+        """Fire again after a halt."""
+        self.halted = None
+        self._failures.clear()
+        self._selection_failures = 0
+
+    def close(self) -> None:
+        """Give up all firings in flight; their handlers are cancelled where that is possible."""
+        for flight in list(self.in_flight):
+            flight.cancel()
+            self._end(flight)
+        self._workers.close()
+
+
+def _shown(error: BaseException) -> str:
+    """Return an exception as one line; a wrong return speaks for itself."""
+    text = " ".join(str(error).split())
+    if isinstance(error, DinerosError):
+        return text
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -1,0 +1,150 @@
+"""Large token data: kept once beside the trace, so that no line is long and nothing is lost.
+
+In the record, the value of a large field is ``{"$stored": DIGEST, "$bytes": N, "$start": TEXT}``; the value
+itself is the JSON text in ``NODE.data/DIGEST.json``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.files.atomic import write_atomically
+from dineros.metamodel.records import Fire, Record, Response, Serve, Start, StoredToken, Take
+from dineros.metamodel.records.files import data_folder
+
+_KEYS = {"$stored", "$bytes", "$start"}
+_START = 60
+"""Characters shown of a value that is stored apart."""
+
+R = TypeVar("R", bound=Record)
+
+
+class Outlined:
+    """Large values of one node's trace.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the trace.
+    node : str
+        Id of the node.
+    limit : int
+        Bytes that the JSON of a field may have in a line.
+    synchronise : bool
+        Whether to wait for the disk.
+    """
+
+    def __init__(self, folder: Path, node: str, limit: int = 4096, synchronise: bool = False) -> None:
+        self.folder = data_folder(folder, node)
+        self.limit = limit
+        self._synchronise = synchronise
+
+    def outline(self, fields: dict[str, Any]) -> dict[str, Any]:
+        """Return the fields of a record with large values stored apart."""
+        return _map_data(fields, self._outline_data)
+
+    def inline(self, record: R) -> R:
+        """Return a record with its large values read back.
+
+        Raises
+        ------
+        DinerosError
+            A stored value is missing or not what it was.
+        """
+        if not isinstance(record, (Start, Fire, Take, Serve, Response)):
+            return record
+        names = [name for name in _PLACES if hasattr(record, name)]
+        values = {name: getattr(record, name) for name in names}
+        read = _map_data(values, self._inline_data)
+        changed = {name: value for name, value in read.items() if value is not values[name]}
+        return replace(record, **changed) if changed else record
+
+    def _outline_data(self, data: dict[str, Any]) -> dict[str, Any]:
+        return {name: self._outline_value(value) for name, value in data.items()}
+
+    def _outline_value(self, value: Any) -> Any:
+        if isinstance(value, (int, float)) or _is_stored(value):
+            return value
+        text = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+        content = text.encode()
+        if len(content) <= self.limit:
+            return value
+        digest = hashlib.sha256(content).hexdigest()
+        path = self.folder / f"{digest}.json"
+        if not path.exists():
+            self.folder.mkdir(exist_ok=True)
+            self._store(path, content)
+        return {"$stored": digest, "$bytes": len(content), "$start": text[:_START]}
+
+    def _store(self, path: Path, content: bytes) -> None:
+        if self._synchronise:
+            write_atomically(path, content)
+            return
+        fresh = path.with_suffix(".tmp")
+        fresh.write_bytes(content)
+        fresh.rename(path)
+
+    def _inline_data(self, data: dict[str, Any]) -> dict[str, Any]:
+        if not any(map(_is_stored, data.values())):
+            return data
+        return {name: self._read(value) if _is_stored(value) else value for name, value in data.items()}
+
+    def _read(self, value: dict[str, Any]) -> Any:
+        path = self.folder / f"{value['$stored']}.json"
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            raise DinerosError(f"cannot be read: {error.strerror}", location=Location(path)) from None
+        if hashlib.sha256(content).hexdigest() != value["$stored"]:
+            raise DinerosError("is not what the trace stored", location=Location(path))
+        return json.loads(content)
+
+
+def _is_stored(value: Any) -> bool:
+    # No map of a token looks like this: its elements are of one kind.
+    return isinstance(value, dict) and value.keys() == _KEYS and isinstance(value["$bytes"], int)
+
+
+def _map_data(fields: dict[str, Any], change: Callable[[dict[str, Any]], dict[str, Any]]) -> dict[str, Any]:
+    """Return fields of a record with all token data changed; what is left as it is stays the same object."""
+    return {
+        name: _PLACES[name](value, change) if name in _PLACES else value for name, value in fields.items()
+    }
+
+
+def _tokens(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]]) -> Any:
+    changed = {
+        place: [StoredToken(id, change(data)) for id, data in tokens] for place, tokens in value.items()
+    }
+    same = all(
+        new.data is old[1]
+        for place, tokens in changed.items()
+        for new, old in zip(tokens, value[place], strict=True)
+    )
+    return value if same else changed
+
+
+def _requests(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]]) -> Any:
+    return {key: {**request, "data": change(request["data"])} for key, request in value.items()}
+
+
+def _responses(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]]) -> Any:
+    return {
+        channel: {message: change(data) for message, data in kept.items()} for channel, kept in value.items()
+    }
+
+
+_PLACES: dict[str, Callable[[Any, Callable[[dict[str, Any]], dict[str, Any]]], Any]] = {
+    "marking": _tokens,
+    "made": _tokens,
+    "data": lambda value, change: change(value),
+    "requests": _requests,
+    "responses": _responses,
+}
+"""Fields of records that hold token data."""

@@ -1,0 +1,292 @@
+"""The recorder that writes a journal: append-only lines, one write each, in parts rotated by size."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.records import (
+    SCHEMA,
+    Header,
+    RecordDecoder,
+    current_path,
+    encode_fields,
+    part_path,
+    parts_of,
+    read_records,
+)
+from dineros.metamodel.records.files import number_of_part
+from dineros.runtime.journal.outlined import Outlined
+from dineros.runtime.journal.state import rebuild_at
+from dineros.runtime.recording import Checkpoint
+from dineros.runtime.transport import Ports
+
+PART_BYTES = 16 << 20
+DATA_BYTES = 4096
+
+
+class JournalError(DinerosError):
+    """A journal cannot be written, or belongs to another run."""
+
+
+class JournalRecorder:
+    """Writes what one node does to ``FOLDER/NODE.jsonl``.
+
+    Each record is one `write` of one line. So whatever happens to the process, the operating system has
+    every line that was written, and at most the last one is cut; `resume_journal` removes what is left of
+    that. A part that has grown to `part_bytes` is renamed to ``NODE.0001.jsonl`` and so on. Every file begins
+    with a header and a checkpoint.
+
+    Parameters
+    ----------
+    folder : Path
+        Made where it does not exist.
+    node : str
+        Id of the node net.
+    source : str
+        The file the node was loaded from.
+    settings : sequence of str
+        How the model was changed for this run, as for `--set`.
+    part_bytes : int
+        Size of a part; a line is never divided.
+    data_bytes : int
+        Size of a token field above which its value is stored apart, once (see `Outlined`).
+    synchronise : bool
+        Whether each line waits for the disk: for journals that survive a power cut, not only a crash.
+    resumed : tuple of int, str and int, optional
+        The open file to append to, its model and its next sequence; `resume_journal` gives them.
+
+    Raises
+    ------
+    JournalError
+        The folder holds a trace of the node already, or cannot be written.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        node: str,
+        *,
+        source: str = "",
+        settings: Sequence[str] = (),
+        part_bytes: int = PART_BYTES,
+        data_bytes: int = DATA_BYTES,
+        synchronise: bool = False,
+        resumed: tuple[int, str, int] | None = None,
+    ) -> None:
+        self._folder = folder
+        self._node = node
+        self._source = source
+        self._settings = list(settings)
+        self._header: dict[str, object] = {}
+        self._part_bytes = part_bytes
+        self._outlined = Outlined(folder, node, data_bytes, synchronise)
+        self._long_line = min(data_bytes, DATA_BYTES)
+        self._synchronise = synchronise
+        self._path = current_path(folder, node)
+        self._sequence = 0
+        self._part = 0
+        self._size = 0
+        self._file = -1
+        self._checkpoint: Callable[[], Checkpoint] | None = None
+        self._model: str | None = None
+        if resumed is not None:
+            self._file, self._model, self._sequence = resumed
+            self._size = os.fstat(self._file).st_size
+            self._part = max((number_of_part(path) or 0 for path in parts_of(folder, node)), default=0)
+            return
+        with self._writing():
+            folder.mkdir(parents=True, exist_ok=True)
+        if parts_of(folder, node):
+            raise JournalError(
+                f"has a trace of node {node!r} already",
+                location=Location(folder),
+                hint="resume it, or record in another folder",
+            )
+
+    def open(self, ports: Ports, checkpoint: Callable[[], Checkpoint]) -> None:
+        """Begin the file with a header and a checkpoint; a journal that goes on, with a checkpoint.
+
+        Raises
+        ------
+        JournalError
+            The file cannot be written, another process writes it, or it is of another model.
+        """
+        if self._model not in (None, ports.model):
+            raise JournalError(
+                f"is of model {self._model!r}, not of {ports.model!r}", location=Location(self._path)
+            )
+        self._header = {
+            "schema": SCHEMA,
+            "kind": "run",
+            "model": ports.model,
+            "source": self._source,
+            "settings": self._settings,
+        }
+        self._checkpoint = checkpoint
+        if self._file < 0:
+            self._begin_part()
+        else:
+            self.record("checkpoint", **checkpoint())
+
+    def record(self, event: str, **fields: object) -> None:
+        """Write one record.
+
+        Raises
+        ------
+        JournalError
+            It cannot be written.
+        """
+        self._write(self._file, event, fields)
+        if self._size >= self._part_bytes:
+            self._rotate()
+
+    def close(self) -> None:
+        """Wait until the disk has all of the journal, and close it."""
+        if self._file >= 0:
+            with contextlib.suppress(OSError):
+                os.fsync(self._file)
+            os.close(self._file)
+            self._file = -1
+
+    def _write(self, file: int, event: str, fields: dict[str, object]) -> None:
+        values = {"time": time.time(), "node": self._node, **fields}
+        line = encode_fields(event, self._sequence, values)
+        if len(line) > self._long_line:
+            with self._writing():
+                line = encode_fields(event, self._sequence, self._outlined.outline(values))
+        content = line.encode() + b"\n"
+        with self._writing():
+            written = os.write(file, content)
+            while written < len(content):
+                written += os.write(file, content[written:])
+            if self._synchronise:
+                os.fdatasync(file)
+        self._sequence += 1
+        self._size += len(content)
+
+    def _rotate(self) -> None:
+        self._part += 1
+        old = self._file
+        # The new file is complete before it is seen, so that every file begins with a checkpoint; after a
+        # crash in between, the last part is the journal.
+        self._begin_part(part_path(self._folder, self._node, self._part))
+        os.close(old)
+
+    def _begin_part(self, rotated: Path | None = None) -> None:
+        """Begin a new file, and let the old one, where there is one, be the rotated part."""
+        assert self._checkpoint is not None, "open() comes first"
+        fresh = self._path.with_name(f".{self._path.name}.tmp")
+        self._size = 0
+        with self._writing():
+            file = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC, 0o666)
+        try:
+            _lock(file, self._path)
+            self._write(file, "header", {**self._header})
+            self._write(file, "checkpoint", {**self._checkpoint()})
+            with self._writing():
+                if self._synchronise:
+                    os.fsync(file)
+                if rotated is not None:
+                    self._path.rename(rotated)
+                fresh.rename(self._path)
+        except BaseException:
+            os.close(file)
+            fresh.unlink(missing_ok=True)
+            raise
+        self._file = file
+
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise JournalError(f"cannot be written: {reason}", location=Location(self._path)) from error
+
+
+def _lock(file: int, path: Path) -> None:
+    """Keep other processes from writing the same journal, for as long as this one lives."""
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        raise JournalError(
+            "is being written by another process", location=Location(path), hint="end that one first"
+        ) from None
+
+
+def resume_journal(
+    folder: Path, node: str, *, source: str = "", **options: Any
+) -> tuple[JournalRecorder, Checkpoint | None]:
+    """Go on with the journal of a node that has ended, in whatever way.
+
+    A last line that the crash has cut is removed: what it says was not recorded, and nothing depends on it.
+
+    Parameters
+    ----------
+    folder, node, source, **options
+        As for `JournalRecorder`.
+
+    Returns
+    -------
+    recorder : JournalRecorder
+        Appends to the journal.
+    checkpoint : Checkpoint or None
+        What the node was in; None where it has no journal yet.
+
+    Raises
+    ------
+    JournalError
+        Another process writes the journal, or it cannot be written.
+    RecordError
+        A line is no record.
+    """
+    path = current_path(folder, node)
+    parts = parts_of(folder, node) if folder.is_dir() else []
+    if not parts:
+        return JournalRecorder(folder, node, source=source, **options), None
+    try:
+        if not path.exists():  # a crash between the two renames of a rotation
+            parts[-1].rename(path)
+        file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CLOEXEC)
+    except OSError as error:
+        raise JournalError(f"cannot be written: {error.strerror}", location=Location(path)) from error
+    try:
+        _lock(file, path)
+        path.with_name(f".{path.name}.tmp").unlink(missing_ok=True)
+        _mend(file, path)
+        header = next(read_records(path), None)
+        if not isinstance(header, Header):
+            raise JournalError("does not begin with a header", location=Location(path))
+        state = rebuild_at(folder, node)
+    except BaseException:
+        os.close(file)
+        raise
+    at = (file, header.model, state.next_sequence)
+    recorder = JournalRecorder(folder, node, source=source, resumed=at, **options)
+    return recorder, state.checkpoint()
+
+
+def _mend(file: int, path: Path) -> None:
+    """Remove the last line where a crash has cut it; end it where only its line feed is missing."""
+    size = os.fstat(file).st_size
+    start, tail = size, b""
+    while start > 0 and b"\n" not in tail:
+        step = min(1 << 16, start)
+        start -= step
+        tail = os.pread(file, step, start) + tail
+    last = tail[tail.rfind(b"\n") + 1 :]
+    if not last:
+        return
+    decoder = RecordDecoder(path)
+    list(decoder.feed(last))
+    if decoder.close() is not None:
+        os.write(file, b"\n")
+    else:
+        os.ftruncate(file, size - len(last))

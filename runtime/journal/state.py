@@ -1,0 +1,291 @@
+"""The state of a node, rebuilt from its records."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import cast
+
+from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.records import (
+    Aside,
+    Checkpoint,
+    Data,
+    Drop,
+    Fire,
+    Publish,
+    Record,
+    Release,
+    Reply,
+    Request,
+    Response,
+    Serve,
+    Signal,
+    Start,
+    StoredToken,
+    Take,
+    Timeout,
+    parts_of,
+    read_records,
+)
+from dineros.runtime import recording
+from dineros.runtime.journal.outlined import Outlined
+
+
+class JournalStateError(DinerosError):
+    """A record that cannot follow those before it."""
+
+
+class JournalState:
+    """What the records so far leave a node in.
+
+    Attributes
+    ----------
+    marking : dict of str to dict of int to Data
+        Tokens of each place by their id, the oldest first; places without tokens are left out.
+    signals : dict of str to bool
+        Values of the signals.
+    next_sequence : int
+        Sequence of the next record.
+    """
+
+    def __init__(self) -> None:
+        self.marking: dict[str, dict[int, Data]] = {}
+        self.signals: dict[str, bool] = {}
+        self.next_sequence = 0
+        self._next_token = 0
+        self._numbers: dict[str, int] = {}
+        self._seen: dict[str, dict[str, int]] = {}
+        self._requests: dict[str, recording.PendingRequest] = {}
+        self._serving: dict[str, str] = {}
+        self._responses: dict[str, dict[str, Data]] = {}
+        self._aside: dict[str, dict[str, list[int]]] = {}
+        self._run = ""
+
+    def counts(self) -> dict[str, int]:
+        """Return the number of tokens of each marked place."""
+        return {place: len(tokens) for place, tokens in self.marking.items()}
+
+    def checkpoint(self) -> recording.Checkpoint:
+        """Return what a node needs to go on."""
+        return {
+            "marking": {
+                place: [[id, data] for id, data in tokens.items()] for place, tokens in self.marking.items()
+            },
+            "signals": dict(self.signals),
+            "next_token": self._next_token,
+            "numbers": dict(self._numbers),
+            "seen": {place: dict(senders) for place, senders in self._seen.items()},
+            "requests": dict(self._requests),
+            "serving": dict(self._serving),
+            "responses": {channel: dict(kept) for channel, kept in self._responses.items()},
+            "aside": {
+                transition: {place: list(ids) for place, ids in tokens.items()}
+                for transition, tokens in self._aside.items()
+            },
+            "run": self._run,
+        }
+
+    def apply(self, record: Record) -> None:
+        """Let a record happen.
+
+        Raises
+        ------
+        JournalStateError
+            It takes a token that is not there, or answers a request that was not served.
+        """
+        self.next_sequence = record.sequence + 1
+        apply = _APPLY.get(type(record))
+        if apply is not None:
+            apply(self, record)
+
+    def _start(self, record: Start) -> None:
+        self.marking = {place: dict(tokens) for place, tokens in record.marking.items() if tokens}
+        self.signals = dict(record.signals)
+        for tokens in self.marking.values():
+            self._next_token = max(self._next_token, *(id + 1 for id in tokens))
+
+    def _checkpoint(self, record: Checkpoint) -> None:
+        self._start(record)
+        self._next_token = record.next_token
+        self._numbers = dict(record.numbers)
+        self._seen = {place: dict(senders) for place, senders in record.seen.items()}
+        self._requests = cast("dict[str, recording.PendingRequest]", dict(record.requests))
+        self._serving = dict(record.serving)
+        self._responses = {channel: dict(kept) for channel, kept in record.responses.items()}
+        self._aside = {transition: dict(tokens) for transition, tokens in record.aside.items()}
+        self._run = record.run
+
+    def _fire(self, record: Fire) -> None:
+        for place, ids in record.taken.items():
+            for id in ids:
+                self._remove(record, place, id)
+        for place, tokens in record.made.items():
+            for token in tokens:
+                self._add(place, token)
+
+    def _signal(self, record: Signal) -> None:
+        self.signals[record.signal] = record.value
+
+    def _publish(self, record: Publish) -> None:
+        self._remove(record, record.place, _token(record, record.token))
+        self._count(record.place, record.message)
+
+    def _take(self, record: Take) -> None:
+        self._add(record.place, StoredToken(_token(record, record.token), record.data))
+        sender, _, number = (record.message or "").rpartition("/")
+        if number.isdecimal():
+            seen = self._seen.setdefault(f"{record.channel}/{record.place}", {})
+            seen[sender] = max(int(number), seen.get(sender, 0))
+
+    def _request(self, record: Request) -> None:
+        data = self._remove(record, record.place, _token(record, record.token))
+        self._count(record.place, record.message)
+        key = f"{record.channel}/{record.client}"
+        self._requests[key] = {"message": record.message or "", "data": data, "attempts": 1}
+
+    def _timeout(self, record: Timeout) -> None:
+        pending = self._requests.get(f"{record.channel}/{record.client}")
+        if pending is not None:
+            pending["attempts"] = record.attempt + 1
+
+    def _response(self, record: Response) -> None:
+        self._add(record.place, StoredToken(_token(record, record.token), record.data))
+        self._requests.pop(f"{record.channel}/{record.client}", None)
+
+    def _serve(self, record: Serve) -> None:
+        self._add(record.place, StoredToken(_token(record, record.token), record.data))
+        self._serving[record.place] = record.message or ""
+
+    def _reply(self, record: Reply) -> None:
+        data = self._remove(record, record.place, _token(record, record.token))
+        message = record.message or ""
+        entry = next((place for place, served in self._serving.items() if served == message), None)
+        if entry is None:
+            raise JournalStateError(
+                f"reply to {message!r}, which no instance serves", location=record.location
+            )
+        del self._serving[entry]
+        if not message:
+            return
+        kept = self._responses.setdefault(record.channel, {})
+        kept[message] = data
+        sender = message.rpartition("/")[0]
+        for earlier in [id for id in kept if id.rpartition("/")[0] == sender][: -recording.KEPT_RESPONSES]:
+            del kept[earlier]
+
+    def _drop(self, record: Drop) -> None:
+        if record.place is not None and record.change.get(record.place, 0) < 0:
+            self._remove(record, record.place, _token(record, record.token))
+
+    def _put_aside(self, record: Aside) -> None:
+        aside = self._aside.setdefault(record.transition, {})
+        for place, ids in record.tokens.items():
+            known = aside.setdefault(place, [])
+            known.extend(id for id in ids if id not in known)
+
+    def _release(self, record: Release) -> None:
+        aside = self._aside.get(record.transition, {})
+        for place, ids in record.tokens.items():
+            self._forget(aside, place, ids)
+        if not aside:
+            self._aside.pop(record.transition, None)
+
+    def _add(self, place: str, token: StoredToken) -> None:
+        self.marking.setdefault(place, {})[token.id] = token.data
+        self._next_token = max(self._next_token, token.id + 1)
+
+    def _remove(self, record: Record, place: str, id: int) -> Data:
+        tokens = self.marking.get(place, {})
+        if id not in tokens:
+            raise JournalStateError(
+                f"token {id} is not in place {place!r}",
+                location=record.location,
+                hint="a part or a line of the trace is missing",
+            )
+        data = tokens.pop(id)
+        if not tokens:
+            del self.marking[place]
+        for transition, aside in list(self._aside.items()):
+            self._forget(aside, place, [id])
+            if not aside:
+                del self._aside[transition]
+        return data
+
+    @staticmethod
+    def _forget(aside: dict[str, list[int]], place: str, ids: Iterable[int]) -> None:
+        left = [id for id in aside.get(place, ()) if id not in set(ids)]
+        if left:
+            aside[place] = left
+        else:
+            aside.pop(place, None)
+
+    def _count(self, place: str, message: str | None) -> None:
+        if message:
+            self._numbers[place] = int(message.rpartition("/")[2])
+
+
+def _token(record: Record, token: int | None) -> int:
+    if token is None:
+        raise JournalStateError(f"{record.event} record without a token", location=record.location)
+    return token
+
+
+_APPLY: Mapping[type[Record], Callable[..., None]] = {
+    Start: JournalState._start,
+    Checkpoint: JournalState._checkpoint,
+    Fire: JournalState._fire,
+    Signal: JournalState._signal,
+    Publish: JournalState._publish,
+    Take: JournalState._take,
+    Drop: JournalState._drop,
+    Request: JournalState._request,
+    Timeout: JournalState._timeout,
+    Response: JournalState._response,
+    Serve: JournalState._serve,
+    Reply: JournalState._reply,
+    Aside: JournalState._put_aside,
+    Release: JournalState._release,
+}
+
+
+def rebuild(records: Iterable[Record], until: int | None = None) -> JournalState:
+    """Return the state of a node after its records.
+
+    Parameters
+    ----------
+    records : iterable of Record
+        From a start or checkpoint on.
+    until : int, optional
+        Sequence of the last record to count; by default, all count.
+    """
+    state = JournalState()
+    for record in records:
+        if until is not None and record.sequence > until:
+            break
+        state.apply(record)
+    return state
+
+
+def rebuild_at(folder: Path, node: str, until: int | None = None) -> JournalState:
+    """Return the state of a node after the record of a sequence in its journal, by default the last.
+
+    Only the part that holds the record is read: each begins with a checkpoint.
+
+    Raises
+    ------
+    JournalStateError
+        The folder has no such record.
+    RecordError
+        A line is no record.
+    """
+    parts = parts_of(folder, node)
+    for part in reversed(parts):
+        first = next(iter(read_records(part)), None)
+        if first is not None and (until is None or first.sequence <= until):
+            state = rebuild(map(Outlined(folder, node).inline, read_records(part)), until)
+            if until is not None and state.next_sequence <= until:
+                break
+            return state
+    what = f"no trace of node {node!r}" if not parts else f"no record {until} of node {node!r}"
+    raise JournalStateError(what, location=Location(folder))

@@ -1,0 +1,293 @@
+"""A running node: a net, the transport that joins it to others, a recorder, and the loop that drives it.
+
+The loop runs on a thread of its own (`start`, `stop`, or a ``with`` block), or whoever holds the node
+drives it by `open`, `step` and `close`: tests and simulations, where the same seed then gives the same run.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from types import TracebackType
+
+from dineros.metamodel.errors import DinerosError
+from dineros.runtime.exchange import Exchange
+from dineros.runtime.net import Net
+from dineros.runtime.recording import Checkpoint, NullRecorder, Recorder
+from dineros.runtime.transport import (
+    Answer,
+    ClientPort,
+    Message,
+    Port,
+    Queue,
+    ServerPort,
+    SubscriberPort,
+    Transport,
+)
+
+LOG = logging.getLogger("dineros.runtime")
+
+
+class Node:
+    """A net with a transport and a recorder; the receiver of its transport.
+
+    Parameters
+    ----------
+    net : Net
+        The net; it belongs to this node from now on.
+    transport : Transport, optional
+        Without one, tokens to be sent stay where they are and nothing arrives.
+    recorder : Recorder, optional
+        Without one, nothing is recorded.
+    resume : Checkpoint, optional
+        What the node was in when it ended; by default it starts from the initial marking.
+    run : str
+        Goes into the ids of messages after the node's id, for receivers that outlive this run when it is not
+        resumed: ``NODE@RUN/PLACE/NUMBER``.
+    request_timeout : float, optional
+        Seconds after which a request is recorded as timed out and sent again. By default only the transport
+        says so.
+
+    Raises
+    ------
+    DinerosError
+        The net runs already, or does not fit what it is to go on from.
+    """
+
+    def __init__(
+        self,
+        net: Net,
+        transport: Transport | None = None,
+        recorder: Recorder | None = None,
+        *,
+        resume: Checkpoint | None = None,
+        run: str = "",
+        request_timeout: float | None = None,
+    ) -> None:
+        core = self._core = net._core
+        if core.node is not None:
+            raise DinerosError(f"the net of {net.id} has a node already", hint="load the net anew")
+        self.net = net
+        self._transport = transport
+        self._recorder = recorder or NullRecorder()
+        self._is_resumed = resume is not None
+        if resume is not None:
+            core.restore(resume)
+        self.exchange = Exchange(core.engine, core.loop, core, run=run, request_timeout=request_timeout)
+        if resume is not None:
+            self.exchange.restore(resume)
+        core.node = self
+        self._loop = core.loop
+        self._execution = core.execution
+        self._arrivals_lock = threading.Lock()
+        self._arriving: dict[SubscriberPort, int] = {}
+        self._overflows: dict[SubscriberPort, int] = {}
+        self._thread: threading.Thread | None = None
+        self._is_open = False
+        self._is_ending = False
+        self._failure: BaseException | None = None
+
+    @property
+    def failure(self) -> BaseException | None:
+        """What ended the loop before `stop`, such as a recorder that cannot write any more."""
+        return self._failure
+
+    @property
+    def is_running(self) -> bool:
+        """Whether its own thread runs."""
+        return self._thread is not None and self._thread.is_alive()
+
+    # Lifetime.
+
+    def open(self) -> None:
+        """Record the start and join the channels; `step` drives the node from now on."""
+        core, ports = self._core, self._core.structure.ports
+        self._recorder.open(ports, self.checkpoint)
+        if not isinstance(self._recorder, NullRecorder):
+            core.record_with(self._recorder.record)
+        state = self.checkpoint()
+        core.emit(
+            "start",
+            marking=state["marking"],
+            signals=state["signals"],
+            resumed=self._is_resumed,
+            seed=core.seed,
+        )
+        self._is_open = True
+        if self._transport is not None:
+            self._transport.open(ports, self)
+            self.exchange.begin(self._transport)
+
+    def step(self) -> bool:
+        """Do what came in, begin at most one firing, send what is due; return whether there was anything."""
+        try:
+            with self._loop:
+                return self._step()
+        except Exception as error:  # what is not recorded must not be built upon
+            self._fail(error)
+            raise
+
+    def _step(self) -> bool:
+        did = self._loop.run_actions()
+        if self._execution.fire_one():
+            did = True
+        if self.exchange.depart():
+            did = True
+        if self._execution.in_flight:
+            self._execution.refresh()
+        return did
+
+    def run_until_idle(self, limit: int = 1_000_000) -> int:
+        """Step until nothing is left to do now; return the number of steps.
+
+        Raises
+        ------
+        DinerosError
+            It is not idle after `limit` steps.
+        """
+        for steps in range(limit):
+            if not self.step():
+                return steps
+        raise DinerosError(f"the node {self.net.id} is not idle after {limit} steps")
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait until there is something to do, or for `timeout` seconds; return whether there is."""
+        return self._loop.wait(timeout)
+
+    def close(self, reason: str = "stopped") -> None:
+        """Leave the channels, give up firings in flight, record the end. Does nothing the second time."""
+        if not self._is_open:
+            return
+        self._is_open = False
+        try:
+            if self._transport is not None:
+                self._transport.close()
+        finally:
+            with self._loop:
+                self._execution.close()
+            try:
+                if self._failure is None:
+                    self._core.emit("stop", reason=reason)
+            finally:
+                self._core.record_with(None)
+                self._recorder.close()
+
+    def start(self) -> None:
+        """Run the node on a thread of its own; open it before, where it is not yet."""
+        if not self._is_open:
+            self.open()
+        self._is_ending = False
+        self._thread = threading.Thread(target=self._run, name=f"dineros {self.net.id}", daemon=True)
+        self._loop.begin()
+        self._thread.start()
+
+    def _run(self) -> None:
+        step, loop = self._step, self._loop
+        loop.adopt()
+        try:
+            while not self._is_ending:
+                if not step():
+                    loop.wait()
+        except BaseException as error:
+            self._fail(error)
+        finally:
+            loop.abandon()
+
+    def _fail(self, error: BaseException) -> None:
+        LOG.critical("the node %s ends: %s", self.net.id, error, exc_info=error)
+        self._failure = error
+        self._execution.halt(f"the node has ended: {error}")
+
+    def stop(self, reason: str = "stopped") -> None:
+        """End the thread after the step it is in, and close the node.
+
+        Raises
+        ------
+        BaseException
+            What ended the loop before.
+        """
+        self._is_ending = True
+        self._loop.post(lambda: None)
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join()
+            self._thread = None
+        self.close(reason)
+        if self._failure is not None:
+            raise self._failure
+
+    def join(self, timeout: float | None = None) -> bool:
+        """Wait until the thread has ended by itself, by a failure; return whether it has."""
+        if self._thread is not None:
+            self._thread.join(timeout)
+        return not self.is_running
+
+    def __enter__(self) -> Node:
+        self.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+    def checkpoint(self) -> Checkpoint:
+        """Return all that is needed to go on from here; on the node's thread, or while it is not running."""
+        checkpoint = self._core.save()
+        self.exchange.save(checkpoint)
+        return checkpoint
+
+    # What the transport calls, from any thread.
+
+    def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
+        """Let a message of a topic wait for the loop; drop it where as many wait as the port's limit says."""
+        with self._arrivals_lock:
+            waiting = self._arriving.get(port, 0)
+            if waiting >= port.limit:
+                overflow = self._overflows.get(port, 0)
+                self._overflows[port] = overflow + 1 + lost
+                if not overflow:
+                    self._loop.post(lambda: self._overflowed(port))
+                return
+            self._arriving[port] = waiting + 1
+        self._loop.post(lambda: self._arrived(port, message, lost))
+
+    def _arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
+        with self._arrivals_lock:
+            self._arriving[port] -= 1
+            overflow = self._overflows.pop(port, 0)
+        if overflow:  # before the take that makes room: this is when the queue was full
+            self.exchange.lost(port, "subscriber", overflow)
+        self.exchange.arrived(port, message, lost)
+
+    def _overflowed(self, port: SubscriberPort) -> None:
+        with self._arrivals_lock:
+            count = self._overflows.pop(port, 0)
+        if count:
+            self.exchange.lost(port, "subscriber", count)
+
+    def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
+        """Have a request served."""
+        self._post(lambda: self.exchange.requested(port, message, answer))
+
+    def response_arrived(self, port: ClientPort, message: Message) -> None:
+        """Have a response put on its place."""
+        self._post(lambda: self.exchange.responded(port, message))
+
+    def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
+        """Have a request sent again."""
+        self._post(lambda: self.exchange.failed(port, message_id, reason))
+
+    def dropped(self, port: Port, queue: Queue, count: int) -> None:
+        """Have messages counted and recorded that a full queue lost."""
+        self._post(lambda: self.exchange.lost(port, queue, count))
+
+    def signal_changed(self, signal: str, value: bool, source: str) -> None:
+        """Have a signal set."""
+        self.net.signal(signal).set(value, source)
+
+    def _post(self, action: Callable[[], None]) -> None:
+        self._loop.post(action)

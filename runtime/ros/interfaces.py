@@ -1,0 +1,66 @@
+"""Finding the Python classes of ROS interfaces by their names."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+from dineros.metamodel.errors import DinerosError, near_matches
+
+
+class InterfaceError(DinerosError):
+    """A ROS interface is not there, or is not what the model needs."""
+
+
+def load_interface(name: str) -> Any:
+    """Return the class of a ROS interface.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``std_msgs/msg/String``.
+
+    Raises
+    ------
+    InterfaceError
+        The package is not installed, has no such interface, or cannot be loaded.
+    """
+    package, kind, type_name = _parts(name)
+    try:
+        importlib.import_module(package)
+        module = importlib.import_module(f"{package}.{kind}")
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.split(".")[0] != package:
+            raise InterfaceError(f"{name} cannot be loaded: {error}") from error
+        raise InterfaceError(
+            f"the ROS interface {name} is not installed",
+            hint="build the workspace and source its install/local_setup.bash",
+        ) from None
+    except (ImportError, SyntaxError) as error:
+        raise InterfaceError(f"{name} cannot be loaded: {error}") from error
+    found = getattr(module, type_name, None)
+    if found is None:
+        known = [each for each in dir(module) if each[:1].isupper()]
+        raise InterfaceError(
+            f"the package {package} has no {kind} {type_name}", hint=near_matches(type_name, known)
+        )
+    try:
+        # Loads the C library, which fails where the dynamic linker was not told of its folder.
+        found.__class__.__import_type_support__()
+    except Exception as error:
+        raise InterfaceError(
+            f"the library of {name} cannot be loaded: {error}",
+            hint="source the install/local_setup.bash of its workspace before starting",
+        ) from error
+    return found
+
+
+def _parts(name: str) -> tuple[str, str, str]:
+    package, _, rest = name.partition("/")
+    kind, _, type_name = rest.partition("/")
+    if not package.isidentifier() or kind not in ("msg", "srv") or not type_name.isidentifier():
+        raise InterfaceError(
+            f"{name!r} names no ROS interface",
+            hint="write it like std_msgs/msg/String or std_srvs/srv/SetBool",
+        )
+    return package, kind, type_name

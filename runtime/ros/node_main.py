@@ -1,0 +1,212 @@
+"""The process of one node on ROS 2: what generated packages and `dineros run` start.
+
+``python -m dineros.runtime.ros.node_main NODE.rtm.xmi [--handlers FILE_OR_MODULE] [--lifecycle] [--ros-args
+...]``
+
+It ends with status 0 when it is told to end (SIGINT, SIGTERM), 1 when its node fails, and 2 when it cannot
+start.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import signal
+import sys
+import threading
+import uuid
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from dineros.metamodel import rtm
+from dineros.metamodel.elements import label
+from dineros.metamodel.errors import DinerosError, Location, ModelFileError
+from dineros.metamodel.files import load
+from dineros.runtime.application.handler_files import load_handler_file
+from dineros.runtime.journal import JournalRecorder, resume_journal
+from dineros.runtime.net import Net
+from dineros.runtime.recording import Checkpoint
+from dineros.runtime.ros.logs import follow_logs
+from dineros.runtime.ros.parameters import JOURNAL, LOG_LEVEL, RESUME, SEED, declare
+from dineros.runtime.ros.running import RosNode
+from dineros.runtime.ros.session import Session
+
+Register = Callable[[Net], None]
+"""Gives a net its handlers."""
+
+
+def run_node(
+    model: rtm.RuntimeModel,
+    register: Register,
+    arguments: Sequence[str] | None = None,
+    *,
+    source: str = "",
+    settings: Sequence[str] = (),
+    lifecycle: bool = False,
+) -> int:
+    """Run a node until the process is told to end.
+
+    Parameters
+    ----------
+    model : rtm.RuntimeModel
+        The runtime model.
+    register : callable
+        Gives the net its handlers, before it starts.
+    arguments : sequence of str, optional
+        The command line, for ROS: remappings and parameters; by default that of the process.
+    source, settings : str and sequence of str
+        The system model's file, and how it was changed by ``--set``, for the journal.
+    lifecycle : bool
+        Whether it is a managed node, which opens its channels when it is configured and fires while it is
+        active.
+
+    Returns
+    -------
+    int
+        The exit status: 0, 1 where the node failed, 2 where it could not start.
+    """
+    logging.basicConfig(format="[%(levelname)s] [%(name)s]: %(message)s")
+    ending = threading.Event()
+    former = {number: signal.signal(number, lambda *_: ending.set()) for number in _ENDING}
+    try:
+        return _run(
+            model,
+            register,
+            sys.argv[1:] if arguments is None else arguments,
+            {"source": source, "settings": settings},
+            lifecycle,
+            ending,
+        )
+    except DinerosError as error:
+        print(error, file=sys.stderr)
+        return 2
+    finally:
+        for number, handler in former.items():
+            signal.signal(number, handler)
+
+
+_ENDING = (signal.SIGINT, signal.SIGTERM)
+
+
+def _run(
+    model: rtm.RuntimeModel,
+    register: Register,
+    arguments: Sequence[str],
+    origin: Mapping[str, Any],
+    lifecycle: bool,
+    ending: threading.Event,
+) -> int:
+    node = model.node
+    options: dict[str, Any] = {}
+    if lifecycle:
+        from dineros.runtime.ros.managed import make_managed_node
+
+        options["make_node"] = make_managed_node
+    session = Session(
+        label(node),
+        node.namespace or "",
+        arguments=arguments,
+        executor=str(node.executor),
+        threads=node.threads,
+        **options,
+    )
+    try:
+        follow_logs(session.node, str(declare(session.node, LOG_LEVEL)))
+
+        def make() -> RosNode:
+            return _make_node(model, register, session, origin)
+
+        if lifecycle:
+            session.node.manage(make)
+            session.start(session.node.work)
+        else:
+            running = make()
+            running.start()
+        while not ending.is_set() and not session.join(timeout=0):
+            ending.wait(0.2)
+        if lifecycle:
+            session.end()
+            session.join()
+            session.node.finish()
+        else:
+            running.stop("signal" if session.failure is None else "failure")
+    finally:
+        session.close()
+    if session.failure is not None:
+        return 2 if isinstance(session.failure, DinerosError) and not lifecycle else 1
+    return 0
+
+
+def _make_node(
+    model: rtm.RuntimeModel, register: Register, session: Session, origin: Mapping[str, Any]
+) -> RosNode:
+    """Make the node as its parameters say."""
+    seed = int(declare(session.node, SEED))
+    folder = str(declare(session.node, JOURNAL))
+    resume = bool(declare(session.node, RESUME))
+    net = Net(model, seed=None if seed < 0 else seed)
+    net.ros_node = session.node
+    register(net)
+    recorder: JournalRecorder | None = None
+    checkpoint: Checkpoint | None = None
+    if folder and resume:
+        recorder, checkpoint = resume_journal(Path(folder), net.id, **origin)
+    elif folder:
+        recorder = JournalRecorder(Path(folder), net.id, **origin)
+    # Receivers that outlive this process must not take its messages for those of an earlier one.
+    run = "" if checkpoint is not None else uuid.uuid4().hex[:8]
+    return RosNode(net, recorder, resume=checkpoint, run=run, session=session)
+
+
+def load_runtime_model(path: Path | str) -> rtm.RuntimeModel:
+    """Return the runtime model in a file.
+
+    Raises
+    ------
+    ModelFileError
+        The file cannot be read, or holds no runtime model.
+    """
+    model = load(path)
+    if not isinstance(model, rtm.RuntimeModel):
+        raise ModelFileError(
+            f"holds a {type(model).__name__}, not a runtime model",
+            location=Location(path),
+            hint="make the runtime models of a system model with 'dineros split'",
+        )
+    return model
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the node of a file; what follows ``--ros-args`` is for ROS."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    at = given.index("--ros-args") if "--ros-args" in given else len(given)
+    parser = argparse.ArgumentParser(prog="python -m dineros.runtime.ros.node_main", description=__doc__)
+    parser.add_argument("model", help="the runtime model")
+    parser.add_argument("--handlers", type=Path, help="a Python file that defines configure(net)")
+    parser.add_argument("--source", default="", help="the file of the system model, for the journal")
+    parser.add_argument("--set", dest="settings", action="append", default=[], help="how it was changed")
+    parser.add_argument("--lifecycle", action="store_true", help="be a managed node")
+    options = parser.parse_args(given[:at])
+    try:
+        model = load_runtime_model(options.model)
+        register = load_handler_file(options.handlers).configure if options.handlers else _nothing
+    except DinerosError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return run_node(
+        model,
+        register,
+        given[at:],
+        source=options.source or options.model,
+        settings=options.settings,
+        lifecycle=options.lifecycle,
+    )
+
+
+def _nothing(net: Net) -> None:
+    """Leave a net as it is."""
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,152 @@
+"""A node that runs on ROS 2: its net reacts on the thread that runs the ROS callbacks.
+
+A message that arrives is answered by that thread, without waiting for another one to wake up.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from types import TracebackType
+from typing import Any
+
+from dineros.runtime.net import Net
+from dineros.runtime.node import Node
+from dineros.runtime.recording import Checkpoint, Recorder
+from dineros.runtime.ros.session import Session
+from dineros.runtime.ros.transport import RclpyTransport
+
+SLICE = 0.002
+"""Seconds that a busy net may go on before ROS callbacks have their turn."""
+
+
+class RosNode:
+    """A net as a ROS node.
+
+    Parameters
+    ----------
+    net : Net
+        The net.
+    recorder : Recorder, optional
+        Without one, nothing is recorded.
+    resume : Checkpoint, optional
+        What the node was in when it ended.
+    run : str
+        Goes into the ids of messages, see `Node`.
+    arguments : sequence of str
+        What ROS is to know: ``["--ros-args", "-r", "__ns:=/cell", "-p", "signals.Red:=true"]``.
+    domain : int, optional
+        The ROS domain; by default that of the environment.
+    session : Session, optional
+        The ROS node to use, not started yet; by default one with the name and namespace of the model.
+
+    Raises
+    ------
+    RosError
+        ROS 2 is not there, or refuses a name or an argument.
+    """
+
+    def __init__(
+        self,
+        net: Net,
+        recorder: Recorder | None = None,
+        *,
+        resume: Checkpoint | None = None,
+        run: str = "",
+        arguments: Sequence[str] = (),
+        domain: int | None = None,
+        session: Session | None = None,
+    ) -> None:
+        core = net._core
+        ports = core.structure.ports
+        self.net = net
+        self.session = session or Session(
+            ports.name,
+            ports.namespace,
+            arguments=arguments,
+            executor=ports.executor,
+            threads=ports.threads,
+            domain=domain,
+        )
+        self.node = Node(
+            net,
+            RclpyTransport(self.session, seen=resume["seen"] if resume else None),
+            recorder,
+            resume=resume,
+            run=run,
+        )
+        self._loop: Any = core.loop
+        self._is_adopted = False
+
+    @property
+    def failure(self) -> BaseException | None:
+        """What ended the node before `stop`."""
+        return self.session.failure
+
+    def open(self) -> None:
+        """Join the channels; whoever runs the session's callbacks calls `work` between them."""
+        self._loop.post = _waking(self._loop.post, self.session)
+        self.node.open()
+        self._loop.begin()
+
+    def work(self) -> float | None:
+        """Let the net do what it can; return the seconds until its next timer."""
+        if not self._is_adopted:
+            self._loop.adopt()
+            self._is_adopted = True
+        step, end = self.node.step, time.monotonic() + SLICE
+        while step():
+            if time.monotonic() > end:
+                return 0.0
+        due = self.net.next_timer
+        return None if due is None else max(0.0, due - self._loop.clock())
+
+    def close(self, reason: str = "stopped") -> None:
+        """Leave the channels and record the end; the session goes on."""
+        self._loop.abandon()
+        self.node.close(reason)
+
+    def start(self) -> None:
+        """Join the channels and run, on a thread of its own."""
+        try:
+            self.open()
+        except BaseException:
+            self.session.close()
+            raise
+        self.session.start(self.work)
+
+    def stop(self, reason: str = "stopped") -> None:
+        """End the thread, leave the channels, record the end, take the ROS node down."""
+        self.session.end()
+        self.session.join()
+        try:
+            self.close(reason)
+        finally:
+            self.session.close()
+
+    def join(self, timeout: float | None = None) -> bool:
+        """Wait until the node has ended; return whether it has."""
+        return self.session.join(timeout)
+
+    def __enter__(self) -> RosNode:
+        self.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+
+def _waking(post: Callable[[Any], None], session: Session) -> Callable[[Any], None]:
+    """Have what other threads post done at once, not only after the next ROS callback."""
+
+    def post_and_wake(action: Callable[[], None]) -> None:
+        post(action)
+        if not session.is_own_thread:
+            session.wake()
+
+    return post_and_wake

@@ -1,0 +1,176 @@
+"""A ROS node, its context and the thread that runs its callbacks, begun and ended in the right order.
+
+Every session has a context of its own, so that several run in one process. On the thread of the session, work
+of somebody else can be done between callbacks: a node whose net reacts there answers without changing
+threads.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from dineros.metamodel.errors import DinerosError
+from dineros.runtime.ros.names import resource_name
+
+LOG = logging.getLogger("dineros.runtime")
+
+Work = Callable[[], "float | None"]
+"""Done between callbacks; returns after how many seconds it wants to be called, None: when it is woken."""
+
+
+class RosError(DinerosError):
+    """ROS 2 is not there, or does not do what a node needs."""
+
+
+class Session:
+    """A ROS node that runs.
+
+    Parameters
+    ----------
+    name, namespace : str
+        Of the ROS node; arguments can remap them.
+    arguments : sequence of str
+        What ROS is to know: ``["--ros-args", "-r", "__ns:=/cell", "-p", "seed:=7"]``.
+    executor : {"single", "multi"}
+        The executor of the node; callbacks only hand over what came, so that one thread is enough as a rule.
+    threads : int
+        Threads of a multi-threaded executor.
+    domain : int, optional
+        The ROS domain; by default that of the environment.
+    make_node : callable, optional
+        Makes the rclpy node, as ``rclpy.node.Node`` does.
+
+    Attributes
+    ----------
+    node : rclpy.node.Node
+        The ROS node.
+
+    Raises
+    ------
+    RosError
+        rclpy is not installed, or refuses the name or the arguments.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        namespace: str = "",
+        *,
+        arguments: Sequence[str] = (),
+        executor: str = "single",
+        threads: int = 1,
+        domain: int | None = None,
+        make_node: Callable[..., Any] | None = None,
+    ) -> None:
+        rclpy = import_rclpy()
+        from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+        from rclpy.node import Node
+
+        self._context = rclpy.Context()
+        self._thread: threading.Thread | None = None
+        self._is_ending = False
+        self._is_closed = False
+        self.failure: BaseException | None = None
+        try:
+            rclpy.init(args=["dineros", *arguments], context=self._context, domain_id=domain)
+        except Exception as error:
+            raise RosError(f"ROS 2 does not start: {_first_line(error)}") from error
+        try:
+            self.node: Any = (make_node or Node)(
+                resource_name(name), context=self._context, namespace=namespace or None
+            )
+            self._executor: Any = (
+                MultiThreadedExecutor(max(2, threads), context=self._context)
+                if executor == "multi"
+                else SingleThreadedExecutor(context=self._context)
+            )
+        except Exception as error:
+            rclpy.shutdown(context=self._context)
+            raise RosError(f"the ROS node {name!r} cannot be made: {_first_line(error)}") from error
+        self._executor.add_node(self.node)
+
+    @property
+    def is_own_thread(self) -> bool:
+        """Whether the caller is the thread that runs the callbacks."""
+        return self._thread is threading.current_thread()
+
+    def start(self, work: Work | None = None) -> None:
+        """Run callbacks on a thread of their own until `close`."""
+        self._thread = threading.Thread(
+            target=self._run, args=(work,), name=f"ros {self.node.get_name()}", daemon=True
+        )
+        self._thread.start()
+
+    def _run(self, work: Work | None) -> None:
+        from rclpy.executors import ExternalShutdownException
+
+        spin_once = self._executor.spin_once
+        try:
+            while not self._is_ending:
+                timeout = work() if work is not None else None
+                if not self._is_ending:
+                    spin_once(timeout)
+        except ExternalShutdownException:
+            pass
+        except BaseException as error:
+            if not self._is_ending:
+                LOG.critical("the ROS node %s ends: %s", self.node.get_name(), error, exc_info=error)
+                self.failure = error
+
+    def wake(self) -> None:
+        """Have the work between callbacks done now; from any thread."""
+        self._executor.create_task(_do_nothing)
+
+    def end(self) -> None:
+        """Have the thread end, after the callback it is in; from any thread."""
+        self._is_ending = True
+        self._executor.create_task(_do_nothing)
+
+    def join(self, timeout: float | None = None) -> bool:
+        """Wait until the thread has ended; return whether it has."""
+        if self._thread is not None and not self.is_own_thread:
+            self._thread.join(timeout)
+        return self._thread is None or not self._thread.is_alive()
+
+    def close(self) -> None:
+        """End the thread, take the node down, leave ROS; in this order nothing is left behind."""
+        if self._is_closed:
+            return
+        self._is_closed = True
+        self.end()
+        self.join()
+        import rclpy
+
+        self._executor.shutdown()
+        self._executor.remove_node(self.node)
+        self.node.destroy_node()
+        rclpy.shutdown(context=self._context)
+
+
+def _do_nothing() -> None:
+    """Make the executor return: waking it makes it look again for callbacks, but go on waiting."""
+
+
+def import_rclpy() -> Any:
+    """Return rclpy.
+
+    Raises
+    ------
+    RosError
+        It is not installed.
+    """
+    try:
+        import rclpy
+    except ImportError as error:
+        raise RosError(
+            f"ROS 2 is not there: {error}",
+            hint="install dineros[ros], or source the setup.bash of your installation of ROS 2",
+        ) from error
+    return rclpy
+
+
+def _first_line(error: BaseException) -> str:
+    return str(error).strip().partition("\n")[0] or type(error).__name__

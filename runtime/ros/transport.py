@@ -1,0 +1,304 @@
+"""A node's channels on ROS 2: topics, services and signals through rclpy.
+
+Callbacks hand over what came and return at once. A service's response is sent when the net has one, from
+whichever thread: as many requests are under way as the net has server instances.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from dineros.runtime.ros.clients import Clients
+from dineros.runtime.ros.codecs import Codecs
+from dineros.runtime.ros.names import resource_names
+from dineros.runtime.ros.parameters import (
+    DISCOVERY_TIMEOUT,
+    REQUEST_TIMEOUT,
+    declare,
+    signal_parameters,
+    subscriber_parameters,
+)
+from dineros.runtime.ros.quality import LossCounter, service_quality, signal_quality, topic_quality
+from dineros.runtime.ros.session import LOG, RosError, Session
+from dineros.runtime.transport import (
+    ClientPort,
+    Message,
+    Ports,
+    PublisherPort,
+    Receiver,
+    ServerPort,
+    SignalPort,
+    SubscriberPort,
+)
+
+
+class RclpyTransport:
+    """Joins a node to ROS 2.
+
+    Parameters
+    ----------
+    session : Session, optional
+        The ROS node to use; it must run, and stays open when the transport closes. By default the transport
+        makes one with the name and namespace of the model.
+    arguments : sequence of str
+        What ROS is to know, for a session of its own: ``["--ros-args", "-r", "__ns:=/cell"]``.
+    domain : int, optional
+        The ROS domain of a session of its own; by default that of the environment.
+    seen : mapping, optional
+        What the node received in an earlier life, as in a checkpoint: ``CHANNEL/PLACE`` -> sender -> number.
+    """
+
+    def __init__(
+        self,
+        session: Session | None = None,
+        *,
+        arguments: Sequence[str] = (),
+        domain: int | None = None,
+        seen: Mapping[str, Mapping[str, int]] | None = None,
+    ) -> None:
+        self._seen = seen or {}
+        self._session = session
+        self._is_own_session = session is None
+        self._arguments = tuple(arguments)
+        self._domain = domain
+        self._is_open = False
+        self._publishers: dict[tuple[str, str], tuple[Callable[[Message], Any], Any]] = {}
+        self._entities: list[tuple[Callable[[Any], Any], Any]] = []
+        self._clients: Clients | None = None
+
+    def open(self, ports: Ports, receiver: Receiver) -> None:
+        """Make publishers, subscriptions, clients and services; wait for the subscribers that are expected.
+
+        Raises
+        ------
+        RosError
+            ROS is not there or refuses a name, a quality of service or a parameter.
+        InterfaceError
+            A ROS interface is not installed, or does not fit the model.
+        """
+        session = self._session
+        if session is None:
+            session = self._session = Session(
+                ports.name,
+                ports.namespace,
+                arguments=self._arguments,
+                executor=ports.executor,
+                threads=ports.threads,
+                domain=self._domain,
+            )
+        self._is_open = True
+        try:
+            self._make_entities(session.node, ports, receiver)
+        except BaseException:
+            self.close()
+            raise
+        if self._is_own_session:
+            session.start()
+        self._await_subscribers(session.node, ports)
+
+    def _make_entities(self, node: Any, ports: Ports, receiver: Receiver) -> None:
+        codecs = Codecs(ports)
+        self._clients = Clients(node, receiver, float(declare(node, REQUEST_TIMEOUT)))
+        for publisher in ports.publishers:
+            self._add_publisher(node, publisher, codecs)
+        for server in ports.servers:
+            self._add_server(node, server, codecs, receiver)
+        for client in ports.clients:
+            self._clients.add(client, codecs)
+        for subscriber in ports.subscribers:
+            self._add_subscriber(node, subscriber, codecs, receiver)
+        self._add_signals(node, ports.signals, receiver)
+
+    def _own(self, destroy: Callable[[Any], Any], entity: Any) -> Any:
+        self._entities.append((destroy, entity))
+        return entity
+
+    def _add_publisher(self, node: Any, port: PublisherPort, codecs: Codecs) -> None:
+        interface, codec = codecs.topic(port)
+        publisher = self._own(
+            node.destroy_publisher,
+            _made(
+                port.topic,
+                lambda: node.create_publisher(
+                    interface,
+                    port.topic,
+                    topic_quality(port),
+                    qos_overriding_options=_overridable(port.place),
+                ),
+            ),
+        )
+        self._publishers[port.channel, port.place] = (codec.encode, publisher)
+
+    def _add_subscriber(self, node: Any, port: SubscriberPort, codecs: Codecs, receiver: Receiver) -> None:
+        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+
+        interface, codec = codecs.topic(port)
+        lost_before = LossCounter(self._seen.get(f"{port.channel}/{port.place}")).lost_before
+        decode, arrived = codec.decode, receiver.message_arrived
+
+        def take(ros_message: Any, info: Any) -> None:
+            if self._is_open:
+                message = decode(ros_message)
+                lost = lost_before(
+                    message.id,
+                    info["publication_sequence_number"],
+                    subscription.get_publisher_count,
+                )
+                arrived(port, message, lost)
+
+        subscription = self._own(
+            node.destroy_subscription,
+            _made(
+                port.topic,
+                lambda: node.create_subscription(
+                    interface,
+                    port.topic,
+                    take,
+                    topic_quality(port),
+                    callback_group=MutuallyExclusiveCallbackGroup(),
+                    qos_overriding_options=_overridable(port.place),
+                ),
+            ),
+        )
+
+    def _add_server(self, node: Any, port: ServerPort, codecs: Codecs, receiver: Receiver) -> None:
+        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+
+        interface, requests, responses = codecs.service(port)
+
+        def hand_on(request: Any, response: Any) -> Any:
+            return request
+
+        service = self._own(
+            node.destroy_service,
+            _made(
+                port.service,
+                lambda: node.create_service(
+                    interface,
+                    port.service,
+                    hand_on,
+                    qos_profile=service_quality(),
+                    callback_group=MutuallyExclusiveCallbackGroup(),
+                ),
+            ),
+        )
+        send_response = service.send_response
+
+        def keep(request: Any, header: Any) -> None:
+            """Take a request with the header that its response needs."""
+
+            def answer(message: Message) -> None:
+                if self._is_open:
+                    try:
+                        send_response(responses.encode(message), header)
+                    except Exception as error:
+                        LOG.error("the response to %s of %s is not sent: %s", message.id, port.service, error)
+
+            if self._is_open:
+                receiver.request_arrived(port, requests.decode(request), answer)
+
+        # The executor calls this with what the callback returned, expecting the response at once. An async
+        # callback would keep this executor busy until its response is there (rclpy before 7.1.9).
+        service.send_response = keep
+
+    def _add_signals(self, node: Any, signals: Sequence[SignalPort], receiver: Receiver) -> None:
+        from std_msgs.msg import Bool
+        from std_srvs.srv import SetBool
+
+        names = resource_names(signal.id for signal in signals)
+        parameters = signal_parameters((signal.id, signal.initial) for signal in signals)
+        for signal in signals:
+            start = bool(declare(node, parameters[signal.id]))
+            if start != signal.initial:
+                receiver.signal_changed(signal.id, start, "parameter")
+
+            def heard(message: Any, id: str = signal.id) -> None:
+                if self._is_open:
+                    receiver.signal_changed(id, bool(message.data), "topic")
+
+            def asked(request: Any, response: Any, id: str = signal.id) -> Any:
+                if self._is_open:
+                    receiver.signal_changed(id, bool(request.data), "service")
+                    response.success, response.message = True, f"{id} is {str(bool(request.data)).lower()}"
+                else:
+                    response.message = "the node is not configured"
+                return response
+
+            topic, service = f"~/signals/{names[signal.id]}", f"~/set_signal/{names[signal.id]}"
+            subscription = node.create_subscription(Bool, topic, heard, signal_quality())
+            self._own(node.destroy_subscription, subscription)
+            self._own(node.destroy_service, node.create_service(SetBool, service, asked))
+
+    def _await_subscribers(self, node: Any, ports: Ports) -> None:
+        """Wait for the subscribers that are expected; they would never get what was published before."""
+        limit = float(declare(node, DISCOVERY_TIMEOUT))
+        parameters = subscriber_parameters(port.channel for port in ports.publishers)
+        expected = {channel: int(declare(node, parameter)) for channel, parameter in parameters.items()}
+        missing = [port for port in ports.publishers if expected[port.channel] > 0]
+        end = time.monotonic() + limit
+        while missing:
+            missing = [port for port in missing if self._subscribers(port) < expected[port.channel]]
+            if missing and time.monotonic() >= end:
+                topics = ", ".join(port.topic for port in missing)
+                LOG.warning("after %g s, subscribers are missing on %s", limit, topics)
+                break
+            if missing:
+                time.sleep(0.01)
+
+    def _subscribers(self, port: PublisherPort) -> int:
+        _, publisher = self._publishers[port.channel, port.place]
+        return int(publisher.get_subscription_count())
+
+    def publish(self, port: PublisherPort, message: Message) -> bool:
+        """Publish a message; ROS overwrites the oldest of a full queue, and the subscribers see the gap."""
+        encode, publisher = self._publishers[port.channel, port.place]
+        publisher.publish(encode(message))
+        return True
+
+    def request(self, port: ClientPort, message: Message) -> None:
+        """Ask a service, as soon as it is there; a time-out is told to the receiver."""
+        assert self._clients is not None
+        self._clients.request(port, message)
+
+    def close(self) -> None:
+        """Take the channels down, and a session of its own; the receiver is called no more."""
+        self._is_open = False
+        session = self._session
+        if session is None:
+            return
+        if self._is_own_session:
+            session.end()
+            session.join()
+        if self._clients is not None:
+            self._clients.close()
+        for destroy, entity in reversed(self._entities):
+            destroy(entity)
+        self._entities.clear()
+        self._publishers.clear()
+        if self._is_own_session:
+            session.close()
+            self._session = None
+
+
+def _overridable(place: str) -> Any:
+    """Let parameters such as ``qos_overrides.TOPIC.publisher_PLACE.depth`` change the quality of service."""
+    from rclpy.qos_overriding_options import QoSOverridingOptions
+
+    return QoSOverridingOptions.with_default_policies(entity_id=resource_names([place])[place])
+
+
+def _made(name: str, make: Callable[[], Any]) -> Any:
+    """Make a ROS entity.
+
+    Raises
+    ------
+    RosError
+        ROS refuses it.
+    """
+    try:
+        return make()
+    except Exception as error:
+        text = str(error).strip().partition("\n")[0] or type(error).__name__
+        raise RosError(f"{name!r} cannot be made in ROS: {text}") from error

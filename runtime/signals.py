@@ -1,0 +1,49 @@
+"""Input signals as developers use them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from dineros.metamodel.errors import FeatureValueError
+
+
+class Signal:
+    """An input signal of the node.
+
+    Attributes
+    ----------
+    id : str
+        Its id in the model.
+    """
+
+    def __init__(self, id: str, read: Callable[[], bool], write: Callable[[bool, str], None]) -> None:
+        self.id = id
+        self._read = read
+        self._write = write
+
+    @property
+    def value(self) -> bool:
+        """The value now. One that was set a moment ago may not have come through yet."""
+        return self._read()
+
+    def set(self, value: bool, source: str = "program") -> None:
+        """Set it; from any thread. It counts once the node comes round to it, which is soon.
+
+        Parameters
+        ----------
+        value : bool
+            The value.
+        source : str
+            Where it comes from, for the records.
+
+        Raises
+        ------
+        FeatureValueError
+            The value is neither True nor False.
+        """
+        if not isinstance(value, bool):
+            raise FeatureValueError(f"the signal {self.id} takes True or False, not {value!r}")
+        self._write(value, source)
+
+    def __repr__(self) -> str:
+        return f"<Signal {self.id} {self.value}>"

@@ -1,0 +1,255 @@
+"""What a node asks of a transport, and what a transport tells a node.
+
+A *transport* carries messages between nodes: in this process (`dineros.runtime.local`) or through ROS 2. A
+node opens it with its ports and with itself as the receiver. A transport may call the receiver from any
+thread; a node calls its transport from one thread only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, Protocol
+
+from dineros.metamodel.token_data import Value
+
+Data = Mapping[str, Value]
+"""The fields of a token or message. Nobody changes it once it is made: it is shared, not copied."""
+
+Queue = Literal["publisher", "dispatcher", "subscriber"]
+"""A queue of a topic that can overflow."""
+
+
+class Message(NamedTuple):
+    """What goes through a channel.
+
+    Attributes
+    ----------
+    id : str
+        ``NODE/PLACE/NUMBER``: sending node, sending place, and how many messages that place had sent with
+        this one. A message that is sent again keeps its id; a response has the id of its request. Empty
+        where the sender gives no ids, as programs that know nothing of DiNeROS.
+    data : mapping
+        Values of the fields of the token type.
+    """
+
+    id: str
+    data: Data
+
+
+@dataclass(frozen=True, slots=True)
+class FieldType:
+    """A field of the token type.
+
+    Attributes
+    ----------
+    kind, element_kind : {"text", "integer", "number", "boolean", "list", "map"}
+        Type of the value, and of the elements of a list or map.
+    length : int, optional
+        Number of elements of a list of fixed length.
+    default : Value
+        What a token carries where nothing else is said.
+    """
+
+    name: str
+    kind: str
+    element_kind: str
+    length: int | None
+    default: Value
+
+
+@dataclass(frozen=True, slots=True)
+class TokenType:
+    """What every token of the model carries; without fields where the model declares no type."""
+
+    name: str
+    fields: tuple[FieldType, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FieldMapping:
+    """A field of an existing ROS interface that carries a field of the token.
+
+    Attributes
+    ----------
+    part : {"message", "request", "response"}
+        Part of the interface.
+    message_field : str
+        Path in it, such as ``pose.position.x``.
+    token_field : str
+        Name of the token's field.
+    """
+
+    part: str
+    message_field: str
+    token_field: str
+
+
+@dataclass(frozen=True, slots=True)
+class Port:
+    """One end of a channel.
+
+    Attributes
+    ----------
+    channel : str
+        Id of the channel in the system model.
+    type : str, optional
+        Existing ROS interface (``package/msg/Name``); None: the one generated from the token type.
+    mappings : tuple of FieldMapping
+        What of that interface carries what of the token.
+    """
+
+    channel: str
+    type: str | None
+    mappings: tuple[FieldMapping, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PublisherPort(Port):
+    """Tokens of a place are published on a topic.
+
+    Attributes
+    ----------
+    limit : int
+        Capacity of the publisher's queue, the depth of its history.
+    reliability : {"reliable", "bestEffort"}
+    durability : {"volatile", "transientLocal"}
+    """
+
+    topic: str
+    place: str
+    limit: int
+    reliability: str
+    durability: str
+
+
+@dataclass(frozen=True, slots=True)
+class SubscriberPort(Port):
+    """Messages of a topic become tokens of a place.
+
+    Attributes
+    ----------
+    limit : int
+        Capacity of the subscriber's queue. The node itself keeps to it: what arrives while `limit` messages
+        wait for the node is dropped, counted and recorded.
+    dispatcher_limit : int
+        Capacity of the queue that all subscribers of the node to this topic share.
+    """
+
+    topic: str
+    place: str
+    limit: int
+    dispatcher_limit: int
+    reliability: str
+    durability: str
+
+
+@dataclass(frozen=True, slots=True)
+class ClientPort(Port):
+    """Tokens of one place are requests of a service, their responses become tokens of another one."""
+
+    service: str
+    client: str
+    request: str
+    response: str
+
+
+@dataclass(frozen=True, slots=True)
+class ServerPort(Port):
+    """Requests of a service become tokens; entry and exit place of each server instance."""
+
+    service: str
+    entries: tuple[str, ...]
+    exits: tuple[str, ...]
+
+    @property
+    def instances(self) -> int:
+        """How many requests can be served at a time."""
+        return len(self.entries)
+
+
+@dataclass(frozen=True, slots=True)
+class SignalPort:
+    """An input signal that the outside may set."""
+
+    id: str
+    name: str
+    initial: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Ports:
+    """All that a node shows to the outside.
+
+    Attributes
+    ----------
+    model : str
+        Id of the system model.
+    node : str
+        Id of the node net.
+    name, namespace : str
+        The ROS node.
+    executor : {"single", "multi"}
+        Its executor.
+    threads : int
+        Threads of a multi-threaded executor.
+    """
+
+    model: str
+    node: str
+    name: str
+    namespace: str
+    executor: str
+    threads: int
+    token_type: TokenType
+    publishers: tuple[PublisherPort, ...]
+    subscribers: tuple[SubscriberPort, ...]
+    clients: tuple[ClientPort, ...]
+    servers: tuple[ServerPort, ...]
+    signals: tuple[SignalPort, ...]
+
+
+Answer = Callable[[Message], None]
+"""Sends the response to a request; called once by the node, on its own thread. It does not raise."""
+
+
+class Receiver(Protocol):
+    """What a transport calls, from any thread; calls return at once, the node acts on its own thread."""
+
+    def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
+        """Take a message of a topic; `lost` messages are missing just before it."""
+
+    def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
+        """Take a request. One that comes again is served once; every `answer` given for it is called."""
+
+    def response_arrived(self, port: ClientPort, message: Message) -> None:
+        """Take the response to the request of this id; one that nobody waits for (any more) is ignored."""
+
+    def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
+        """Learn that a request timed out or was not sent: it is recorded and sent again with the same id."""
+
+    def dropped(self, port: Port, queue: Queue, count: int) -> None:
+        """Learn that a full queue lost messages outside of `publish` and `message_arrived`."""
+
+    def signal_changed(self, signal: str, value: bool, source: str) -> None:
+        """Set an input signal, by id; `source` says where it came from and is recorded."""
+
+
+class Transport(Protocol):
+    """What a node calls, from the thread of its loop."""
+
+    def open(self, ports: Ports, receiver: Receiver) -> None:
+        """Join the channels; what arrives goes to the receiver from now on."""
+
+    def publish(self, port: PublisherPort, message: Message) -> bool:
+        """Send a message; False: the publisher's queue was full and the message is dropped.
+
+        A transport that overwrites the oldest instead says True here, and `dropped` for the one overwritten
+        where it knows of it.
+        """
+
+    def request(self, port: ClientPort, message: Message) -> None:
+        """Send a request. The node has one under way per client and sends it again after a time-out."""
+
+    def close(self) -> None:
+        """Leave the channels; when it returns, the receiver is called no more."""

@@ -1,0 +1,170 @@
+"""The command `conform`: verdicts, exit statuses, where traces come from, wrong use."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from dineros.metamodel.records import Fire, Header, Record, current_path, read_records, write_records
+from tests.cli.conftest import Run
+from tests.support.commands import is_one_line_of_wrong_use, lines, uses
+from tests.support.reference_runs import ReferenceRun
+from tests.support.talker import talker
+
+
+def write(folder: Path, records: dict[str, list[Record]]) -> Path:
+    folder.mkdir(exist_ok=True)
+    for node, trace in records.items():
+        numbered = [replace(record, sequence=number) for number, record in enumerate(trace)]
+        write_records(current_path(folder, node), numbered)
+    return folder
+
+
+def records() -> dict[str, list[Record]]:
+    return ReferenceRun(talker(), 1).run(60).stop().records
+
+
+@pytest.fixture
+def traces(tmp_path: Path) -> Path:
+    return write(tmp_path / "run", records())
+
+
+@pytest.fixture
+def bad(tmp_path: Path) -> Path:
+    """Return traces in which the listener hears a word twice."""
+    wrong = records()
+    trace = wrong["listener"]
+    position = next(number for number, record in enumerate(trace) if isinstance(record, Fire))
+    trace.insert(position, trace[position])
+    return write(tmp_path / "bad", wrong)
+
+
+def test_a_run_that_conforms(run: Run, model: Path, traces: Path) -> None:
+    for given in ([traces], sorted(traces.iterdir()), [traces, *traces.iterdir()]):
+        result = run("conform", model, *given)
+        assert result.exit_code == 0
+        (line,) = lines(result)
+        assert line.startswith(f"{model}: conforms; 45 steps of 2 nodes replayed, 15 more")
+    assert lines(run("conform", "-q", model, traces)) == []
+
+
+def test_the_first_step_that_is_not_allowed(run: Run, model: Path, bad: Path) -> None:
+    result = run("conform", model, bad)
+    assert result.exit_code == 1
+    found, summary = lines(result)
+    file, line, text = found.split(":", 2)
+    assert text == " Listen fires: Heard holds no token, 1 needed"
+    record = json.loads(Path(file).read_text("utf-8").splitlines()[int(line) - 1])
+    assert (record["event"], record["transition"]) == ("fire", "Listen")
+    assert summary.startswith(f"{model}: violated; ")
+
+
+def test_json(run: Run, model: Path, bad: Path, traces: Path) -> None:
+    report = json.loads(run("conform", model, bad, "--json").stdout)
+    assert list(report)[:6] == ["model", "status", "steps", "silent", "violations", "unknown"]
+    (violation,) = report["violations"]
+    assert violation["file"] == str(current_path(bad, "listener"))
+    assert violation["node"] == "listener"
+    assert violation["step"] == "Listen fires"
+    assert violation["reason"] == "Heard holds no token, 1 needed"
+    assert violation["line"] == violation["sequence"] + 1
+    assert json.loads(run("conform", model, traces, "--json").stdout)["status"] == "conforms"
+
+
+def test_what_cannot_be_known(run: Run, model: Path, traces: Path) -> None:
+    result = run("conform", model, current_path(traces, "listener"))
+    assert result.exit_code == 3
+    assert ": unknown: Heard takes talker/Said/1 (Chatter): " in result.stdout
+    assert "there is no trace of node talker" in result.stdout
+
+
+def test_the_merged_run_is_a_trace(run: Run, model: Path, traces: Path, tmp_path: Path) -> None:
+    output = tmp_path / "merged.jsonl"
+    assert run("conform", model, traces, "-o", output).exit_code == 0
+    header, *steps = read_records(output)
+    assert isinstance(header, Header)
+    assert (header.kind, header.verdict, header.signals) == ("witness", "conforms", "fully-enabled")
+    events = [step.event for step in steps]
+    assert events.count("take") == events.count("publish") == 3
+    assert events.count("transfer") == 3 * 5
+
+
+def test_settings(run: Run, model: Path, traces: Path, tmp_path: Path) -> None:
+    result = run("conform", model, traces, "--set", "Words.tokens=4")
+    assert result.exit_code == 1
+    assert "the node starts: Words holds 3 tokens, in the model 4" in result.stdout
+    # What the traces say counts where nothing else is said.
+    told = records()
+    for trace in told.values():
+        trace[0] = replace(trace[0], settings=["Words.tokens=5"])  # type: ignore[call-arg]
+    folder = write(tmp_path / "told", told)
+    result = run("conform", "-v", model, folder)
+    assert "the traces say: --set Words.tokens=5" in result.stderr
+    assert "Words holds 3 tokens, in the model 5" in result.stdout
+    assert run("conform", model, folder, "--set", "Words.tokens=3").exit_code == 0
+    told["talker"][0] = replace(told["talker"][0], settings=[])  # type: ignore[call-arg]
+    assert is_one_line_of_wrong_use(
+        run("conform", model, write(folder, told)), "was recorded with other settings than the traces before"
+    )
+
+
+class TestWrongUse:
+    def test_traces(self, run: Run, model: Path, traces: Path, tmp_path: Path) -> None:
+        empty = tmp_path / "empty"
+        empty.mkdir()
+        text = tmp_path / "text.jsonl"
+        text.write_text("hello\n")
+        cut = write(tmp_path / "gap", records())
+        path = current_path(cut, "talker")
+        path.write_text("".join(path.read_text("utf-8").splitlines(keepends=True)[1:]), "utf-8")
+        double = tmp_path / "double.jsonl"
+        double.write_bytes(current_path(traces, "talker").read_bytes())
+        for given, says in (
+            ([tmp_path / "none"], "none: cannot be read: No such file"),
+            ([empty], "empty: holds no trace"),
+            ([text], "text.jsonl:1: no JSON"),
+            ([cut], "talker.jsonl:1: is no trace of a node's run"),
+            ([traces, double], "double.jsonl:1: begins at record 0 of node 'talker', as "),
+        ):
+            assert is_one_line_of_wrong_use(run("conform", model, *given), says)
+        result = run("conform", model)
+        assert result.exit_code == 2
+
+    def test_a_witness(self, run: Run, model: Path, tmp_path: Path) -> None:
+        witness = tmp_path / "witness.jsonl"
+        assert run("find", model, "--enabled", "Listen", "-o", witness).exit_code == 0
+        assert is_one_line_of_wrong_use(
+            run("conform", model, witness), "is a witness, no trace of a node's run"
+        )
+
+    @uses("ends")
+    def test_another_model(self, run: Run, model: Path, net: Path, traces: Path, tmp_path: Path) -> None:
+        assert is_one_line_of_wrong_use(run("conform", net, traces), "this command needs a system model")
+        other = records()
+        other["talker"][0] = replace(other["talker"][0], model="other")  # type: ignore[call-arg]
+        folder = write(tmp_path / "other", other)
+        from dineros.metamodel.files import save
+
+        save(talker(), tmp_path / "talker.sym.xmi")
+        assert is_one_line_of_wrong_use(
+            run("conform", tmp_path / "talker.sym.xmi", folder),
+            "is a trace of model 'other', not of 'greeting'",
+        )
+
+
+def test_invariants_are_checked_in_every_marking(run: Run, model: Path, traces: Path) -> None:
+    kept = run("conform", model, traces, "--invariant", "Words + Said <= 3", "--invariant", "Noted <= 3")
+    assert kept.exit_code == 0
+    assert lines(kept)[:2] == ["Words + Said <= 3: holds throughout", "Noted <= 3: holds throughout"]
+    broken = run("conform", model, traces, "--invariant", "signal(Button) -> Words >= 3", "--json")
+    assert broken.exit_code == 1
+    assert json.loads(broken.stdout)["invariants"] == {"signal(Button) -> Words >= 3": False}
+    assert "does not hold after" in run("conform", model, traces, "--invariant", "Noted <= 0").stdout
+
+
+def test_an_invariant_that_is_none(run: Run, model: Path, traces: Path) -> None:
+    result = run("conform", model, traces, "--invariant", "Nothing >= 1")
+    assert (result.exit_code, result.stdout, result.stderr.count("\n")) == (2, "", 1)

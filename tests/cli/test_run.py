@@ -1,0 +1,155 @@
+"""``dineros run`` without ROS."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import Run
+
+HANDLERS = '''
+"""Presses the button, and writes what was heard."""
+
+from pathlib import Path
+
+
+def configure(net):
+    if net.id == "talker":
+        net.signal("Button").set(True)
+
+        @net.handler("Say")
+        def say(firing):
+            Path("said.txt").open("a").write("said\\n")
+'''
+
+
+@pytest.fixture
+def spoken(model: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the model's file, with handlers beside it, in the current folder."""
+    model.with_name("handlers.py").write_text(HANDLERS, encoding="utf-8")
+    monkeypatch.chdir(model.parent)
+    return model
+
+
+@pytest.mark.parametrize("way", ["--local", "--simulate"])
+def test_until_a_condition_holds(run: Run, spoken: Path, way: str) -> None:
+    result = run("run", spoken, way, "--seed", 1, "--until", "Noted >= 3", "--monitor", "--timeout", 60)
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.splitlines()[0] == "the condition holds; marked: Noted 3"
+    assert "conformance: conforms, " in result.stdout
+    assert "6 firings, 0 drops, 0 errors, 0 restarts" in result.stdout
+    assert (spoken.parent / "said.txt").read_text() == "said\n" * 3
+
+
+def test_json_and_traces_that_conform(run: Run, spoken: Path) -> None:
+    folder = spoken.parent / "traces"
+    arguments = ("--simulate", "--until", "Noted >= 1", "--trace", folder, "--set", "Words.tokens=1")
+    report = json.loads(run("run", spoken, *arguments, "--json").stdout)
+    assert report["ending"] == "reached"
+    assert report["marking"] == {"Noted": 1}
+    assert report["signals"] == {"Button": True}
+    assert sorted(path.name for path in folder.glob("*.jsonl")) == ["listener.jsonl", "talker.jsonl"]
+    assert run("conform", spoken, folder, "--set", "Words.tokens=1").exit_code == 0
+
+
+def test_the_same_seed_gives_the_same_run(run: Run, spoken: Path) -> None:
+    def transitions(folder: Path) -> list[str]:
+        run("run", spoken, "--simulate", "--seed", 5, "--until", "Noted >= 3", "--trace", folder)
+        lines = [json.loads(line) for path in sorted(folder.glob("*.jsonl")) for line in path.open()]
+        return [line["event"] + line.get("transition", "") for line in lines]
+
+    assert transitions(spoken.parent / "one") == transitions(spoken.parent / "two")
+
+
+def test_a_condition_that_cannot_come_true_any_more(run: Run, spoken: Path) -> None:
+    result = run("run", spoken, "--simulate", "--until", "Noted >= 4")
+    assert result.exit_code == 1
+    assert result.stdout.startswith("nothing is left to do; marked: Noted 3\n")
+
+
+def test_time_that_is_over(run: Run, model: Path) -> None:
+    result = run("run", model, "--local", "--until", "Noted >= 1", "--timeout", 0.3)
+    assert result.exit_code == 3
+    assert result.stdout.startswith("time is over; marked: Words 3\n")
+
+
+def test_going_on_from_traces(run: Run, spoken: Path) -> None:
+    folder = spoken.parent / "traces"
+    nothing_under_way = "Noted >= 1 & Words >= 1 & Noted + Words == 3"
+    first = run("run", spoken, "--simulate", "--seed", 3, "--until", nothing_under_way, "--trace", folder)
+    assert first.exit_code == 0
+    again = run("run", spoken, "--simulate", "--until", "Noted >= 3", "--trace", folder, "--resume")
+    assert again.exit_code == 0, again.stderr
+    assert (spoken.parent / "said.txt").read_text() == "said\n" * 3
+    assert run("conform", spoken, folder).exit_code == 0
+
+
+def test_ctrl_c_ends_a_run_cleanly(spoken: Path) -> None:
+    folder = spoken.parent / "traces"
+    program = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "from dineros.cli.main import main; main()"
+    )
+    command = [sys.executable, "-c", program, "run", str(spoken), "--local", "--trace", str(folder)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        deadline = time.monotonic() + 60
+        while "Noted" not in (path.read_text() if (path := folder / "listener.jsonl").exists() else ""):
+            assert process.poll() is None and time.monotonic() < deadline
+            time.sleep(0.05)
+        os.kill(process.pid, signal.SIGINT)
+        output, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (0, "")
+    assert output.startswith("interrupted; marked: ")
+    assert '"event":"stop"' in (folder / "talker.jsonl").read_text()
+
+
+@pytest.mark.parametrize(
+    ("handlers", "said"),
+    [
+        ("def configure(net) print()", r":1: no Python: expected ':'"),
+        ("import nowhere", r":1: ModuleNotFoundError: No module named 'nowhere'"),
+        ("x = 1", "defines no function configure(net)"),
+        (
+            "def configure(net):\n    net.handler('Sai')(print)",
+            ":2: the node talker has no transition 'Sai' (did you mean 'Say'?)",
+        ),
+    ],
+)
+def test_handlers_that_cannot_be_used(run: Run, model: Path, handlers: str, said: str) -> None:
+    model.with_name("handlers.py").write_text(handlers, encoding="utf-8")
+    result = run("run", model, "--simulate")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(str(model.with_name("handlers.py")))
+    assert said in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--until", "Notd >= 1"], "no place is named 'Notd'"),
+        (["--until", "fired(Say)"], "fired"),
+        (["--resume"], "--resume needs the traces"),
+        (["--with", "echo"], "--with needs ROS"),
+        (["--handlers", "nothing.py"], "nothing.py"),
+    ],
+)
+def test_wrong_options(run: Run, model: Path, options: list[str], said: str) -> None:
+    result = run("run", model, "--simulate", *options)
+    assert (result.exit_code, result.stdout, result.stderr.count("\n")) == (2, "", 1)
+    assert said in result.stderr
+
+
+def test_traces_of_another_run_are_not_overwritten(run: Run, spoken: Path) -> None:
+    folder = spoken.parent / "traces"
+    assert run("run", spoken, "--simulate", "--until", "Words <= 2", "--trace", folder).exit_code == 0
+    result = run("run", spoken, "--simulate", "--trace", folder)
+    assert result.exit_code == 2
+    assert "has a trace of node 'talker' already" in result.stderr

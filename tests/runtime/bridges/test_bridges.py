@@ -1,0 +1,184 @@
+"""Signals through a real MQTT broker and real HTTP, all on 127.0.0.1."""
+
+from __future__ import annotations
+
+import logging
+import os
+import shutil
+import socket
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+
+from dineros.metamodel.errors import DinerosError, UnknownElementError
+from dineros.runtime.bridges.mqtt import MqttSignals
+from dineros.runtime.bridges.rest import RestPoll, RestServer
+from dineros.runtime.bridges.values import SignalValueError, read_truth
+from dineros.runtime.net import Net
+from dineros.transformations.split import split
+from tests.support.talker import talker
+
+MOSQUITTO = shutil.which("mosquitto", path=f"{os.environ.get('PATH', '')}:/usr/sbin")
+PATIENCE = 30.0
+
+
+@pytest.fixture
+def net() -> Iterator[Net]:
+    """A node that says its three words once its button is pressed."""
+    (part,) = (part for part in split(talker()) if part.node.id == "talker")
+    with Net(part) as running:
+        yield running
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+class Broker:
+    """A mosquitto of our own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.port = free_port()
+        self.config = folder / "mosquitto.conf"
+        self.config.write_text(f"listener {self.port} 127.0.0.1\nallow_anonymous true\npersistence false\n")
+        self.start()
+
+    def start(self) -> None:
+        assert MOSQUITTO
+        self.process = subprocess.Popen(
+            [MOSQUITTO, "-c", str(self.config)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            try:
+                socket.create_connection(("127.0.0.1", self.port), timeout=1).close()
+                return
+            except OSError:
+                time.sleep(0.02)
+        pytest.fail("mosquitto does not start")
+
+    def stop(self) -> None:
+        self.process.terminate()
+        self.process.wait(PATIENCE)
+
+    def publish(self, topic: str, payload: str, retain: bool = False) -> None:
+        from paho.mqtt import publish
+
+        publish.single(topic, payload, qos=1, retain=retain, hostname="127.0.0.1", port=self.port)
+
+
+@pytest.fixture
+def broker(tmp_path: Path) -> Iterator[Broker]:
+    if MOSQUITTO is None:
+        if os.environ.get("CI"):
+            pytest.fail("CI is set: mosquitto must be there")
+        pytest.skip("without mosquitto")
+    made = Broker(tmp_path)
+    yield made
+    made.stop()
+
+
+class TestMqtt:
+    def test_message_sets_signal(self, net: Net, broker: Broker) -> None:
+        with MqttSignals(net, port=broker.port) as bridge:
+            assert bridge.wait(PATIENCE)
+            sources: list[object] = []
+            net.on_change(lambda change: sources.append(change.fields.get("source")))
+            broker.publish("talker/signals/Button", "true")
+            state = net.wait_for(lambda state: state.count("Said") == 3, PATIENCE)
+            assert state.signals["Button"]
+            broker.publish("talker/signals/Button", '{"value": "off"}')
+            net.wait_for(lambda state: not state.signals["Button"], PATIENCE)
+        assert "mqtt talker/signals/Button" in sources
+
+    def test_retained_message_counts_for_those_who_come_later(self, net: Net, broker: Broker) -> None:
+        broker.publish("cell/button", "1", retain=True)
+        with MqttSignals(net, {"cell/button": "Button"}, port=broker.port):
+            net.wait_for(lambda state: state.signals["Button"], PATIENCE)
+
+    def test_nonsense_changes_nothing(
+        self, net: Net, broker: Broker, caplog: pytest.LogCaptureFixture
+    ) -> None:
+        with MqttSignals(net, port=broker.port) as bridge:
+            assert bridge.wait(PATIENCE)
+            broker.publish("talker/signals/Button", "maybe")
+            broker.publish("talker/signals/Button", "true")
+            net.wait_for(lambda state: state.signals["Button"], PATIENCE)
+        assert "'maybe' is no truth value (send true or false)" in caplog.text
+
+    def test_broker_that_comes_back(self, net: Net, broker: Broker) -> None:
+        with MqttSignals(net, port=broker.port) as bridge:
+            assert bridge.wait(PATIENCE)
+            broker.stop()
+            broker.start()
+            end = time.monotonic() + PATIENCE
+            while not net.inspect().signals["Button"] and time.monotonic() < end:
+                broker.publish("talker/signals/Button", "true")
+                time.sleep(0.1)
+            assert net.inspect().signals["Button"]
+
+    def test_unknown_signal(self, net: Net) -> None:
+        with pytest.raises(UnknownElementError, match="no signal 'Buton'"):
+            MqttSignals(net, {"topic": "Buton"})
+
+
+class TestRest:
+    @pytest.fixture
+    def server(self, net: Net) -> Iterator[RestServer]:
+        with RestServer(net, port=0) as running:
+            yield running
+
+    def test_put_sets_signal(self, net: Net, server: RestServer) -> None:
+        assert httpx.get(f"{server.url}/signals").json() == {"Button": False}
+        answer = httpx.put(f"{server.url}/signals/Button", json={"value": True})
+        assert (answer.status_code, answer.json()) == (200, {"value": True})
+        net.wait_for(lambda state: state.count("Said") == 3, PATIENCE)
+        assert httpx.get(f"{server.url}/signals/Button").json() == {"value": True}
+        assert httpx.put(f"{server.url}/signals/Button", content="off").json() == {"value": False}
+
+    def test_wrong_questions(self, net: Net, server: RestServer) -> None:
+        answer = httpx.put(f"{server.url}/signals/Buton", json={"value": True})
+        assert (answer.status_code, "no signal 'Buton'" in answer.json()["error"]) == (404, True)
+        for body in ("maybe", "{", '{"value": null}', ""):
+            assert httpx.put(f"{server.url}/signals/Button", content=body).status_code == 422
+        assert httpx.post(f"{server.url}/signals/Button").status_code == 405
+        assert not net.inspect().signals["Button"]
+
+    def test_port_that_is_taken(self, net: Net, server: RestServer) -> None:
+        port = int(server.url.rpartition(":")[2])
+        with pytest.raises(DinerosError, match=f"nothing can be served on 127.0.0.1:{port}"):
+            RestServer(net, port=port).open()
+
+    def test_listens_on_this_machine_only(self, server: RestServer) -> None:
+        from tests.runtime.ros.sockets import bound_addresses
+
+        assert bound_addresses(os.getpid()) <= {"127.0.0.1"}
+
+    def test_poll(self, net: Net, server: RestServer, caplog: pytest.LogCaptureFixture) -> None:
+        """One net asks another one; one that does not answer is told of once."""
+        caplog.set_level(logging.WARNING)
+        (part,) = (part for part in split(talker()) if part.node.id == "talker")
+        with Net(part) as asking:
+            url = f"{server.url}/signals/Button"
+            with RestPoll(asking, {"Button": url}, period=0.02):
+                net.signal("Button").set(True)
+                asking.wait_for(lambda state: state.signals["Button"], PATIENCE)
+                net.signal("Button").set(False)
+                asking.wait_for(lambda state: not state.signals["Button"], PATIENCE)
+            nobody = f"http://127.0.0.1:{free_port()}/"
+            with RestPoll(asking, {"Button": nobody}, period=0.01):
+                time.sleep(0.3)
+            assert not asking.inspect().signals["Button"]
+        assert caplog.text.count("gives no truth value") == 1
+
+
+@pytest.mark.parametrize("text", ["", "2", "tru", "null", '{"value": 2}', "{}", '["true"]', b"\xff"])
+def test_no_truth_value(text: str | bytes) -> None:
+    with pytest.raises(SignalValueError):
+        read_truth(text)

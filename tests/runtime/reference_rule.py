@@ -1,0 +1,104 @@
+"""The plain firing rule, slow and obvious, on the flattened net: what the engine is compared with.
+
+It shares nothing with the engine: arcs come from the flattened net, clauses from the texts of the model.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.clauses import And, Constant, Equivalent, Expression, Implies, Not, Or, Signal, parse
+from dineros.metamodel.elements import arcs, label, places, transitions
+from dineros.transformations.flatten import flatten
+from dineros.transformations.split import split
+
+
+class ReferenceNet:
+    """The part of a flattened net that one node runs."""
+
+    def __init__(self, model: sym.SystemModel, node: rtm.RuntimeModel) -> None:
+        flat = flatten(model, signals="none").net
+        prefixes = [
+            (
+                f"{port.channel}[{number}].",
+                {part.id for part in port.page.eAllContents() if hasattr(part, "id")},
+            )
+            for place in places(node)
+            for port in place.ports  # type: ignore[attr-defined]
+            if isinstance(port, rtm.ServerPort)
+            for number in range(1, port.instances + 1)
+        ]
+        prototypes = {id for _, ids in prefixes for id in ids}
+        own = {each.id: each.id for each in (*places(node), *transitions(node)) if each.id not in prototypes}
+        for prefix, ids in prefixes:
+            own |= {prefix + id: id for id in ids}
+        self.marking = Counter({p.id: p.tokens for p in places(flat) if p.id in own})
+        self.names = {t.id: own[t.id] for t in transitions(flat) if t.id in own}
+        self.takes: dict[str, Counter[str]] = {t: Counter() for t in self.names}
+        self.puts: dict[str, Counter[str]] = {t: Counter() for t in self.names}
+        self.inhibitors: dict[str, list[tuple[str, int]]] = {t: [] for t in self.names}
+        for arc in arcs(flat):
+            source, target = arc.source.id, arc.target.id
+            if target in self.names:
+                if arc.kind == pn.ArcKind.inhibitor:
+                    self.inhibitors[target].append((source, arc.weight))
+                    continue
+                self.takes[target][source] += arc.weight
+                if arc.kind == pn.ArcKind.read:
+                    self.puts[target][source] += arc.weight
+            elif source in self.names:
+                self.puts[source][target] += arc.weight
+        self.overridden: dict[str, list[str]] = {t: [] for t in self.names}
+        for above in transitions(flat):
+            for below in above.overrides:
+                if below.id in self.names:
+                    self.overridden[below.id].append(above.id)
+        self.clauses = {
+            t.id: parse(t.clause.text)
+            for t in transitions(node)
+            if isinstance(t, sym.Transition) and t.clause is not None
+        }
+        self.signal_labels = {signal.id: label(signal) for signal in node.node.signals}
+        self.signals = {signal.id: bool(signal.initial) for signal in node.node.signals}
+
+    def is_enabled(self, transition: str) -> bool:
+        values = {self.signal_labels[id]: value for id, value in self.signals.items()}
+        clause = self.clauses.get(self.names[transition])
+        return (
+            all(self.marking[place] >= weight for place, weight in self.takes[transition].items())
+            and all(self.marking[place] < limit for place, limit in self.inhibitors[transition])
+            and (clause is None or holds(clause, values))
+        )
+
+    def allowed(self) -> set[str]:
+        enabled = {transition for transition in self.names if self.is_enabled(transition)}
+        return {t for t in enabled if not enabled.intersection(self.overridden[t])}
+
+    def fire(self, transition: str) -> None:
+        assert transition in self.allowed()
+        self.marking.subtract(self.takes[transition])
+        self.marking.update(self.puts[transition])
+
+
+def holds(expression: Expression, values: dict[str, bool]) -> bool:
+    match expression:
+        case Signal(name=name):
+            return values[name]
+        case Constant(value=value):
+            return value
+        case Not(operand=operand):
+            return not holds(operand, values)
+        case And(parts=parts):
+            return all(holds(part, values) for part in parts)
+        case Or(parts=parts):
+            return any(holds(part, values) for part in parts)
+        case Implies(premise=premise, conclusion=conclusion):
+            return not holds(premise, values) or holds(conclusion, values)
+        case Equivalent(left=left, right=right):
+            return holds(left, values) == holds(right, values)
+    raise TypeError(expression)
+
+
+def references(model: sym.SystemModel) -> list[tuple[rtm.RuntimeModel, ReferenceNet]]:
+    return [(node, ReferenceNet(model, node)) for node in split(model)]

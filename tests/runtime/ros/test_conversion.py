@@ -1,0 +1,177 @@
+"""Tokens and messages of existing interfaces, counting of losses, names, environment; no ROS process runs."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.token_data import Value
+from dineros.runtime.ros.environment import fast_dds_profile, ros_environment
+from dineros.runtime.ros.interfaces import InterfaceError, load_interface
+from dineros.runtime.ros.mappings import ConversionError, MappedCodec
+from dineros.runtime.ros.names import resource_names
+from dineros.runtime.ros.quality import LossCounter
+from dineros.runtime.ros.wheels import mend_paths
+from dineros.runtime.transport import FieldMapping, FieldType, Message, TokenType
+
+FIELDS = TokenType(
+    "Token",
+    (
+        FieldType("text", "text", "text", None, ""),
+        FieldType("count", "integer", "text", None, 0),
+        FieldType("weight", "number", "text", None, 1.0),
+        FieldType("is_hot", "boolean", "text", None, False),
+        FieldType("values", "list", "number", None, []),
+    ),
+)
+
+
+def codec(interface: str, **mapped: str) -> MappedCodec:
+    mappings = [FieldMapping("message", path.replace("__", "."), field) for path, field in mapped.items()]
+    return MappedCodec(load_interface(interface), interface, mappings, FIELDS)
+
+
+def token(**fields: Value) -> Message:
+    return Message("a/b/1", {field.name: field.default for field in FIELDS.fields} | fields)
+
+
+@pytest.mark.parametrize(
+    ("interface", "path", "field", "value"),
+    [
+        ("std_msgs/msg/String", "data", "text", "grüße"),
+        ("std_msgs/msg/Bool", "data", "is_hot", True),
+        ("std_msgs/msg/Int8", "data", "count", -128),
+        ("std_msgs/msg/UInt64", "data", "count", 2**63 - 1),
+        ("std_msgs/msg/Float32", "data", "weight", 0.5),
+        ("std_msgs/msg/Float64", "data", "count", 3),
+        ("std_msgs/msg/Byte", "data", "count", 255),
+        ("std_msgs/msg/Header", "stamp.sec", "count", 7),
+        ("std_msgs/msg/Float64MultiArray", "data", "values", [1.0, -2.5]),
+        ("std_msgs/msg/Float64MultiArray", "data[2]", "weight", 4.5),
+        ("std_msgs/msg/Float64MultiArray", "layout.dim[1].label", "text", "rows"),
+    ],
+)
+def test_there_and_back(interface: str, path: str, field: str, value: Value) -> None:
+    made = codec(interface, **{path: field})
+    back = made.decode(made.encode(token(**{field: value})))
+    assert back == Message("", dict(token(**{field: value}).data))
+    assert type(back.data[field]) is type(value)
+
+
+def test_fields_that_are_not_mapped_keep_their_defaults() -> None:
+    made = codec("std_msgs/msg/String", data="text")
+    assert made.decode(made.encode(token(text="a", weight=9.0))).data["weight"] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("interface", "field", "value", "text"),
+    [
+        ("std_msgs/msg/Int8", "count", 128, "takes int8, not 128"),
+        ("std_msgs/msg/UInt16", "count", -1, "takes uint16, not -1"),
+        ("std_msgs/msg/Float32", "weight", 1e300, "single-precision"),
+    ],
+)
+def test_values_outside_the_range(interface: str, field: str, value: Value, text: str) -> None:
+    with pytest.raises(ConversionError, match=text):
+        codec(interface, data=field).encode(token(**{field: value}))
+
+
+@pytest.mark.parametrize(("given", "expected"), [(math.inf, 1.7976931348623157e308), (math.nan, 0.0)])
+def test_numbers_that_json_cannot_say(given: float, expected: float) -> None:
+    interface = load_interface("std_msgs/msg/Float64")
+    assert (
+        codec("std_msgs/msg/Float64", data="weight").decode(interface(data=given)).data["weight"] == expected
+    )
+
+
+@pytest.mark.parametrize(
+    ("interface", "path", "field", "text"),
+    [
+        ("std_msgs/msg/String", "datum", "text", "has no field datum"),
+        ("std_msgs/msg/String", "data", "weight", r"data of std_msgs/msg/String \(string\) cannot carry"),
+        ("std_msgs/msg/Header", "stamp", "count", "cannot carry"),
+        ("std_msgs/msg/Header", "frame_id.length", "count", "has no fields"),
+        ("std_msgs/msg/String", "data[0]", "text", "has no element"),
+        ("std_msgs/msg/Float64MultiArray", "layout.dim.label", "text", "name an element"),
+        ("std_msgs/msg/String", "data", "nothing", "no field 'nothing'"),
+    ],
+)
+def test_wrong_mappings(interface: str, path: str, field: str, text: str) -> None:
+    with pytest.raises(InterfaceError, match=text):
+        codec(interface, **{path: field})
+
+
+@pytest.mark.parametrize("name", ["std_msgs/msg/Strin", "nowhere/msg/String", "String", "std_msgs/action/A"])
+def test_interfaces_that_are_not_there(name: str) -> None:
+    with pytest.raises(InterfaceError):
+        load_interface(name)
+
+
+class TestLosses:
+    @staticmethod
+    def lost(counter: LossCounter, *messages: tuple[str, int], publishers: int = 1) -> list[int]:
+        return [counter.lost_before(id, sequence, lambda: publishers) for id, sequence in messages]
+
+    def test_gaps(self) -> None:
+        counter = LossCounter()
+        assert self.lost(counter, ("a/p/1", 1), ("a/p/2", 2), ("a/p/5", 5)) == [0, 0, 2]
+
+    def test_before_the_first_one_that_came(self) -> None:
+        assert self.lost(LossCounter(), ("a/p/4", 4)) == [3]
+
+    def test_senders_are_told_apart(self) -> None:
+        assert self.lost(LossCounter(), ("a/p/1", 1), ("b/p/1", 1), ("a/p/2", 2), ("b/p/3", 3)) == [
+            0,
+            0,
+            0,
+            1,
+        ]
+
+    def test_sender_that_began_anew(self) -> None:
+        counter = LossCounter()
+        assert self.lost(counter, ("a/p/7", 7), ("a/p/8", 1), ("a/p/9", 2), ("a/p/9", 3)) == [6, 0, 0, 0]
+
+    def test_receiver_that_began_anew(self) -> None:
+        assert self.lost(LossCounter({"a/p": 7}), ("a/p/8", 8)) == [0]
+        assert self.lost(LossCounter({"a/p": 7}), ("a/p/10", 10)) == [2]
+
+    def test_without_ids(self) -> None:
+        assert self.lost(LossCounter(), ("", 5), ("", 6), ("", 9)) == [0, 0, 2]
+        assert self.lost(LossCounter(), ("", 5), ("", 9), publishers=2) == [0, 0]
+
+
+def test_names_are_distinct() -> None:
+    assert resource_names(["a-b", "a_b", "a b", "TooHot"]) == {
+        "a-b": "a_b_2",
+        "a_b": "a_b",
+        "a b": "a_b_3",
+        "TooHot": "TooHot",
+    }
+
+
+def test_environment(tmp_path: Path) -> None:
+    made = ros_environment(tmp_path, 7, "memory", {"ROS_STATIC_PEERS": "far.example", "HOME": "/home"})
+    assert (made["ROS_DOMAIN_ID"], made["HOME"]) == ("7", "/home")
+    assert "ROS_STATIC_PEERS" not in made
+    assert Path(made["FASTRTPS_DEFAULT_PROFILES_FILE"]).read_text() == fast_dds_profile("memory")
+    assert Path(made["ROS_LOG_DIR"]).is_dir()
+    assert "UDPv4" not in fast_dds_profile("memory")
+
+
+def test_wrong_domain(tmp_path: Path) -> None:
+    with pytest.raises(DinerosError, match="no ROS domain 102"):
+        ros_environment(tmp_path, 102)
+
+
+def test_paths_of_wheels_are_mended_once(tmp_path: Path) -> None:
+    file = tmp_path / "share/std_msgs/cmake/export.cmake"
+    file.parent.mkdir(parents=True)
+    numpy = "/opt/python/cp311-cp311/lib/python3.11/site-packages/numpy/_core/include"
+    file.write_text(f'INCLUDE "/opt/python/cp311-cp311/include/python3.11;{numpy}"\n')
+    assert mend_paths(tmp_path) == [file]
+    folders = file.read_text().split('"')[1].split(";")
+    assert all(Path(folder).is_dir() for folder in folders)
+    assert mend_paths(tmp_path) == []

@@ -1,0 +1,302 @@
+"""Nodes as processes on real ROS 2, through shared memory alone."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from dineros.runtime.ros import memory
+from dineros.runtime.ros.environment import Reach
+from dineros.runtime.ros.memory import segments_of
+from tests.runtime.ros.conftest import PATIENCE, Ros
+from tests.runtime.ros.post import LETTER
+
+EXPECTED = {"expected_subscribers.Letters": 1, "signals.Open": True}
+SLOW_READER = """
+import time
+def configure(net):
+    @net.handler("TRead")
+    def read(firing):
+        time.sleep(0.15)
+"""
+SLOW_SCALE = """
+import asyncio
+def configure(net):
+    @net.handler("TWeigh")
+    async def weigh(firing):
+        await asyncio.sleep(0.7)
+        return {"weight": 1.5, "number": firing.instance}
+"""
+
+
+@pytest.mark.parametrize("reach", ["memory", "machine"])
+def test_two_processes_over_a_topic(ros: Ros, reach: Reach) -> None:
+    """A token comes through with all it carries; nothing leaves the machine, nothing is left behind."""
+    house = ros.node("house")
+    office = ros.node("office", EXPECTED)
+    ros.wait(lambda: len(ros.fired("house", "TRead")) == 3, "reading three letters")
+    addresses = ros.addresses()
+    segments = segments_of(house.popen.pid) | segments_of(office.popen.pid)
+    assert [process.interrupt() for process in (office, house)] == [0, 0], office.output() + house.output()
+
+    takes = ros.records("house", "take")
+    assert [record["message"].rpartition("/")[2] for record in takes] == ["1", "2", "3"]
+    assert takes[0]["data"] == LETTER
+    assert takes[1]["data"]["subject"] == ""
+    assert ros.records("house", "drop") == []
+    published = [record["message"] for record in ros.records("office", "publish")]
+    assert published == [record["message"] for record in takes]
+    assert [ros.records(node)[-1]["event"] for node in ("house", "office")] == ["stop", "stop"]
+
+    assert addresses <= (set() if reach == "memory" else {"127.0.0.1"})
+    if reach == "machine":
+        assert addresses
+    assert segments, "the processes share memory"
+    assert [segment for segment in own(segments) if segment.exists()] == []
+
+
+def test_requests_are_served_in_parallel(ros: Ros) -> None:
+    """Two clients, two server instances: the second request is served while the first one is."""
+    desk = ros.node("desk")
+    scale = ros.node("scale", handlers=SLOW_SCALE)
+    ros.wait(lambda: len(ros.records("desk", "response")) == 2, "two responses")
+    assert [process.interrupt() for process in (desk, scale)] == [0, 0]
+    events = [record["event"] for record in ros.records("scale") if record["event"] in ("serve", "reply")]
+    assert events == ["serve", "serve", "reply", "reply"]
+    responses = ros.records("desk", "response")
+    assert {record["data"]["weight"] for record in responses} == {1.5}
+    assert {record["data"]["number"] for record in responses} == {1, 2}
+    requests = {record["client"]: record["message"] for record in ros.records("desk", "request")}
+    assert {record["client"]: record["message"] for record in responses} == requests
+    # Each client got the response to its own request.
+    served = {record["instance"]: record["message"] for record in ros.records("scale", "serve")}
+    for record in responses:
+        assert served[record["data"]["number"]] == record["message"]
+
+
+def test_existing_interface(ros: Ros) -> None:
+    """A token's field in a std_msgs/Float64 arrives in the other node, and in a program without DiNeROS."""
+    ros.node("house")
+    ros.node("scale", {"expected_subscribers.Readings": 2})
+    heard = ros.script(
+        "import rclpy\n"
+        "from std_msgs.msg import Float64\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('stranger')\n"
+        "got = []\n"
+        "node.create_subscription(Float64, '/readings', got.append, 10)\n"
+        "while not got:\n"
+        "    rclpy.spin_once(node)\n"
+        "print(got[0].data)\n"
+        "rclpy.shutdown()\n"
+    )
+    assert heard == "7.5\n"
+    ros.wait(lambda: ros.fired("house", "TLook"), "looking at the reading")
+    (take,) = ros.records("house", "take")
+    assert (take["channel"], take["message"], take["data"]["weight"]) == ("Readings", "", 7.5)
+
+
+def test_full_queue_is_seen_by_the_subscriber(ros: Ros) -> None:
+    """A burst of 40 letters for a reader with a queue of 5: each one is read or counted as lost."""
+    set_letters(ros, 40)
+    ros.node("house", handlers=SLOW_READER)
+    ros.node("office", EXPECTED)
+    ros.wait(lambda: len(ros.records("office", "publish")) == 40, "publishing")
+    ros.wait(
+        lambda: any(record["message"].endswith("/40") for record in ros.records("house", "take")),
+        "the last letter",
+    )
+    takes, drops = ros.records("house", "take"), ros.records("house", "drop")
+    lost = sum(record["count"] for record in drops)
+    assert {(record["channel"], record["queue"], record["place"]) for record in drops} == {
+        ("Letters", "subscriber", "Arrived")
+    }
+    assert lost > 0
+    assert len(takes) + lost == 40
+
+
+def own(segments: set[Path]) -> list[Path]:
+    """Leave out the ports, which processes of other domains on this machine use, too."""
+    return [segment for segment in segments if not segment.name.startswith("fastrtps_port")]
+
+
+def set_letters(ros: Ros, number: int) -> None:
+    file = ros.folder / "office.rtm.xmi"
+    text = file.read_text()
+    assert text.count('tokens="3"') == 1
+    file.write_text(text.replace('tokens="3"', f'tokens="{number}"'))
+
+
+def test_request_without_server_is_sent_again(ros: Ros) -> None:
+    """Time-outs are recorded; the request keeps its id and gets its response once the server is there."""
+    ros.node("desk", {"request_timeout": 0.3})
+    ros.wait(lambda: len(ros.records("desk", "timeout")) >= 3, "time-outs")
+    ros.node("scale")
+    ros.wait(lambda: len(ros.records("desk", "response")) == 2, "two responses")
+    requests = {record["message"] for record in ros.records("desk", "request")}
+    assert {record["message"] for record in ros.records("desk", "timeout")} <= requests
+    assert {record["message"] for record in ros.records("desk", "response")} == requests
+    assert len(ros.records("scale", "serve")) == 2
+
+
+def test_server_that_takes_longer_than_the_timeout_serves_once(ros: Ros) -> None:
+    ros.node("desk", {"request_timeout": 0.2})
+    ros.node("scale", handlers=SLOW_SCALE)
+    ros.wait(lambda: len(ros.records("desk", "response")) == 2, "two responses")
+    assert ros.records("desk", "timeout")
+    assert len(ros.records("scale", "serve")) == 2
+
+
+def test_killed_server_goes_on_from_its_journal(ros: Ros) -> None:
+    """What it had begun to serve is served in its second life, and both clients get their response."""
+    desk = ros.node("desk", {"request_timeout": 0.5})
+    scale = ros.node("scale", handlers=SLOW_SCALE)
+    ros.wait(lambda: len(ros.records("scale", "serve")) == 2, "serving")
+    left = own(segments_of(scale.popen.pid))
+    os.kill(scale.popen.pid, signal.SIGKILL)
+    scale.popen.wait(PATIENCE)
+    ros.processes.remove(scale)
+    assert any(path.exists() for path in left)
+    again = ros.node("scale", {"resume": True}, handlers=SLOW_SCALE)
+    ros.wait(lambda: len(ros.records("desk", "response")) == 2, "two responses")
+    assert again.interrupt() == 0, again.output()
+    assert len(ros.records("scale", "serve")) == 2
+    assert [record["resumed"] for record in ros.records("scale", "start")] == [False, True]
+    assert desk.interrupt() == 0
+    time.sleep(memory.AGE)
+    memory.remove_abandoned()
+    assert not any(path.exists() for path in left)
+
+
+def test_signals_from_outside(ros: Ros) -> None:
+    """By topic, by service, by parameter; the node under another name and namespace."""
+    office = ros.node(
+        "office", {"signals.too_late": True}, arguments=["-r", "__ns:=/town", "-r", "__node:=counter"]
+    )
+    ros.wait(lambda: ros.records("office", "start"), "the start")
+    said = ros.script(
+        "import rclpy\n"
+        "from rclpy.qos import QoSProfile, DurabilityPolicy\n"
+        "from std_msgs.msg import Bool\n"
+        "from std_srvs.srv import SetBool\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('stranger')\n"
+        "latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)\n"
+        "publisher = node.create_publisher(Bool, '/town/counter/signals/Open', latched)\n"
+        "publisher.publish(Bool(data=True))\n"
+        "client = node.create_client(SetBool, '/town/counter/set_signal/too_late')\n"
+        "assert client.wait_for_service(30)\n"
+        "future = client.call_async(SetBool.Request(data=False))\n"
+        "rclpy.spin_until_future_complete(node, future, timeout_sec=30)\n"
+        "print(future.result().success, future.result().message)\n"
+        "while not publisher.get_subscription_count():\n"
+        "    rclpy.spin_once(node, timeout_sec=0.05)\n"
+        "publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=10))\n"
+        "rclpy.shutdown()\n"
+    )
+    assert said == "True too-late is false\n"
+    ros.wait(lambda: len(ros.fired("office", "TSend")) == 3, "sending")
+    changes = {(r["signal"], r["value"], r["source"]) for r in ros.records("office", "signal")}
+    assert changes == {
+        ("too-late", True, "parameter"),
+        ("too-late", False, "service"),
+        ("Open", True, "topic"),
+    }
+    assert office.interrupt() == 0
+
+
+def test_parameters_are_described(ros: Ros) -> None:
+    ros.node("office")
+    ros.wait(lambda: ros.records("office", "start"), "the start")
+    said = ros.script(
+        "import rclpy\n"
+        "from rcl_interfaces.srv import DescribeParameters, ListParameters\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('stranger')\n"
+        "def ask(type, name, request):\n"
+        "    client = node.create_client(type, name)\n"
+        "    assert client.wait_for_service(30)\n"
+        "    future = client.call_async(request)\n"
+        "    rclpy.spin_until_future_complete(node, future, timeout_sec=30)\n"
+        "    return future.result()\n"
+        "names = ask(ListParameters, '/office/list_parameters', ListParameters.Request()).result.names\n"
+        "names = [name for name in names if name not in ('use_sim_time', 'start_type_description_service')]\n"
+        "request = DescribeParameters.Request(names=names)\n"
+        "found = ask(DescribeParameters, '/office/describe_parameters', request)\n"
+        "bounds = lambda r: (r.from_value, r.to_value)\n"
+        "for each in found.descriptors:\n"
+        "    ranges = [*each.integer_range, *each.floating_point_range]\n"
+        "    print(each.name, bool(each.description), *map(bounds, ranges), sep='|')\n"
+        "rclpy.shutdown()\n"
+    )
+    lines = dict(line.split("|", 1) for line in said.splitlines())
+    assert lines.keys() >= {"journal", "resume", "seed", "log_level", "signals.Open", "signals.too_late"}
+    assert lines["request_timeout"] == "True|(0.01, 86400.0)"
+    assert lines["expected_subscribers.Letters"] == "True|(0, 1000)"
+    assert "qos_overrides./letters.publisher_Sent.depth" in lines
+    assert all(line.startswith("True") for line in lines.values())
+
+
+def test_managed_node(ros: Ros) -> None:
+    """Its channels open when it is configured; its net fires while it is active."""
+    house = ros.node("house")
+    office = ros.node("office", {"signals.Open": True}, options=["--lifecycle"])
+    change = (
+        "import rclpy, time\n"
+        "from lifecycle_msgs.srv import ChangeState\n"
+        "from lifecycle_msgs.msg import Transition\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('manager')\n"
+        "client = node.create_client(ChangeState, '/office/change_state')\n"
+        "assert client.wait_for_service(30)\n"
+        "def change(id):\n"
+        "    request = ChangeState.Request(transition=Transition(id=id))\n"
+        "    future = client.call_async(request)\n"
+        "    rclpy.spin_until_future_complete(node, future, timeout_sec=30)\n"
+        "    return future.result().success\n"
+        "print({0})\n"
+        "rclpy.shutdown()\n"
+    )
+    assert ros.script(change.format("change(1)")) == "True\n"
+    assert ros.records("office", "start")
+    time.sleep(0.3)
+    assert ros.fired("office", "TSend") == []
+    assert ros.script(change.format("change(3)")) == "True\n"
+    ros.wait(lambda: len(ros.fired("office", "TSend")) == 3, "sending")
+    assert ros.script(change.format("change(4), change(2)")) == "True True\n"
+    assert ros.records("office")[-1]["event"] == "stop"
+    assert [process.interrupt() for process in (office, house)] == [0, 0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["-p", "request_timeout:=-1.0"], "the parameter request_timeout"),
+        (["-p", "log_level:=loud"], "no log level 'loud'"),
+        (["-r", "__node:=two words"], "ROS 2 does not start"),
+    ],
+)
+def test_wrong_arguments_are_one_line(ros: Ros, arguments: list[str], text: str) -> None:
+    office = ros.node("office", arguments=arguments)
+    assert office.popen.wait(PATIENCE) == 2
+    assert text in office.output()
+    assert "Traceback" not in office.output()
+
+
+def test_interfaces_that_are_not_built(ros: Ros) -> None:
+    ros.environment = {**ros.environment, "PYTHONPATH": ""}
+    office = ros.node("office")
+    assert office.popen.wait(PATIENCE) == 2
+    assert "post_interfaces/msg/Letter is not installed (build the workspace" in office.output()
+
+
+def test_failing_recorder_ends_the_node(ros: Ros) -> None:
+    (ros.folder / "journal").mkdir()
+    (ros.folder / "journal" / "office.jsonl").write_text("")
+    office = ros.node("office")
+    assert office.popen.wait(PATIENCE) == 2
+    assert "has a trace of node 'office' already" in office.output()

@@ -1,0 +1,143 @@
+"""Supervision of real processes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from dineros.runtime.application.supervisor import (
+    ProcessEvent,
+    ProcessPlan,
+    RestartPolicy,
+    SupervisionError,
+    Supervisor,
+)
+
+QUICK = RestartPolicy(restarts=2, window=60, delay=0.01)
+
+
+def plan(folder: Path, program: str, name: str = "node") -> ProcessPlan:
+    return ProcessPlan(
+        name,
+        [sys.executable, "-c", program],
+        dict(os.environ),
+        folder / f"{name}.log",
+        resume=["--resume"],
+        folder=folder,
+    )
+
+
+def poll_until_done(supervisor: Supervisor, seconds: float = 20) -> None:
+    deadline = time.monotonic() + seconds
+    while supervisor.poll():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def is_there(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_a_process_that_ends_by_itself_is_not_started_again(tmp_path: Path) -> None:
+    events: list[ProcessEvent] = []
+    with Supervisor([plan(tmp_path, "print('done')")], QUICK, events.append) as supervisor:
+        poll_until_done(supervisor)
+    assert [event.event for event in events] == ["started", "ended"]
+    assert (tmp_path / "node.log").read_text() == "done\n"
+
+
+def test_a_process_that_is_killed_is_started_again_with_the_arguments_to_resume(tmp_path: Path) -> None:
+    program = "import sys, time; sys.exit(0) if '--resume' in sys.argv else time.sleep(60)"
+    events: list[ProcessEvent] = []
+    with Supervisor([plan(tmp_path, program)], QUICK, events.append) as supervisor:
+        os.kill(supervisor.processes["node"], signal.SIGKILL)
+        poll_until_done(supervisor)
+    assert [(event.event, event.status) for event in events] == [
+        ("started", None),
+        ("failed", -signal.SIGKILL),
+        ("restarted", None),
+        ("ended", 0),
+    ]
+
+
+def test_a_process_that_fails_too_often_ends_the_application(tmp_path: Path) -> None:
+    plans = [
+        plan(tmp_path, "import time; time.sleep(60)", "good"),
+        plan(tmp_path, "raise SystemExit(3)", "bad"),
+    ]
+    events: list[ProcessEvent] = []
+    with (
+        pytest.raises(
+            SupervisionError, match=r"bad failed 3 times within 60 s, the last time with exit status 3"
+        ),
+        Supervisor(plans, QUICK, events.append) as supervisor,
+    ):
+        good = supervisor.processes["good"]
+        poll_until_done(supervisor)
+    assert not is_there(good)
+    assert [event.event for event in events if event.name == "good"] == ["started", "stopped"]
+
+
+def test_stopping_kills_what_ignores_every_other_signal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "dineros.runtime.application.supervisor._ENDINGS",
+        ((signal.SIGINT, 0.2), (signal.SIGTERM, 0.2), (signal.SIGKILL, 5.0)),
+    )
+    program = (
+        "import signal, time, pathlib\n"
+        "for number in (signal.SIGINT, signal.SIGTERM): signal.signal(number, signal.SIG_IGN)\n"
+        "pathlib.Path('ready').touch()\n"
+        "time.sleep(60)\n"
+    )
+    events: list[ProcessEvent] = []
+    with Supervisor([plan(tmp_path, program)], QUICK, events.append) as supervisor:
+        deadline = time.monotonic() + 20
+        while not (tmp_path / "ready").exists():
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        process = supervisor.processes["node"]
+    assert not is_there(process)
+    assert events[-1].status == -signal.SIGKILL
+
+
+def test_a_program_that_is_not_there_is_an_error_and_nothing_stays(tmp_path: Path) -> None:
+    first = plan(tmp_path, "import time; time.sleep(60)", "first")
+    second = ProcessPlan("second", [str(tmp_path / "nothing")], {}, tmp_path / "second.log")
+    events: list[ProcessEvent] = []
+    with pytest.raises(SupervisionError, match="second cannot be started"):
+        Supervisor([first, second], QUICK, events.append).__enter__()
+    assert [event.event for event in events] == ["started", "stopped"]
+
+
+def test_processes_end_when_their_supervisor_is_killed(tmp_path: Path) -> None:
+    import subprocess
+
+    program = (
+        "import os, sys, time\n"
+        "from pathlib import Path\n"
+        "from dineros.runtime.application.supervisor import ProcessPlan, Supervisor\n"
+        "plan = ProcessPlan('node', [sys.executable, '-c', 'import time; time.sleep(60)'], dict(os.environ),"
+        " Path('node.log'))\n"
+        "with Supervisor([plan]) as supervisor:\n"
+        "    print(supervisor.processes['node'], flush=True)\n"
+        "    time.sleep(60)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, cwd=tmp_path) as parent:
+        assert parent.stdout is not None
+        process = int(parent.stdout.readline())
+        parent.kill()
+    deadline = time.monotonic() + 10
+    while is_there(process) and "Z" not in Path(f"/proc/{process}/stat").read_text().split()[2]:
+        assert time.monotonic() < deadline
+        time.sleep(0.02)

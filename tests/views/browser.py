@@ -1,0 +1,88 @@
+"""Headless Chromium for tests of pages; nothing it opens may reach a network beyond this machine."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, ConsoleMessage, Page
+
+PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
+# As root, as in containers, Chromium has no sandbox; and it is to ask nobody for updates.
+ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
+             "--disable-component-update", "--disable-sync"]  # fmt: skip
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """Start a browser; skip the test where there is none, but not in CI."""
+    program = next(filter(None, map(shutil.which, PROGRAMS)), None)
+    if program is None:
+        if os.environ.get("CI"):
+            pytest.fail("Chromium is missing")
+        pytest.skip("Chromium is missing")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=ARGUMENTS)
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+def wait_until(page: Page, condition: str, timeout: float = 20.0) -> None:
+    """Wait until an expression of JavaScript is true.
+
+    Playwright's own waiting would evaluate the expression on the page, whose policy forbids that.
+    """
+    ends = time.monotonic() + timeout
+    while not page.evaluate(f"Boolean({condition})"):
+        assert time.monotonic() < ends, f"not within {timeout} s: {condition}"
+        page.wait_for_timeout(50)
+
+
+class Visit:
+    """A page and what went wrong on it.
+
+    Attributes
+    ----------
+    page : Page
+        The page.
+    problems : list of str
+        Errors of scripts and of the console.
+    requested : list of str
+        Addresses that the page asked for.
+    """
+
+    def __init__(self, browser: Browser, **options: Any) -> None:
+        self.page: Page = browser.new_page(**{"viewport": {"width": 1300, "height": 800}, **options})
+        self.problems: list[str] = []
+        self.requested: list[str] = []
+        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
+        self.page.on("console", self._said)
+        self.page.on("request", lambda request: self.requested.append(request.url))
+
+    def _said(self, message: ConsoleMessage) -> None:
+        if message.type == "error":
+            self.problems.append(message.text)
+
+    def open(self, file: Path, fragment: str = "") -> Page:
+        """Open a file and wait until its first picture is drawn."""
+        self.page.goto(f"{file.as_uri()}{fragment}")
+        wait_until(self.page, "globalThis.dinerosTrace && dinerosTrace.view.frames > 0")
+        return self.page
+
+    def settle(self) -> None:
+        """Wait until what was asked for is drawn."""
+        self.page.evaluate(
+            "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+        )

@@ -1,0 +1,134 @@
+"""Exports, read back with the libraries of those who read them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections import Counter, defaultdict
+from typing import Any
+
+import pytest
+from mcap.reader import make_reader
+from perfetto.protos.perfetto.trace.perfetto_trace_pb2 import Trace, TrackEvent
+
+from dineros.views.exports import EXPORTS, export
+from tests.views.samples import lasso, run
+from tests.views.traces.test_building import built
+
+LOAD = {"LeftCellObjects.publisher.SortRed.Load": ("LeftCellObjects", "publisher", "SortRed")}
+
+
+def perfetto(content: bytes) -> tuple[dict[int, str], dict[str, list[Any]]]:
+    """Return the names of the tracks, and the events of each by its name, with its process."""
+    trace = Trace()
+    trace.ParseFromString(content)
+    names: dict[int, str] = {}
+    events: dict[str, list[Any]] = defaultdict(list)
+    for packet in trace.packet:
+        if packet.HasField("track_descriptor"):
+            track = packet.track_descriptor
+            parent = names.get(track.parent_uuid)
+            own = track.process.process_name or track.name
+            names[track.uuid] = f"{parent}/{own}" if parent else own
+        else:
+            events[names[packet.track_event.track_uuid]].append((packet.timestamp, packet.track_event))
+    return names, events
+
+
+def test_perfetto_has_a_process_for_each_node_and_nested_calls() -> None:
+    names, events = perfetto(export(built(*run().values()), ".perfetto-trace"))
+    assert {"selector", "controller", "synchronizer"} <= set(names.values())
+    client, server = events["controller/GetControl client L"], events["synchronizer/GetControl instance 2"]
+    assert [event.type for _, event in client] == [
+        TrackEvent.TYPE_SLICE_BEGIN, TrackEvent.TYPE_SLICE_END,
+        TrackEvent.TYPE_SLICE_BEGIN, TrackEvent.TYPE_SLICE_END]  # fmt: skip
+    assert [event.name for _, event in client if event.name] == [
+        "GetControl C L",
+        "GetControl C L (never answered)",
+    ]
+    assert client[0][0] <= server[0][0] <= server[1][0] <= client[1][0]
+    assert client[0][1].flow_ids == server[0][1].flow_ids
+    red = [event.counter_value for _, event in events["selector/Red"]]
+    assert red == [0, 1]
+    (begin, opened), (end, _) = events["selector/SelectRed"]
+    assert end - begin == pytest.approx(50e6, rel=1e-6)
+    notes = {note.name: note.string_value or note.int_value for note in opened.debug_annotations}
+    assert notes["RedObjects"] == -1
+    assert notes["handlers"] == "['announce']"
+
+
+def test_perfetto_is_in_order_of_time() -> None:
+    trace = Trace()
+    trace.ParseFromString(export(built(*run().values()), ".pftrace"))
+    times = [packet.timestamp for packet in trace.packet if packet.HasField("track_event")]
+    assert times == sorted(times)
+    assert len(times) == 20
+
+
+def mcap(content: bytes) -> list[tuple[str, str, int, dict[str, Any]]]:
+    reader = make_reader(io.BytesIO(content), validate_crcs=True)
+    return [
+        (channel.topic, schema.name if schema else "", message.log_time, json.loads(message.data))
+        for schema, channel, message in reader.iter_messages(log_time_order=True)
+    ]
+
+
+def test_mcap_has_steps_signals_queues_calls_and_marking() -> None:
+    builder = built(lasso(), loads=LOAD)
+    messages = mcap(export(builder, ".mcap"))
+    topics = Counter(topic for topic, *_ in messages)
+    assert topics["/dineros/steps"] == topics["/dineros/log"] == 9
+    values = [data["value"] for topic, _, _, data in messages if topic == "/dineros/signals/Danger"]
+    assert values == [False, True, False]
+    queue = [
+        data for topic, _, _, data in messages if topic == "/dineros/topics/LeftCellObjects/publisher/SortRed"
+    ]
+    assert [(data["event"], data["level"], data["lost"], data["capacity"]) for data in queue] == [
+        ("publish", 1, 0, 10), ("drop", 1, 1, 10)]  # fmt: skip
+    states = [
+        data["state"] for topic, _, _, data in messages if topic == "/dineros/services/SensorService/safety"
+    ]
+    assert states == ["requested", "served"]
+    marking: dict[str, int] = {}
+    for topic, _, _, data in messages:
+        if topic == "/dineros/marking":
+            marking |= data["places"]
+    assert marking == builder.marking
+    logs = [data["level"] for topic, schema, _, data in messages if schema == "foxglove.Log"]
+    assert logs.count(4) == 1  # the lost message
+
+
+def test_mcap_schemas_describe_the_messages() -> None:
+    content = export(built(*run().values()), ".mcap")
+    reader = make_reader(io.BytesIO(content))
+    for schema, _, message in reader.iter_messages():
+        assert schema is not None
+        assert schema.encoding == "jsonschema"
+        assert set(json.loads(message.data)) <= set(json.loads(schema.data)["properties"])
+    (about,) = reader.iter_metadata()
+    assert about.metadata["model"] == "sorting"
+
+
+def test_times_of_a_run_are_kept_and_never_fall() -> None:
+    builder = built(*run().values())
+    times = [time for topic, _, time, _ in mcap(export(builder, ".mcap")) if topic == "/dineros/steps"]
+    assert times == sorted(times)
+    assert times[0] == pytest.approx((builder.steps[0].time or 0) * 1e9)
+
+
+def test_csv_has_a_row_for_each_step() -> None:
+    builder = built(lasso())
+    rows = list(csv.DictReader(io.StringIO(export(builder, ".csv").decode())))
+    assert len(rows) == 9
+    assert rows[2]["text"] == "SelectRed"
+    assert json.loads(rows[2]["change"]) == {"RedObjects": -1, "SortRed": 1}
+    assert json.loads(rows[7]["signals"]) == {"Red": True, "Blue": False, "Danger": True}
+    assert [row["loop"] for row in rows] == ["false"] * 7 + ["true"] * 2
+
+
+@pytest.mark.parametrize("suffix", EXPORTS)
+def test_a_trace_without_steps(suffix: str) -> None:
+    scribe = lasso()
+    scribe.records = scribe.records[:1]
+    assert isinstance(export(built(scribe), suffix), bytes)

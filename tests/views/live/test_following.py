@@ -1,0 +1,57 @@
+"""Snapshots and numbered changes, without a server."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from dineros.metamodel.records import Record
+from dineros.views.live.following import LiveTrace
+from tests.views.live.test_live_page import script
+
+
+class Feed:
+    """Records that come when a test says so."""
+
+    def __init__(self) -> None:
+        self.waiting: list[Record] = []
+
+    def new(self) -> list[Record]:
+        found, self.waiting = self.waiting, []
+        return found
+
+
+def messages(found: list[str]) -> list[dict[str, Any]]:
+    return [json.loads(text) for text in found]
+
+
+def test_changes_are_numbered_and_those_missed_are_sent_again() -> None:
+    feed = Feed()
+    trace = LiveTrace(feed, None, "run")
+    records = script()
+    feed.waiting = records[:8]
+    (first,) = messages(trace.poll())
+    assert (first["type"], first["number"]) == ("snapshot", 1)
+    assert trace.poll() == []
+    feed.waiting = records[8:12]
+    (second,) = messages(trace.poll())
+    feed.waiting = records[12:16]
+    (third,) = messages(trace.poll())
+    assert [second["number"], third["number"]] == [2, 3]
+    assert third["first"] == second["first"] + len(second["steps"])
+    assert messages(trace.greeting(trace.epoch, 2)) == [third]
+    assert messages(trace.greeting(trace.epoch, 1)) == [second, third]
+    (nothing,) = messages(trace.greeting(trace.epoch, 3))
+    assert nothing["type"] == "nothing new"
+
+
+def test_who_knows_nothing_or_another_server_gets_everything() -> None:
+    feed = Feed()
+    trace = LiveTrace(feed, None, "run")
+    feed.waiting = script()
+    trace.poll()
+    for epoch, number in ((None, None), ("other", 1), (trace.epoch, 99)):
+        (everything,) = messages(trace.greeting(epoch, number))
+        assert everything["type"] == "snapshot"
+        assert len(everything["view"]["steps"]) > 10
+        assert everything["number"] == trace.number

@@ -1,0 +1,190 @@
+"""The live page, in a real browser, with files that grow."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
+
+import pytest
+from playwright.sync_api import Page
+
+from dineros.metamodel.files import load
+from dineros.metamodel.records import Record, encode_record
+from dineros.views.live import LiveHandle, serve_live
+from dineros.views.traces.merging import merge
+from tests.views.browser import Visit, wait_until
+from tests.views.samples import CASE_STUDY, run
+
+NewVisit = Callable[..., Visit]
+Serve = Callable[..., LiveHandle]
+
+
+@pytest.fixture(autouse=True)
+def own_state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+
+
+@pytest.fixture
+def serve() -> Iterator[Serve]:
+    handles: list[LiveHandle] = []
+
+    def start(*arguments: object, **options: object) -> LiveHandle:
+        handles.append(serve_live(*arguments, **options))  # type: ignore[arg-type]
+        return handles[-1]
+
+    yield start
+    for handle in handles:
+        handle.stop()
+
+
+def script() -> list[Record]:
+    """Return the records of a run in the order they are written."""
+    return [record for _, record in merge({node: scribe.records for node, scribe in run().items()})]
+
+
+def append(folder: Path, records: list[Record]) -> None:
+    for record in records:
+        with (folder / f"{record.node}.jsonl").open("a", encoding="utf-8") as file:
+            file.write(f"{encode_record(record)}\n")
+
+
+def steps(page: Page) -> int:
+    """Return how many steps the page has; 0 before it has any picture."""
+    return int(page.evaluate("globalThis.dinerosTrace ? dinerosTrace.traces[0].length : 0"))
+
+
+def wait_for_steps(page: Page, number: int) -> None:
+    wait_until(page, f"globalThis.dinerosTrace && dinerosTrace.traces[0].length >= {number}")
+
+
+def test_a_page_follows_and_catches_up_after_the_server_restarts(
+    tmp_path: Path, visit: NewVisit, serve: Serve
+) -> None:
+    folder = tmp_path / "run"
+    folder.mkdir()
+    records = script()
+    first, second, third = records[:12], records[12:20], records[20:]
+    append(folder, first)
+    handle = serve(folder, load(CASE_STUDY))
+    one = visit()
+    page = one.page
+    page.goto(handle.url)
+    wait_for_steps(page, 3)
+    before = steps(page)
+    assert page.evaluate("dinerosTrace.cursor") == before - 1  # it follows the tail
+    assert page.query_selector("#net [data-id=SelectRed]")
+
+    handle.stop()
+    page.wait_for_selector("#connection[data-state=lost]", timeout=20_000)
+    append(folder, second)  # while nobody serves
+    again = serve(folder, load(CASE_STUDY))
+    assert again.url == handle.url
+    wait_for_steps(page, before + 1)
+    page.wait_for_selector("#connection[data-state=live]")
+    caught_up = steps(page)
+
+    page.evaluate("dinerosTrace.select(1)")  # as a click does: it stays there
+    append(folder, third)
+    wait_for_steps(page, caught_up + 1)
+    assert page.evaluate("dinerosTrace.cursor") == 1
+    page.click("#follow")
+    assert page.evaluate("dinerosTrace.cursor") == steps(page) - 1
+    expected = len([record for record in records if record.event not in ("header", "checkpoint", "start")])
+    wait_until(
+        page, f"dinerosTrace.traces[0].steps.filter((step) => step.e !== 'checkpoint').length === {expected}"
+    )
+    # The marking on the net is that after the last step.
+    assert page.query_selector("#net [data-id=StateEnd] .tokens circle")
+    assert not page.query_selector("#net [data-id=StateGet] .tokens circle")
+    one.problems[:] = [problem for problem in one.problems if "ERR_CONNECTION_REFUSED" not in problem]
+
+
+def test_a_run_that_begins_after_the_page(tmp_path: Path, visit: NewVisit, serve: Serve) -> None:
+    folder = tmp_path / "later"
+    asked = []
+
+    def find_model(header: object) -> None:
+        asked.append(header)
+
+    handle = serve(folder, find_model)
+    page = visit().page
+    page.goto(handle.url)
+    page.wait_for_selector("#connection[data-state=live]", timeout=20_000)
+    folder.mkdir()
+    append(folder, script())
+    wait_for_steps(page, 15)
+    assert len(asked) == 1
+    assert page.inner_text("#axis") == "wall-clock time"
+
+
+def test_a_broken_trace_is_said_and_what_was_there_stays(
+    tmp_path: Path, visit: NewVisit, serve: Serve
+) -> None:
+    file = tmp_path / "selector.jsonl"
+    run()["selector"].save(file)
+    handle = serve(file)
+    page = visit().page
+    page.goto(handle.url)
+    wait_for_steps(page, 3)
+    with file.open("a", encoding="utf-8") as stream:
+        stream.write("nonsense\n")
+    page.wait_for_selector("#connection[data-state=lost]", timeout=20_000)
+    assert "selector.jsonl:8" in page.inner_text("#connection")
+    assert steps(page) >= 3
+
+
+def status(url: str, **headers: str) -> int:
+    try:
+        with urlopen(Request(url, headers=headers), timeout=10) as answer:
+            return int(answer.status)
+    except HTTPError as error:
+        return error.code
+
+
+def test_only_those_with_the_token_see_anything(tmp_path: Path, serve: Serve) -> None:
+    handle = serve(tmp_path)
+    base, token = handle.url.split("/?token=")
+    assert re.fullmatch(r"http://127\.0\.0\.1:\d+", base)
+    assert len(token) >= 32
+    assert status(handle.url) == 200
+    assert status(f"{base}/") == 403
+    assert status(f"{base}/?token={token[:-1]}") == 403
+    assert status(f"{base}/?token=%FF") == 403
+    assert status(handle.url, Host="evil.example") == 403  # a name that leads here
+    for path in ("/selector.jsonl", "/static/trace/page.js", "/docs", "/openapi.json", "/../etc/passwd"):
+        assert status(f"{base}{path}?token={token}") == 404
+
+
+def test_the_stream_wants_token_and_origin(tmp_path: Path, serve: Serve) -> None:
+    from websockets.exceptions import ConnectionClosed
+    from websockets.sync.client import connect
+
+    handle = serve(tmp_path)
+    base, token = handle.url.split("/?token=")
+    stream = f"{base.replace('http', 'ws')}/changes?token="
+
+    def first_message(url: str, origin: str | None) -> str:
+        with connect(url, origin=origin) as socket:  # type: ignore[arg-type]
+            try:
+                return str(json.loads(socket.recv(timeout=10))["type"])
+            except ConnectionClosed as closed:
+                assert closed.rcvd is not None
+                return str(closed.rcvd.code)
+
+    assert first_message(stream + token, base) == "snapshot"
+    assert first_message(f"{stream}wrong", base) == "4403"
+    assert first_message(stream + token, "http://evil.example") == "4403"
+    assert first_message(stream + token, None) == "4403"
+
+
+def test_address_is_kept_for_this_user_only(tmp_path: Path, serve: Serve) -> None:
+    handle = serve(tmp_path)
+    (kept,) = (tmp_path / "state" / "dineros" / "live").iterdir()
+    assert kept.stat().st_mode & 0o077 == 0
+    assert json.loads(kept.read_text())["token"] in handle.url
+    other = serve(tmp_path)  # while the first still runs: neither its port nor its token
+    assert other.url.split("=")[1] != handle.url.split("=")[1]

@@ -1,0 +1,117 @@
+"""What must hold for every laid-out net, whatever laid it out."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import Any, TypeAlias
+
+Area: TypeAlias = tuple[float, float, float, float]
+"""Left, top, right, bottom."""
+SLACK = 1.0
+
+
+def box_area(box: dict[str, Any]) -> Area:
+    return box["x"], box["y"], box["x"] + box["width"], box["y"] + box["height"]
+
+
+def node_area(node: dict[str, Any]) -> Area:
+    """Return what a node covers, with its captions."""
+    wide, down = node.get("room", (0, 0))
+    side = max(node["width"], wide) / 2
+    half = node["height"] / 2
+    return node["x"] - side, node["y"] - half, node["x"] + side, node["y"] + half + down
+
+
+def shape_area(node: dict[str, Any]) -> Area:
+    return node_area({**node, "room": (0, 0)})
+
+
+def label_area(edge: dict[str, Any]) -> Area:
+    (x, y), (wide, high) = edge["labelAt"], edge["room"]
+    return x - wide / 2, y - high / 2, x + wide / 2, y + high / 2
+
+
+def overlap(one: Area, other: Area) -> bool:
+    across = min(one[2], other[2]) - max(one[0], other[0])
+    along = min(one[3], other[3]) - max(one[1], other[1])
+    return across > SLACK and along > SLACK
+
+
+def within(inner: Area, outer: Area) -> bool:
+    return (
+        inner[0] >= outer[0] - SLACK
+        and inner[1] >= outer[1] - SLACK
+        and inner[2] <= outer[2] + SLACK
+        and inner[3] <= outer[3] + SLACK
+    )
+
+
+def faults(picture: dict[str, Any]) -> Iterator[str]:
+    """Yield what is wrong with a layout: overlaps, things outside of their boxes, lines that end nowhere."""
+    whole: Area = (0, 0, picture["width"], picture["height"])
+    boxes = {box["id"]: box for box in picture["boxes"]}
+    nodes = {node["id"]: node for node in picture["nodes"]}
+    siblings: dict[str | None, list[tuple[str, Area]]] = {}
+    for id, box in boxes.items():
+        siblings.setdefault(box.get("parent"), []).append((id, box_area(box)))
+    for id, node in nodes.items():
+        siblings.setdefault(node.get("box"), []).append((id, node_area(node)))
+    for parent, children in siblings.items():
+        around = whole if parent is None else box_area(boxes[parent])
+        for id, area in children:
+            if not within(area, around):
+                yield f"{id} stands out of {parent or 'the picture'}"
+        for (id, area), (other_id, other) in itertools.combinations(children, 2):
+            if overlap(area, other):
+                yield f"{id} and {other_id} overlap"
+    for box in boxes.values():
+        if not box.get("collapsed"):
+            header = (box["x"], box["y"], box["x"] + box["header"][0], box["y"] + box["header"][1])
+            if not within(header, box_area(box)):
+                yield f"the title of {box['id']} stands out of it"
+            for id, area in siblings.get(box["id"], ()):
+                if overlap(area, header):
+                    yield f"{id} covers the title of {box['id']}"
+    for edge in picture["edges"]:
+        yield from line_faults(edge, nodes, boxes, whole)
+
+
+def line_faults(
+    edge: dict[str, Any], nodes: dict[str, Any], boxes: dict[str, Any], whole: Area
+) -> Iterator[str]:
+    points = edge["points"]
+    if len(points) < 2:
+        yield f"{edge['id']} is no line"
+        return
+    for point, end in ((points[0], edge["source"]), (points[-1], edge["target"])):
+        area = shape_area(nodes[end]) if end in nodes else box_area(boxes[end])
+        x, y = point
+        if not within((x, y, x, y), area):
+            yield f"{edge['id']} does not reach {end}"
+        if end in nodes and nodes[end]["kind"].startswith("place"):
+            distance = ((x - nodes[end]["x"]) ** 2 + (y - nodes[end]["y"]) ** 2) ** 0.5
+            if abs(distance - nodes[end]["width"] / 2) > SLACK:
+                yield f"{edge['id']} ends {distance:.1f} from the middle of {end}"
+    for x, y in points:
+        if not within((x, y, x, y), whole):
+            yield f"{edge['id']} leaves the picture"
+    if edge.get("label"):
+        if "labelAt" not in edge:
+            yield f"the label of {edge['id']} is missing"
+        elif not within(label_area(edge), whole):
+            yield f"the label of {edge['id']} leaves the picture"
+        else:
+            for node in nodes.values():
+                if overlap(label_area(edge), node_area(node)):
+                    yield f"the label of {edge['id']} covers {node['id']}"
+
+
+def label_overlaps(picture: dict[str, Any]) -> list[str]:
+    """Return the pairs of labels of lines that cover each other."""
+    labelled = [edge for edge in picture["edges"] if edge.get("label")]
+    return [
+        f"{one['id']} and {other['id']}"
+        for one, other in itertools.combinations(labelled, 2)
+        if overlap(label_area(one), label_area(other))
+    ]

@@ -1,0 +1,149 @@
+"""The view of a model: what it holds, and what it says about it."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from dineros.metamodel import elements, pn, sym
+from dineros.transformations.flatten import flatten
+from dineros.transformations.split import split
+from dineros.views.nets import ViewModel, view_of
+from tests.support.talker import talker
+from tests.views.nets.samples import case_study, every_sign, models
+
+
+@pytest.mark.parametrize("name", list(models()))
+def test_every_element_is_there_once(name: str) -> None:
+    model = models()[name]
+    view = view_of(model)
+    ids = [item.id for item in view.elements()]
+    assert len(ids) == len(set(ids))
+    channels = {node.id for node in view.nodes if node.kind in ("topic", "service")}
+    assert {node.id for node in view.nodes} - channels == {node.id for node in elements.nodes(model)}
+    arcs = {edge.id for edge in view.edges} | {edge.also for edge in view.edges}
+    assert {arc.id for arc in elements.arcs(model)} <= arcs
+    pages = list(elements.pages(model))
+    kept = [page for page in pages if len(pages) > 1 or isinstance(page, sym.NodeNet)]
+    assert [box.id for box in view.boxes] == [page.id for page in kept]
+    if isinstance(model, sym.SystemModel):
+        assert channels == {channel.id for channel in model.channels}
+
+
+def test_channels_join_the_places_of_their_ports() -> None:
+    lines = {(edge.kind, edge.source, edge.target): edge.label for edge in view_of(case_study()).edges}
+    assert lines["publish", "SortRed", "LeftCellObjects"] == "queue 10"
+    assert lines["subscribe", "LeftCellObjects", "ReqControlL"] == "dispatcher 16, queue 10"
+    assert lines["request", "PickReqL", "Pick"] == "L"
+    assert lines["response", "Pick", "PickResR"] == "R"
+    assert ("call", "Pick", "PickEntry") in lines
+    assert ("return", "PickExit", "Pick") in lines
+
+
+def test_limits_that_differ_are_shown() -> None:
+    model = talker()
+    channel = model.channels[0]
+    assert isinstance(channel, sym.TopicChannel)
+    channel.publishers[0].limit, channel.subscribers[0].limit = 3, 4
+    channel.dispatchers.append(sym.Dispatcher(node=elements.node_nets(model)[1], limit=5))
+    labels = [edge.label for edge in view_of(model).edges if edge.kind in ("publish", "subscribe")]
+    assert labels == ["queue 3", "dispatcher 5, queue 4"]
+
+
+def test_nodes_say_what_they_hold() -> None:
+    view = view_of(case_study())
+    assert (view.kind, view.title) == ("system model", "sorting")
+    assert view.node("Unsafe").tokens == 1
+    assert view.node("RedObjects").detail == {"Token data": '{"color": "red"}'}
+    clause = "(RobotIsIdle | RobotHasFinished) & ObjectIsPicked"
+    assert view.node("TPickSuccess").captions[1].text == clause
+    assert view.node("TPickSuccess").detail == {"Input clause": f"ICPickSuccess: {clause}"}
+    assert [caption.text for caption in view.node("Pick").captions] == ["service, 2 instances"]
+    executor = view.box("executor")
+    assert (executor.kind, executor.subtitle, executor.summary) == (
+        "node",
+        "ROS node",
+        "10 places, 12 transitions, 3 pages",
+    )
+    assert [signal.id for signal in executor.signals][-1] == "Danger"
+    assert (view.box("PickServer").kind, view.box("PickServer").parent) == ("server", "executor")
+    with pytest.raises(KeyError):
+        view.node("nobody")
+
+
+def test_references_lead_to_what_they_stand_for() -> None:
+    view = view_of(case_study())
+    assert view.node("Safe@PickServer").target == "Safe"
+    assert [
+        edge.kind for edge in view.edges if {edge.source, edge.target} == {"Safe", "Safe@PickServer"}
+    ] == ["reference"]
+
+
+def test_two_opposite_arcs_are_one_read_arc() -> None:
+    view = view_of(case_study())
+    edge = next(edge for edge in view.edges if edge.source == "Safe@PickServer")
+    assert (edge.target, edge.kind, edge.also) == ("TPick", "read", "TPick-Safe@PickServer")
+
+
+def test_opposite_arcs_of_different_weight_stay_two() -> None:
+    place, step = pn.Place(id="p"), pn.Transition(id="t")
+    page = pn.Page(id="page", objects=[place, step])
+    for source, target, weight in ((place, step, 2), (step, place, 1)):
+        pn.Arc(id=f"{source.id}{target.id}", source=source, target=target, weight=weight, page=page)
+    assert [(edge.kind, edge.label) for edge in view_of(pn.Net(id="n", pages=[page])).edges] == [
+        ("normal", "2"),
+        ("normal", ""),
+    ]
+
+
+def test_kinds_of_arcs_weights_and_intervals() -> None:
+    view = view_of(every_sign())
+    edges = {edge.id: (edge.kind, edge.label) for edge in view.edges}
+    assert edges["few-go"] == ("normal", "12")
+    assert edges["many-go-read"] == ("read", "")
+    assert edges["none-go-inhibitor"] == ("inhibitor", "2")
+    assert [caption.text for caption in view.node("go").captions] == ["go", "[1, 2]"]
+    assert view.node("stop").detail == {"Goes before": "go"}
+    assert [box.id for box in view.boxes] == ["outer", "inner", "empty"]
+
+
+def test_a_runtime_model_shows_its_channels_outside() -> None:
+    controller = next(model for model in split(case_study()) if "controller" in model.id)
+    view = view_of(controller)
+    channels = {node.id: node.kind for node in view.nodes if node.box is None}
+    assert channels["LeftCellObjects"] == "topic"
+    assert channels["Pick"] == "service"
+    lines = {(edge.kind, edge.source, edge.target) for edge in view.edges}
+    assert ("request", "PickReqL", "Pick") in lines
+    assert ("response", "Pick", "PickResL") in lines
+    assert view.kind == "runtime model"
+
+
+def test_a_flattened_net_is_grouped() -> None:
+    view: ViewModel = view_of(flatten(case_study()).net)
+    assert view.kind == "Petri-net model"
+    queue = view.box("group LeftCellObjects.publisher.SortRed")
+    assert (queue.title, queue.parent) == ("publisher.SortRed", "group LeftCellObjects")
+    assert view.box("group LeftCellObjects").parent is None
+    assert view.node("LeftCellObjects.publisher.SortRed.Load").box == queue.id
+    assert view.node("RedObjects").box is None
+
+
+def test_views_are_json() -> None:
+    for model in models().values():
+        view = view_of(model).to_json()
+        assert set(json.loads(json.dumps(view))) >= {"id", "title", "kind", "boxes", "nodes", "edges"}
+
+
+def test_a_model_with_faults_has_a_picture() -> None:
+    model = sym.SystemModel(id="faulty", pages=[sym.NodeNet(id="alone")])
+    alone = elements.node_nets(model)[0]
+    one, other = pn.ReferencePlace(id="one", page=alone), pn.ReferencePlace(id="other", page=alone)
+    one.target, other.target = other, one
+    pn.Arc(id="half", source=one, page=alone)
+    model.channels.append(sym.TopicChannel(id="nobody", topic="nobody", publishers=[sym.PublisherPort()]))
+    model.channels.append(sym.ServiceChannel(id="service", service="s", clients=[sym.ClientPort(client="c")]))
+    view = view_of(model)
+    assert [node.id for node in view.nodes] == ["one", "other", "nobody", "service"]
+    assert [edge.kind for edge in view.edges] == ["reference", "reference"]

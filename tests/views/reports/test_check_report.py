@@ -1,0 +1,91 @@
+"""Reports of checks as pages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+from dineros.metamodel.files import load
+from dineros.views.reports.check_report import CheckContent, FindingEntry, check_page
+from dineros.views.traces.coding import TraceCoder
+from tests.views.browser import Visit
+from tests.views.samples import CASE_STUDY, lasso
+from tests.views.traces.test_building import built
+
+NewVisit = Callable[..., Visit]
+
+
+@cache
+def report() -> str:
+    builder = built(lasso())
+    findings = [
+        FindingEntry(
+            "error",
+            "queue-overflow",
+            "queue <b>overflows</b>",
+            ("LeftCellObjects", "ReqControlL"),
+            TraceCoder(builder, "queue-overflow").snapshot(),
+            [step.text for step in builder.steps],
+            7,
+        ),
+        FindingEntry("warning", "deadlock", "one marking enables nothing", ("sorting",)),
+    ]
+    space = {
+        "signals": "none",
+        "places": 149,
+        "transitions": 127,
+        "states": 330112,
+        "arcs": 1349704,
+        "deadlocks": 0,
+        "seconds": 1.25,
+        "peak_memory_bytes": 130 << 20,
+        "complete": True,
+        "error": "",
+    }
+    given_up = {**space, "signals": "io-enabled", "states": None, "complete": False, "error": "time"}
+    content = CheckContent(
+        "sorting",
+        "sorting.sym.xmi",
+        findings,
+        ["every clause can be true"],
+        ["liveness: memory"],
+        [space, given_up],
+        ["RedObjects.tokens=2"],
+    )
+    return check_page(content, load(CASE_STUDY))
+
+
+def test_a_report_shows_verdicts_pictures_and_figures(tmp_path: Path, visit: NewVisit) -> None:
+    file = tmp_path / "report.html"
+    file.write_text(report(), encoding="utf-8")
+    one = visit(offline=True, color_scheme="light")
+    one.page.goto(file.as_uri())
+    assert one.requested == [file.as_uri()]
+    said = one.page.inner_text("body")
+    for text in (
+        "✗ 1 error",
+        "▲ 1 warning",
+        "✓ 1 proved",
+        "? 1 unknown",
+        "queue <b>overflows</b>",
+        "liveness: memory",
+        "330,112",
+        "1,349,704",
+        "unknown: time",
+        "--set RedObjects.tokens=2",
+    ):
+        assert text in said, text
+    finding = one.page.locator("article.error")
+    assert finding.locator(".net .on-light [data-id=ReqControlL].marked").is_visible()
+    assert finding.locator(".trace .on-light g.lane").count() > 4
+    assert not finding.locator(".trace .on-dark").is_visible()
+    one.page.emulate_media(color_scheme="dark")
+    assert finding.locator(".trace .on-dark").is_visible()
+    one.page.click("summary")
+    assert finding.locator("ol li").count() == 9
+    assert "Steps 8 to 9 repeat for ever" in finding.inner_text()
+
+
+def test_a_finding_about_the_whole_model_has_no_picture_of_a_part() -> None:
+    assert report().count('class="net"><figcaption>') == 1

@@ -1,0 +1,54 @@
+"""When each step is, in nanoseconds, and the calls of services in a trace."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from dineros.views.traces.building import Step, TraceBuilder
+from dineros.views.traces.lanes import Lane
+
+FIRING = 1_000_000
+"""Nanoseconds that stand for one firing, where a trace has no times."""
+
+
+def times_of(builder: TraceBuilder) -> list[int]:
+    """Return the time of each step: never falling, since the epoch where it is known."""
+    times: list[int] = []
+    for number, step in enumerate(builder.steps):
+        time = number * FIRING if step.time is None else round(step.time * 1e9)
+        times.append(max(time, times[-1]) if times else time)
+    return times
+
+
+def marks_of(builder: TraceBuilder) -> Iterator[tuple[int, Step, Lane, str, list[int]]]:
+    """Yield every mark: index of the step, step, lane, letter, and the values."""
+    for index, step in enumerate(builder.steps):
+        for lane, letter, *values in step.marks:
+            yield index, step, builder.lanes.all[lane], letter, values
+
+
+@dataclass
+class Call:
+    """A client's call of a service, by indices of steps; None for what did not happen."""
+
+    lane: Lane
+    request: int | None = None
+    serve: int | None = None
+    reply: int | None = None
+    response: int | None = None
+    instance: int | None = None
+
+
+def calls_of(builder: TraceBuilder) -> list[Call]:
+    """Return the calls of all services in the order they begin."""
+    calls: dict[tuple[int, int], Call] = {}
+    names = {"q": "request", "s": "serve", "r": "reply", "a": "response"}
+    for index, _, lane, letter, values in marks_of(builder):
+        if lane.kind != "client" or letter not in names:
+            continue
+        call = calls.setdefault((lane.index, values[0]), Call(lane))
+        setattr(call, names[letter], index)
+        if letter == "s":
+            call.instance = values[1]
+    return list(calls.values())

@@ -1,0 +1,169 @@
+"""What a live page shows: a snapshot, then numbered changes, of traces that are still written."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import secrets
+import time
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol
+
+from dineros.metamodel import pn
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.records import Header, Record, RecordDecoder
+from dineros.metamodel.records.following import Follower
+from dineros.views.traces.building import TraceBuilder
+from dineros.views.traces.coding import TraceCoder
+from dineros.views.traces.facts import facts_of
+from dineros.views.traces.merging import Merger
+from dineros.views.traces.net_pane import net_content
+
+ModelSource = pn.Net | Callable[[Header], pn.Net | None] | None
+"""The model; or what finds it once the header of a trace is there; or none."""
+
+PATIENCE = 1.0
+"""Seconds that a message which was received waits for the record that sent it."""
+
+KEPT = 2000
+"""Changes kept for pages that were away for a moment; others get a snapshot."""
+
+
+class Source(Protocol):
+    """Where records come from."""
+
+    def new(self) -> list[Record]:
+        """Return the records that have come since the last call."""
+
+
+class FileSource:
+    """A single file that grows.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it may come later.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._decoder = RecordDecoder(path)
+
+    def new(self) -> list[Record]:
+        """Return the records written since the last call."""
+        if not self._path.is_file():
+            return []
+        with self._path.open("rb") as file:
+            file.seek(self._decoder.position)
+            text = file.read()
+        return list(self._decoder.feed(text[: text.rfind(b"\n") + 1]))
+
+
+def source_of(path: Path) -> Source:
+    """Return the records of a folder of a run, or of one file."""
+    return FileSource(path) if path.suffix == ".jsonl" else Follower(path)
+
+
+class LiveTrace:
+    """A trace that grows.
+
+    Parameters
+    ----------
+    source : Source
+        Where its records come from.
+    model : ModelSource
+        The model.
+    title : str
+        What stands above the page.
+    """
+
+    def __init__(self, source: Source, model: ModelSource, title: str) -> None:
+        self.epoch = secrets.token_hex(4)
+        self.number = 0
+        self.problem: str | None = None
+        self._source, self._model, self._title = source, model, title
+        self._builder = TraceBuilder()
+        self._coder = TraceCoder(self._builder, title)
+        self._net: dict[str, Any] | None = None
+        self._merger = Merger([])
+        self._waiting_since: float | None = None
+        self._changes: deque[tuple[int, str]] = deque(maxlen=KEPT)
+        self._snapshot()
+
+    def poll(self) -> list[str]:
+        """Read what is new; return the messages for the pages that are up to date.
+
+        Where a trace turns out to be broken, the message says so, and no more is read.
+        """
+        if self.problem is not None:
+            return []
+        try:
+            records = self._source.new()
+            restarted = self._take(records)
+        except DinerosError as error:
+            self.problem = str(error)
+            return [json.dumps({"type": "problem", "text": self.problem})]
+        if restarted:
+            self.number += 1
+            self._changes.clear()
+            return [self.snapshot()]
+        change = self._coder.changes()
+        if change is None:
+            return []
+        self.number += 1
+        message = json.dumps({"type": "change", "number": self.number, **change}, ensure_ascii=False)
+        self._changes.append((self.number, message))
+        return [message]
+
+    def greeting(self, epoch: str | None, number: int | None) -> list[str]:
+        """Return what a page needs that has seen changes up to a number: those after, or everything."""
+        found = [message for at, message in self._changes if number is not None and at > number]
+        seen = epoch == self.epoch and number is not None and number <= self.number
+        complete = seen and len(found) == self.number - (number or 0)
+        messages = found if complete else [self.snapshot()]
+        if self.problem is not None:
+            messages = [*messages, json.dumps({"type": "problem", "text": self.problem})]
+        return messages or [json.dumps({"type": "nothing new", "number": self.number})]
+
+    def snapshot(self) -> str:
+        """Return everything up to now."""
+        return json.dumps(
+            {
+                "type": "snapshot",
+                "epoch": self.epoch,
+                "number": self.number,
+                "view": self._snapshot(),
+                "net": self._net,
+            },
+            ensure_ascii=False,
+        )
+
+    def _snapshot(self) -> dict[str, Any]:
+        return self._coder.snapshot()
+
+    def _take(self, records: list[Record]) -> bool:
+        """Add records; return whether what was there before counts no more: now the model is known."""
+        known = self._builder.header is not None
+        for record in records:
+            if isinstance(record, Header) and self._builder.header is None:
+                self._begin(record)
+            self._merger.push(record.node or "", record)
+        now = time.monotonic()
+        force = self._waiting_since is not None and now - self._waiting_since > PATIENCE
+        for node, record in self._merger.ready(force=force):
+            self._builder.add(record, node or None)
+        if force or not self._merger.waiting:
+            self._waiting_since = None
+        elif self._waiting_since is None:
+            self._waiting_since = now
+        return not known and self._builder.header is not None
+
+    def _begin(self, header: Header) -> None:
+        model = self._model(header) if callable(self._model) else self._model
+        self._builder = TraceBuilder(facts_of(model))
+        self._builder.add(header)
+        self._coder = TraceCoder(self._builder, self._title)
+        with contextlib.suppress(DinerosError):  # the trace itself can be shown
+            self._net = net_content(model)

@@ -1,0 +1,398 @@
+"""From records to the steps and lanes that are drawn.
+
+A `TraceBuilder` takes one record after the other, so that the picture of a running application grows with it.
+What a record does to a lane is a *mark*: a list of the lane's number, a letter, and more:
+
+| lane | marks |
+|---|---|
+| signal | ``v`` value |
+| queue | ``p`` level (publish), ``k`` level (take), ``d`` level, count (drop), ``n`` level |
+| client | call, after ``q`` (request), ``s`` (serve), ``r`` (reply), ``a`` (answer), ``o`` (late) |
+| transition | ``f`` handlers (fires), ``e`` (fails), ``z`` (leaves tokens), ``u`` (takes them again) |
+| place | ``n`` tokens |
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from dineros.metamodel import records as rec
+from dineros.metamodel.records import Header, Record, Start
+from dineros.metamodel.records.schema import ServiceStep
+from dineros.metamodel.records.schema import Step as StepRecord
+from dineros.views.traces.facts import Facts, prototype
+from dineros.views.traces.lanes import Lane, Lanes
+
+Mark = list[Any]
+Queue = tuple[str, str, str]
+"""Channel, kind of queue, and the place of its port or, for a dispatcher, its node net."""
+
+_WORD = re.compile(r"[A-Za-z_][\w.\[\]]*")
+_SHOWN = (
+    "handlers",
+    "duration",
+    "taken",
+    "made",
+    "data",
+    "token",
+    "message",
+    "instance",
+    "attempt",
+    "handler",
+    "error",
+    "policy",
+    "tokens",
+    "reason",
+    "source",
+    "resumed",
+    "seed",
+    "stage",
+)
+
+
+@dataclass
+class Step:
+    """One step of the picture.
+
+    Attributes
+    ----------
+    event : str
+        The event of its record.
+    node : str or None
+        The node net that does it; None inside a channel.
+    text : str
+        What happens.
+    change : dict of str to int
+        Tokens gained or lost, by place.
+    marks : list
+        What it does to lanes.
+    transition : str or None
+        What fires, fails or is left aside.
+    time : float or None
+        Seconds since the epoch.
+    details : dict
+        More fields of the record, for the detail of the step.
+    """
+
+    event: str
+    node: str | None
+    text: str
+    change: dict[str, int]
+    marks: list[Mark] = field(default_factory=list)
+    transition: str | None = None
+    time: float | None = None
+    details: dict[str, Any] = field(default_factory=dict)
+
+
+class TraceBuilder:
+    """Makes steps and lanes from records.
+
+    Parameters
+    ----------
+    facts : Facts, optional
+        What the model says.
+    loads : mapping, optional
+        Of a witness: the queue that each load place of the flattened net belongs to.
+    """
+
+    def __init__(self, facts: Facts | None = None, loads: Mapping[str, Queue] | None = None) -> None:
+        self.facts = facts or Facts()
+        self.header: Header | None = None
+        self.lanes = Lanes()
+        self.steps: list[Step] = []
+        self.initial: dict[str, int] = {}
+        self.marking: dict[str, int] = {}
+        self.signals: dict[str, bool] = {}
+        self.nodes: list[str] = list(dict.fromkeys(self.facts.owner.values()))
+        self.loop: int | None = None
+        self._loads = dict(loads or {})
+        self._published: dict[str, int] = {}
+        self._counts: dict[int, int] = {}
+        self._call_of: dict[tuple[str, str], tuple[Lane, int]] = {}
+        self._started: set[str] = set()
+        self._watched: dict[str, list[Lane]] = {}
+        self._begun = False
+
+    def add(self, record: Record, node: str | None = None) -> Step | None:
+        """Take the next record; return the step it is, if it is one.
+
+        Parameters
+        ----------
+        record : Record
+            The record.
+        node : str, optional
+            The node it comes from, where it does not say so itself.
+        """
+        node = record.node or node
+        if node and node not in self.nodes:
+            self.nodes.append(node)
+        if isinstance(record, Header):
+            self._head(record)
+            return None
+        if isinstance(record, Start):
+            return self._start(record, node)
+        step = self._step(record, node)
+        if step is not None:
+            self._apply(step)
+            self.steps.append(step)
+        return step
+
+    def _head(self, header: Header) -> None:
+        if self.header is not None:
+            return  # of another node of the same run, or of a later part
+        self.header = header
+        self.initial = dict(header.marking)
+        self.marking = dict(header.marking)
+        asked = _WORD.findall(header.property or "")
+        for signal, value in sorted(header.signals_initial.items(), key=lambda item: item[0] not in asked):
+            self.signals[signal] = value
+            self._signal_lane(signal, value)
+        self._lanes_of_channels()
+        if header.kind == "witness":
+            self._lanes_of_property(asked)
+
+    def _lanes_of_channels(self) -> None:
+        """Make the lanes of all ports, each topic's in the order that messages go."""
+        order = ["publisher", "dispatcher", "subscriber"]
+        found: list[tuple[str, str, str]] = []
+        for channel, place in self.facts.limits:
+            if (channel, place) in self.facts.subscribers:
+                found.append((channel, "subscriber", place))
+            elif place in self.nodes:
+                found.append((channel, "dispatcher", place))
+            else:
+                found.append((channel, "publisher", place))
+        channels = list(self.facts.channels)
+        for channel, queue, place in sorted(
+            found, key=lambda one: (channels.index(one[0]), order.index(one[1]))
+        ):
+            if queue != "dispatcher" or self._loads:
+                self._queue_lane(channel, queue, place)
+        for (channel, place), client in self.facts.ports.items():
+            self._client_lane(channel, client, self.facts.owner_of(place))
+
+    def _lanes_of_property(self, asked: list[str]) -> None:
+        """Watch the places that the property speaks of; a prototype's name is the sum of its instances."""
+        for name in dict.fromkeys(asked):
+            for transition in self.facts.transitions:
+                if name in (transition, prototype(transition)):
+                    self._transition_lane(transition, self.facts.owner_of(transition), group="property")
+            of_name = [place for place in self._places() if name in (place, prototype(place))]
+            if not of_name:
+                continue
+            tokens = sum(self.initial.get(place, 0) for place in of_name)
+            lane = self.lanes.make(
+                "place", name, group="property", kind="place", id=name, label=self.facts.label_of(name),
+                note="tokens", node=self.facts.owner_of(name), initial=tokens,
+            )  # fmt: skip
+            self._counts[lane.index] = tokens
+            for place in of_name:
+                self._watched.setdefault(place, []).append(lane)
+
+    def _places(self) -> list[str]:
+        return list(dict.fromkeys([*self.initial, *self.facts.places]))
+
+    def _start(self, record: Start, node: str | None) -> Step | None:
+        """A node begins: its tokens are there. Only the first start of a node is before the first step."""
+        counts = {place: len(tokens) for place, tokens in record.marking.items()}
+        known = node in self._started
+        self._started.add(node or "")
+        if isinstance(record, rec.Checkpoint) and known:
+            return None  # what the records before it led to
+        if not known and not self._begun:
+            for place, tokens in counts.items():
+                self.initial[place] = self.marking[place] = tokens
+            for signal, value in record.signals.items():
+                self.signals[signal] = value
+                self._signal_lane(signal, value)
+            return None
+        mine = [place for place in self.marking if self.facts.owner_of(place) == node] if known else []
+        change = {
+            place: counts.get(place, 0) - self.marking.get(place, 0)
+            for place in dict.fromkeys([*mine, *counts])
+            if counts.get(place, 0) != self.marking.get(place, 0)
+        }
+        marks: list[Mark] = []
+        for signal, value in record.signals.items():
+            if self.signals.get(signal) != value:
+                marks.append([self._signal_lane(signal, value).index, "v", int(value)])
+                self.signals[signal] = value
+        if known and not change and not marks and not record.resumed:
+            return None  # it follows the checkpoint that a journal begins with
+        text = f"{node} goes on" if record.resumed else f"{node} starts"
+        step = Step(record.event, node, text, change, marks, time=record.time, details=_details(record))
+        self._apply(step)
+        self.steps.append(step)
+        return step
+
+    def _apply(self, step: Step) -> None:
+        self._begun = True
+        if self.header is not None and self.header.kind == "run" and step.node:
+            self._started.add(step.node)
+        for place, tokens in step.change.items():
+            self.marking[place] = self.marking.get(place, 0) + tokens
+            for lane in self._watched.get(place, ()):
+                self._counts[lane.index] += tokens
+                step.marks = [mark for mark in step.marks if mark[0] != lane.index]
+                step.marks.append([lane.index, "n", self._counts[lane.index]])
+            queue = self._loads.get(place)
+            if queue is not None:
+                self._set_level(step, self._queue_lane(*queue), self.marking[place])
+
+    def _set_level(self, step: Step, lane: Lane, level: int) -> None:
+        self._counts[lane.index] = level
+        for mark in step.marks:
+            if mark[0] == lane.index:
+                mark[2] = level
+                return
+        step.marks.append([lane.index, "n", level])
+
+    def _step(self, record: Record, node: str | None) -> Step | None:
+        change = dict(record.change) if isinstance(record, StepRecord) else {}
+        transition = getattr(record, "transition", None)
+        said = getattr(record, "text", None)
+        step = Step(record.event, node, said or "", change, [], transition, record.time, _details(record))
+        if self.header is not None and self.header.loop == record.sequence and self.loop is None:
+            self.loop = len(self.steps)
+        match record:
+            case rec.Fire() | rec.Error() | rec.Aside() | rec.Release():
+                self._transition(step, record)
+            case rec.Signal():
+                lane = self._signal_lane(record.signal, not record.value)
+                self.signals[record.signal] = record.value
+                step.node = node or lane.node
+                step.marks.append([lane.index, "v", int(record.value)])
+                step.text = said or f"signal {record.signal} becomes {'true' if record.value else 'false'}"
+            case rec.Publish() | rec.Take() | rec.Drop():
+                self._topic(step, record)
+            case ServiceStep() | rec.Timeout():
+                self._service(step, record)
+            case rec.Transfer():
+                step.text = said or f"{self._name(record.channel)}: {record.stage}"
+            case rec.Stop():
+                step.text = f"{node} stops" + (f": {record.reason}" if record.reason else "")
+        return step
+
+    def _transition(self, step: Step, record: Record) -> None:
+        transition = step.transition
+        if transition is None:
+            step.text = f"error: {step.details.get('error', '')}"
+            return
+        step.node = step.node or self.facts.owner_of(transition)
+        lane = self._transition_lane(transition, step.node)
+        label = self.facts.label_of(transition)
+        if isinstance(record, rec.Fire):
+            step.marks.append([lane.index, "f", len(record.handlers)])
+            step.text = step.text or label
+        elif isinstance(record, rec.Error):
+            step.marks.append([lane.index, "e"])
+            step.text = f"{label} fails: {record.error}"
+        else:
+            aside = isinstance(record, rec.Aside)
+            step.marks.append([lane.index, "z" if aside else "u"])
+            step.text = f"{label} {'leaves tokens aside' if aside else 'takes its tokens again'}"
+
+    def _topic(self, step: Step, record: rec.Publish | rec.Take | rec.Drop) -> None:
+        channel, place = record.channel, record.place
+        name = self._name(channel)
+        step.node = step.node or self.facts.owner_of(place)
+        if isinstance(record, rec.Drop):
+            lane = self._queue_lane(channel, record.queue, place or step.node or "")
+            if not self._loads and record.queue != "publisher":
+                self._counts[lane.index] = max(0, self._counts[lane.index] - record.count)
+            step.marks.append([lane.index, "d", self._counts[lane.index], record.count])
+            lost = "a message" if record.count == 1 else f"{record.count} messages"
+            step.text = (
+                step.text or f"{record.queue} queue of {place or step.node} (topic {name}) loses {lost}"
+            )
+        elif isinstance(record, rec.Publish):
+            lane = self._queue_lane(channel, "publisher", record.place)
+            step.marks.append([lane.index, "p", self._counts[lane.index]])
+            step.text = step.text or f"{record.place} publishes on topic {name}"
+            self._published[channel] = self._published.get(channel, 0) + 1
+            for other in () if self._loads else self.lanes.all:
+                if other.channel == channel and other.queue == "subscriber":
+                    self._counts[other.index] += 1
+                    step.marks.append([other.index, "n", self._counts[other.index]])
+        else:
+            lane = self._queue_lane(channel, "subscriber", record.place)
+            if not self._loads:
+                self._counts[lane.index] = max(0, self._counts[lane.index] - 1)
+            step.marks.append([lane.index, "k", self._counts[lane.index]])
+            step.text = step.text or f"{record.place} takes from topic {name}"
+
+    def _service(self, step: Step, record: ServiceStep | rec.Timeout) -> None:
+        channel, name = record.channel, self._name(record.channel)
+        key = (channel, record.message or "")
+        lane, call = self._call_of.get(key, (None, 0)) if record.message else (None, 0)
+        client = record.client or (lane.id if lane else None)
+        if client is None and isinstance(record, rec.Request | rec.Response):
+            client = self.facts.ports.get((channel, record.place))
+        if client is None and record.message and record.message.count("/") > 1:
+            client = self.facts.ports.get(
+                (channel, record.message.split("/")[1]), record.message.split("/")[1]
+            )
+        lane = lane or self._client_lane(channel, client or "?", step.node)
+        if isinstance(record, rec.Request) or not self._counts[lane.index]:
+            call = self._counts[lane.index] = self._counts[lane.index] + 1
+        call = call or self._counts[lane.index]
+        if record.message:
+            self._call_of[key] = (lane, call)
+        place = getattr(record, "place", None)
+        step.node = step.node or self.facts.owner_of(place) or lane.node
+        instance = getattr(record, "instance", None)
+        server = f"instance {instance} of service {name}" if instance is not None else f"service {name}"
+        match record:
+            case rec.Request():
+                mark, text = ["q", call], f"client {lane.id} calls service {name}"
+            case rec.Serve():
+                mark, text = ["s", call, instance], f"{server} takes the request of client {lane.id}"
+            case rec.Reply():
+                mark, text = ["r", call], f"{server} answers client {lane.id}"
+            case rec.Response():
+                mark, text = ["a", call], f"client {lane.id} gets its response from service {name}"
+            case _:
+                mark, text = ["o", call], f"client {lane.id} of service {name} waits too long: asks again"
+        step.marks.append([lane.index, *mark])
+        step.text = step.text or text
+
+    def _name(self, channel: str) -> str:
+        return self.facts.channels.get(channel, channel)
+
+    def _signal_lane(self, signal: str, initial: bool) -> Lane:
+        return self.lanes.make(
+            "signal", signal, group="signals", kind="signal", id=signal, label=self.facts.label_of(signal),
+            node=self.facts.owner_of(signal), initial=int(initial),
+        )  # fmt: skip
+
+    def _queue_lane(self, channel: str, queue: str, place: str) -> Lane:
+        before = 0 if self._loads or queue != "subscriber" else self._published.get(channel, 0)
+        lane = self.lanes.make(
+            "queue", channel, queue, place, group="topics", kind="queue", id=place, label=self._name(channel),
+            note=f"{queue} {self.facts.label_of(place)}", node=self.facts.owner_of(place) or place,
+            channel=channel, queue=queue, capacity=self.facts.limits.get((channel, place)),
+        )  # fmt: skip
+        self._counts.setdefault(lane.index, before)
+        return lane
+
+    def _client_lane(self, channel: str, client: str, node: str | None) -> Lane:
+        lane = self.lanes.make(
+            "client", channel, client, group="services", kind="client", id=client, label=self._name(channel),
+            note=f"C {client}", node=node, channel=channel,
+        )  # fmt: skip
+        self._counts.setdefault(lane.index, 0)
+        return lane
+
+    def _transition_lane(self, transition: str, node: str | None, group: str = "transitions") -> Lane:
+        return self.lanes.make(
+            "transition", transition, group=group, kind="transition", id=transition,
+            label=self.facts.label_of(transition), node=node,
+        )  # fmt: skip
+
+
+def _details(record: Record) -> dict[str, Any]:
+    values = {name: getattr(record, name, None) for name in _SHOWN}
+    return {name: value for name, value in values.items() if value not in (None, {}, [], False)}

@@ -1,0 +1,108 @@
+"""A trace as JSON for the page: tables of names that only grow, and steps that speak of them by number."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dineros.views.traces.building import Step, TraceBuilder
+from dineros.views.traces.facts import Clause
+
+TABLES = ("nodes", "places", "transitions", "texts")
+
+
+class TraceCoder:
+    """Encodes what a builder has made so far, as a whole and then what is new.
+
+    Parameters
+    ----------
+    builder : TraceBuilder
+        The builder.
+    title : str
+        What stands above the picture.
+    """
+
+    def __init__(self, builder: TraceBuilder, title: str) -> None:
+        self.builder = builder
+        self.title = title
+        self._tables: dict[str, dict[str, int]] = {name: {} for name in TABLES}
+        self._initial: list[list[int]] | None = None
+        self._steps: list[dict[str, Any]] = []
+        self._told = dict.fromkeys((*TABLES, "lanes"), 0)
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return everything up to now; `changes` goes on from here."""
+        self._encode()
+        header, facts = self.builder.header, self.builder.facts
+        clauses = {name: _clause(clause) for name, clause in facts.clauses.items()}
+        view = {
+            "format": 1,
+            "title": self.title,
+            "kind": header.kind if header else "run",
+            "model": header.model if header else "",
+            "property": header.property if header else None,
+            "verdict": header.verdict if header else None,
+            "variant": " ".join(filter(None, (header.signals, header.overflow))) if header else "",
+            "loop": self.builder.loop,
+            "initial": self._initial,
+            "clauses": clauses,
+            "known": facts.transitions,
+            "modelPlaces": facts.places,
+            "lanes": [lane.to_json() for lane in self.builder.lanes.all],
+            "steps": self._steps[:],
+            **{name: list(table) for name, table in self._tables.items()},
+        }
+        self._remember_told()
+        return view
+
+    def changes(self) -> dict[str, Any] | None:
+        """Return what is new since the last call, or since the snapshot; None where nothing is."""
+        first = len(self._steps)
+        lanes = len(self.builder.lanes.all)
+        if first == len(self.builder.steps) and lanes == self._told["lanes"]:
+            return None
+        self._encode()
+        new = {name: list(table)[self._told[name] :] for name, table in self._tables.items()}
+        new["lanes"] = [lane.to_json() for lane in self.builder.lanes.all[self._told["lanes"] :]]  # type: ignore[misc]
+        self._remember_told()
+        return {"first": first, "steps": self._steps[first:], **{k: v for k, v in new.items() if v}}
+
+    def _remember_told(self) -> None:
+        self._told = {name: len(table) for name, table in self._tables.items()}
+        self._told["lanes"] = len(self.builder.lanes.all)
+
+    def _encode(self) -> None:
+        for node in self.builder.nodes:
+            self._number("nodes", node)
+        if self._initial is None or not self._steps:
+            initial = self.builder.initial.items()
+            self._initial = [[self._number("places", place), tokens] for place, tokens in initial if tokens]
+        for step in self.builder.steps[len(self._steps) :]:
+            self._steps.append(self._step(step))
+
+    def _number(self, table: str, name: str) -> int:
+        known = self._tables[table]
+        return known.setdefault(name, len(known))
+
+    def _step(self, step: Step) -> dict[str, Any]:
+        coded: dict[str, Any] = {"e": step.event, "x": self._number("texts", step.text)}
+        if step.node is not None:
+            coded["n"] = self._number("nodes", step.node)
+        if step.transition is not None:
+            coded["t"] = self._number("transitions", step.transition)
+        if step.change:
+            coded["c"] = [
+                number
+                for place, tokens in step.change.items()
+                for number in (self._number("places", place), tokens)
+            ]
+        if step.marks:
+            coded["m"] = step.marks
+        if step.time is not None:
+            coded["w"] = step.time
+        if step.details:
+            coded["d"] = step.details
+        return coded
+
+
+def _clause(clause: Clause) -> dict[str, Any]:
+    return {"text": clause.text, "cnf": clause.disjunctions}

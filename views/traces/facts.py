@@ -1,0 +1,161 @@
+"""What a picture of a trace needs to know of the model: owners, clauses, channels, and all transitions."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import label, node_net_of, node_nets, nodes, resolve
+
+_INSTANCE = re.compile(r"^(?P<channel>.+?)\[(?P<number>[0-9]+)\]\.(?P<element>.+)$")
+
+DISPATCHER_LIMIT = 16
+"""Capacity of a dispatcher queue for which the model says nothing (paper, Sect. 5.5.2)."""
+
+Literal = tuple[str, bool]
+"""A signal, and whether it is negated."""
+
+
+@dataclass(frozen=True)
+class Clause:
+    """An input clause: its text, and its conjunctive normal form as lists of literals."""
+
+    text: str
+    disjunctions: tuple[tuple[Literal, ...], ...]
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What the model says; all empty where there is none.
+
+    Attributes
+    ----------
+    owner : dict of str to str
+        Node net of each place, transition and signal.
+    labels : dict of str to str
+        Name of each element, where it differs from its id.
+    clauses : dict of str to Clause
+        Clause of each transition that has one.
+    transitions : list of str
+        Transitions as a running node has them: once for each server instance.
+    places : list of str
+        Places of the model, without instances.
+    limits : dict of (str, str) to int
+        Capacity of the queue between a channel and a place, or a node net's dispatcher.
+    subscribers : set of (str, str)
+        The channel and place of each subscriber port.
+    channels : dict of str to str
+        Topic or service of each channel.
+    ports : dict of (str, str) to str
+        The client whose request or response place this is, by channel and place.
+    """
+
+    owner: dict[str, str] = field(default_factory=dict)
+    labels: dict[str, str] = field(default_factory=dict)
+    clauses: dict[str, Clause] = field(default_factory=dict)
+    transitions: list[str] = field(default_factory=list)
+    places: list[str] = field(default_factory=list)
+    limits: dict[tuple[str, str], int] = field(default_factory=dict)
+    subscribers: set[tuple[str, str]] = field(default_factory=set)
+    channels: dict[str, str] = field(default_factory=dict)
+    ports: dict[tuple[str, str], str] = field(default_factory=dict)
+
+    def owner_of(self, element: str | None) -> str | None:
+        """Return the node net of an element; that of its prototype for one of a server instance."""
+        return None if element is None else self.owner.get(element) or self.owner.get(prototype(element))
+
+    def label_of(self, element: str) -> str:
+        """Return what people read: the name, with the server instance where there is one."""
+        original = prototype(element)
+        return element.removesuffix(original) + self.labels.get(original, original)
+
+    def clause_of(self, transition: str) -> Clause | None:
+        """Return a transition's clause; that of its prototype for one of a server instance."""
+        return self.clauses.get(transition) or self.clauses.get(prototype(transition))
+
+
+def prototype(element: str) -> str:
+    """Return the id in the system model of an element of a server instance.
+
+    Examples
+    --------
+    >>> prototype("Pick[2].TPick"), prototype("TStop")
+    ('TPick', 'TStop')
+    """
+    while match := _INSTANCE.match(element):
+        element = match["element"]
+    return element
+
+
+def facts_of(model: pn.Net | None) -> Facts:
+    """Read off a model what pictures of its traces need."""
+    facts = Facts()
+    if model is None:
+        return facts
+    replicas = _replicas(model)
+    for node in nodes(model):
+        owner = node_net_of(node)
+        if owner is not None:
+            facts.owner[node.id] = owner.id
+        if label(node) != node.id:
+            facts.labels[node.id] = label(node)
+        if isinstance(node, pn.Place):
+            facts.places.append(node.id)
+        if isinstance(node, pn.Transition):
+            facts.transitions.extend(replicas.get(id(node.page), {}).get(node.id) or [node.id])
+            clause = getattr(node, "clause", None)
+            if clause is not None:
+                facts.clauses[node.id] = _clause(clause)
+    for net in node_nets(model):
+        facts.owner.update({signal.id: net.id for signal in net.signals})
+    for channel in model.channels if isinstance(model, sym.SystemModel) else ():
+        _add_channel(facts, channel)
+    return facts
+
+
+def _clause(clause: sym.InputClause) -> Clause:
+    disjunctions = tuple(
+        tuple((str(literal.signal.id), bool(literal.negated)) for literal in disjunction.literals)
+        for disjunction in clause.disjunctions
+    )
+    return Clause(clause.text, disjunctions)
+
+
+def _replicas(model: pn.Net) -> dict[int, dict[str, list[str]]]:
+    """Return the ids of the transitions of server pages in their instances, by the page's identity."""
+    found: dict[int, dict[str, list[str]]] = {}
+    for channel in model.channels if isinstance(model, sym.SystemModel) else ():
+        if not isinstance(channel, sym.ServiceChannel) or channel.server is None:
+            continue
+        instances = channel.instances or len(channel.clients)
+        stack = [channel.server.page]
+        while stack:
+            page = stack.pop()
+            stack += [inner for inner in page.objects if isinstance(inner, pn.Page)]
+            found[id(page)] = {
+                node.id: [f"{channel.id}[{number}].{node.id}" for number in range(1, instances + 1)]
+                for node in page.objects
+                if isinstance(node, pn.Transition)
+            }
+    return found
+
+
+def _add_channel(facts: Facts, channel: sym.Channel) -> None:
+    if isinstance(channel, sym.TopicChannel):
+        facts.channels[channel.id] = channel.topic
+        for port in (*channel.publishers, *channel.subscribers):
+            facts.limits[channel.id, resolve(port.place).id] = port.limit
+        facts.subscribers.update((channel.id, resolve(port.place).id) for port in channel.subscribers)
+        for port in channel.subscribers:
+            owner = node_net_of(resolve(port.place))
+            if owner is not None:
+                facts.limits.setdefault((channel.id, owner.id), DISPATCHER_LIMIT)
+        for dispatcher in channel.dispatchers:
+            facts.limits[channel.id, dispatcher.node.id] = dispatcher.limit
+    elif isinstance(channel, sym.ServiceChannel):
+        facts.channels[channel.id] = channel.service
+        for client in channel.clients:
+            for place in (client.request, client.response):
+                if place is not None:
+                    facts.ports[channel.id, resolve(place).id] = client.client

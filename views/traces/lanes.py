@@ -1,0 +1,76 @@
+"""The lanes of a trace: one for each signal, queue, client, transition, and place of the property."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+Group = Literal["property", "signals", "topics", "services", "transitions"]
+Kind = Literal["signal", "queue", "client", "transition", "place"]
+
+GROUPS: tuple[Group, ...] = ("property", "signals", "topics", "services", "transitions")
+
+
+@dataclass(frozen=True)
+class Lane:
+    """One lane.
+
+    Attributes
+    ----------
+    index : int
+        Its number, by which marks speak of it.
+    group : str
+        Under which heading it stands.
+    kind : str
+        How it is drawn.
+    id : str
+        Id of its element: signal, place of a port, client, transition.
+    label, note : str
+        What stands before it, and what stands behind that in small letters.
+    node : str or None
+        Node net it belongs to.
+    channel : str or None
+        Id of its channel, of queues and clients.
+    queue : str or None
+        ``publisher``, ``dispatcher`` or ``subscriber``.
+    capacity : int or None
+        Of a queue, where it is known.
+    initial : int
+        Value or level before the first step.
+    """
+
+    index: int
+    group: Group
+    kind: Kind
+    id: str
+    label: str
+    note: str = ""
+    node: str | None = None
+    channel: str | None = None
+    queue: str | None = None
+    capacity: int | None = None
+    initial: int = 0
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the lane for the page; its index is its position."""
+        return {name: value for name, value in vars(self).items() if name != "index" and value is not None}
+
+
+class Lanes:
+    """All lanes of a trace, found by what they are about and made when they are first asked for."""
+
+    def __init__(self) -> None:
+        self.all: list[Lane] = []
+        self._by_key: dict[tuple[str | None, ...], Lane] = {}
+
+    def get(self, *key: str | None) -> Lane | None:
+        """Return the lane with a key, if there is one."""
+        return self._by_key.get(key)
+
+    def make(self, *key: str | None, **features: Any) -> Lane:
+        """Return the lane with a key; make it where there is none."""
+        lane = self._by_key.get(key)
+        if lane is None:
+            lane = self._by_key[key] = Lane(len(self.all), **features)
+            self.all.append(lane)
+        return lane
