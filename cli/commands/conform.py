@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @command(
     "dineros conform sorting.sym.xmi run/",
-    "dineros conform sorting.sym.xmi run/ --set RedObjects.tokens=2 --json",
+    "dineros conform sorting.sym.xmi run/ --invariant 'PickRun + PlaceRun <= 1' --json",
 )
 @model_argument()
 @click.argument("traces", type=ModelPath(), metavar="TRACE...", nargs=-1, required=True)
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     default=50,
     show_default=True,
     metavar="N",
-    help="How many orders are tried of a run in which messages were lost in full publishers' queues.",
+    help="How many orders are tried where losses or messages without ids leave several open.",
 )
 @click.option(
     "--invariant",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -54,12 +55,29 @@ def test_every_option_and_argument_explains_itself(name: str) -> None:
             assert parameter.help.endswith(".")
 
 
+@pytest.fixture(scope="session")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what the examples start from: the model, witnesses, a recorded run, a workspace."""
+    folder = tmp_path_factory.mktemp("desk")
+    (folder / "sorting.sym.xmi").write_bytes((ROOT / "case_study/sorting.sym.xmi").read_bytes())
+    (folder / "our_templates").mkdir()
+    for command in (
+        "find sorting.sym.xmi --enabled TPick -o pick.jsonl",
+        "find sorting.sym.xmi --enabled TSafe -o place.jsonl",
+        "find sorting.sym.xmi --signals none --enabled TSafe -o witness.jsonl",
+        "run sorting.sym.xmi --simulate --seed 1 --trace run",
+        "generate sorting.sym.xmi -o workspace",
+    ):
+        program = [sys.executable, "-m", "dineros.cli.main", *command.split()]
+        subprocess.run(program, cwd=folder, check=True, capture_output=True)
+    return folder
+
+
 @pytest.mark.parametrize("example", [example for name in NAMES for example in the_command(name).examples])
-def test_every_example_runs(example: str, tmp_path: Path) -> None:
+def test_every_example_runs(example: str, desk: Path, tmp_path: Path) -> None:
+    shutil.copytree(desk, tmp_path, dirs_exist_ok=True)
     for folder in (".local/share/bash-completion/completions", ".zfunc", ".config/fish/completions"):
         (tmp_path / folder).mkdir(parents=True)
-    model = ROOT / "case_study/sorting.sym.xmi"
-    (tmp_path / model.name).write_bytes(model.read_bytes())
     program = tmp_path / "dineros"
     program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dineros.cli.main "$@"\n', encoding="utf-8")
     program.chmod(0o755)

@@ -81,6 +81,7 @@ def test_json_and_a_plain_net(run: Run, cycle: Path, tmp_path: Path) -> None:
     assert json.loads(result.stdout) == {
         "model": str(cycle),
         "output": str(output),
+        "figures": None,
         "points": 6,
         "resumed": 0,
         "unknown": 0,
