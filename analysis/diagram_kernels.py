@@ -17,6 +17,9 @@ from __future__ import annotations
 from numba import njit
 
 POOL_TOP, POOL_LIMIT, NODES, CREATED, BUCKET_MASK, CACHE_MASK, FAILED, STACK, HAVE, RESULT, MISSES = range(11)
+#: Values of FAILED: the store was found full when a node was to be made, or within an operation on two sets,
+#: whose buffer then holds what was made and nothing else.
+NO_ROOM, UNFINISHED = 1, 2
 #: Of a saturation run: what tells its results apart in the cache, whether it fires one event only, and the
 #: node whose image is to be computed next.
 FIRED_KEY, CLOSED_KEY, STILL, PUSHED = range(11, 15)
@@ -66,7 +69,7 @@ def make_node(mem, heads, control, free, level, buffer, start, low, high):  # ty
     else:
         node = control[POOL_TOP]
         if node + HEADER + size > control[POOL_LIMIT]:
-            control[FAILED] = 1
+            control[FAILED] = NO_ROOM
             return 0
         control[POOL_TOP] = node + HEADER + size
     mem[node] = heads[bucket]
@@ -96,6 +99,9 @@ def combine(  # type: ignore[no-untyped-def]
 
     ``pending[k]`` holds the pair of level k under way and the local state reached; the recursion is
     unrolled because Numba loads self-recursive functions from its cache broken.
+
+    All nodes made belong to the result. So that another try goes on from them, they must survive garbage
+    collection when the store is full: they hang on the buffer, from which all else is removed then.
     """
     if a == b:
         return 0 if operation == DIFFERENCE else a
@@ -151,6 +157,8 @@ def combine(  # type: ignore[no-untyped-def]
             continue
         node = make_node(mem, heads, control, free, level, buffer, start, min(first_a, first_b), high)
         if control[FAILED]:
+            control[FAILED] = UNFINISHED
+            _keep_made(mem, base, buffer, pending, level, min(first_a, first_b), high, top)
             return 0
         slot = slot_of(a, b, control[CACHE_MASK])
         cache[slot] = a
@@ -163,6 +171,18 @@ def combine(  # type: ignore[no-untyped-def]
         a, b, i = pending[level, 0], pending[level, 1], pending[level, 2]
         buffer[base[level] + i] = node
         i += 1
+
+
+@njit(cache=True)
+def _keep_made(mem, base, buffer, pending, level, low, high, top):  # type: ignore[no-untyped-def]
+    """Remove all from the buffer but the children of nodes under way, from `level` up to `top`."""
+    buffer[: base[level] + low] = 0
+    done = base[level] + high
+    for k in range(level + 1, top + 1):
+        first = min(mem[pending[k, 0] + 2], mem[pending[k, 1] + 2])
+        buffer[done : base[k] + first] = 0
+        done = base[k] + pending[k, 2]
+    buffer[done:] = 0
 
 
 @njit(cache=True)

@@ -270,6 +270,8 @@ class Diagram:
         DiagramMemoryError
             If hardly anything is garbage.
         """
+        if self.control[store.FAILED] == store.UNFINISHED:
+            roots = [*roots, *self.scratch.tolist()]
         self.control[store.FAILED] = 0
         before = self.nodes
         self.collect(roots)

@@ -61,8 +61,8 @@ def saturate(  # type: ignore[no-untyped-def]
     table ``tables[relation_table[r]:]`` at level ``relation_level[r]``, then relation ``relation_next[r]``
     below (0: nothing).
 
-    Returns DONE, STORE_FULL (collect garbage, call again) or PAUSED (at `effort_limit` cache misses or
-    `node_limit` nodes).
+    Returns DONE, STORE_FULL (collect garbage, call again; what `combine` has made so far hangs on `scratch`)
+    or PAUSED (at `effort_limit` cache misses or `node_limit` nodes).
     """
     while True:
         k = control[STACK]

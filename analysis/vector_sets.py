@@ -6,6 +6,7 @@ free them: `Scope` does so.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -17,7 +18,10 @@ import numpy as np
 from dineros.analysis import diagram_kernels as store
 from dineros.analysis import saturation_kernels as machine
 from dineros.analysis.relations import Relations
-from dineros.analysis.saturation import FIRST_CLOSED_KEY, Diagram, DiagramMemoryError
+from dineros.analysis.saturation import FIRST_CLOSED_KEY, Diagram, DiagramMemoryError, Progress
+
+#: Most seconds between two calls of a callback, as far as single operations allow.
+SECONDS_UNTOLD = 0.1
 
 Masks = Mapping[int, Sequence[bool]]
 """A product of sets of local states: encoding level -> flags; levels not named are free."""
@@ -59,6 +63,7 @@ class VectorSets:
     def __init__(self, diagram: Diagram, progress: Callable[[Any], None] | None = None) -> None:
         self.diagram = diagram
         self.progress = progress
+        self._began = self._told = time.perf_counter()
         forward = diagram.relations
         backward = Relations.under(diagram.events.reversed(), diagram.position)
         nothing = np.zeros_like(forward.event_start)
@@ -80,11 +85,11 @@ class VectorSets:
 
     def intersection(self, left: int, right: int) -> int:
         """Return what is in both sets."""
-        return self.diagram.combine(left, right, store.INTERSECTION)
+        return self._combine(left, right, store.INTERSECTION)
 
     def difference(self, left: int, right: int) -> int:
         """Return what is in the first set only."""
-        return self.diagram.combine(left, right, store.DIFFERENCE)
+        return self._combine(left, right, store.DIFFERENCE)
 
     def box(self, masks: Masks) -> int:
         """Return all vectors of a product of sets of local states, reachable or not."""
@@ -119,6 +124,7 @@ class VectorSets:
         # Sums of the levels above for which it is open, from the top down; then nodes from the bottom up.
         pending: list[set[int]] = [{0}]
         for at in range(diagram.top, 0, -1):
+            self._tell()
             open_sums = {above for above in pending[-1] if decided(at, above) is None}
             pending[-1] = open_sums
             pending.append({above + w for above in open_sums for w in rows[at - 1]})
@@ -133,6 +139,7 @@ class VectorSets:
 
                 nodes: dict[int, int] = {}
                 for above in pending[at]:
+                    self._tell()
                     nodes[above] = diagram.node(at, [child(above + w) for w in rows[at - 1]])
                     scope.hold(*nodes.values(), *below.values())
                 below = nodes
@@ -245,6 +252,7 @@ class VectorSets:
         return self._drive(states, within, (backwards, True), relation)
 
     def _drive(self, states: int, within: int, kind: tuple[bool, bool], relation: int) -> int:
+        self._tell()
         diagram, relations = self.diagram, self._relations[kind]
         top, control, frame = diagram.top, diagram.control, diagram.frame
         frame[:] = 0
@@ -272,5 +280,16 @@ class VectorSets:
         with Scope(self.diagram) as scope:
             for other in others:
                 scope.hold(result, *others)
-                result = self.diagram.combine(result, other, operation)
+                result = self._combine(result, other, operation)
         return result
+
+    def _combine(self, left: int, right: int, operation: int) -> int:
+        self._tell()
+        return self.diagram.combine(left, right, operation)
+
+    def _tell(self) -> None:
+        """Call `progress` now and then: many short operations may take as long as one long one."""
+        now, diagram = time.perf_counter(), self.diagram
+        if self.progress is not None and now - self._told > SECONDS_UNTOLD:
+            self._told = now
+            self.progress(Progress(diagram.nodes, diagram.bytes, now - self._began, diagram.top, diagram.top))

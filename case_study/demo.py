@@ -120,7 +120,7 @@ def report(seconds: float) -> None:
         errors = "; ".join(json.dumps(error) for error in data["errors"])  # type: ignore[union-attr]
         outcome = "sorted" if data["placeSuccess"] else "not sorted"
         print(f"{data['name']}: {outcome}{f', after {errors}' if errors else ''}")
-    print(f"A human walked in {visits} times; {given_up} motions were given up for that.")
+    print(f"Human walked in: {visits}; motions given up for that: {given_up}.")
     print("The run conforms to the model; in none of its states did two arms move.")
     for file, what in (
         ("sorting.html", "the model"),

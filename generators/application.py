@@ -178,6 +178,15 @@ class NodePackage:
         """The name of the ROS node with its namespace, such as ``/left/arm``."""
         return f"{self.namespace.rstrip('/')}/{self.name}"
 
+    @property
+    def limited(self) -> list[Port]:
+        """Ports of topics whose full names are known here; those with substitutions are not."""
+        return [port for port in self.ports if port.limit and not set(port.name) & set("~{}")]
+
+    def resolved(self, topic: str) -> str:
+        """Return the full name of a topic, as long as nobody remaps it."""
+        return topic if topic.startswith("/") else f"{self.namespace.rstrip('/')}/{topic}"
+
 
 @dataclass(frozen=True)
 class Application:

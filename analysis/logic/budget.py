@@ -79,5 +79,9 @@ class Meter:
             self.progress(progress or Progress(states, states / max(seconds, 1e-9), memory_bytes))
         if self.budget.states is not None and states > self.budget.states:
             raise BudgetExceededError(f"states: more than {self.budget.states}")
-        if self.budget.seconds is not None and seconds > self.budget.seconds:
+        self.check_time()
+
+    def check_time(self) -> None:
+        """Raise `BudgetExceededError` when time is up."""
+        if self.budget.seconds is not None and self.seconds > self.budget.seconds:
             raise BudgetExceededError(f"time: more than {self.budget.seconds:g} s")

@@ -282,6 +282,7 @@ def _symbolically(
 
     memory = meter.budget.memory_bytes or DEFAULT_MEMORY
     try:
+        meter.check_time()
         space = symbolic_state_space(net, memory, tell, orders=orders)
     except UnknownBoundError:
         return None
@@ -291,6 +292,7 @@ def _symbolically(
     try:
         if not space.complete:
             raise DiagramMemoryError
+        meter.check_time()
         return _decided(tree, SymbolicSets(space, atoms, tell), states, meter)
     except DiagramMemoryError:
         reason = f"memory: more than {memory / 2**20:.0f} MiB needed"

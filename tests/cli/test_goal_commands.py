@@ -177,7 +177,7 @@ class TestVerify:
         assert [step.transition for step in steps if step.sequence >= header.loop] == ["wait"]  # type: ignore[attr-defined]
 
     @pytest.mark.parametrize("limit", [("--memory", "2M"), ("--timeout", "0.001")])
-    @pytest.mark.parametrize("formula", [("--ltl", "G b <= 200"), ("--ctl", "AG b <= 200")])
+    @pytest.mark.parametrize("formula", [("--ltl", "G b <= 200"), ("--ctl", "AG EF (a + c >= 100)")])
     @uses("large")
     def test_limits_leave_it_unknown(
         self, run: Run, net: Path, limit: tuple[str, str], formula: tuple[str, str]

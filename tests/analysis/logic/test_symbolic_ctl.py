@@ -104,3 +104,17 @@ def test_too_little_memory_is_unknown() -> None:
     verdict = check_ctl(net, "AG !deadlock", budget=Budget(memory_bytes=1 << 16), engine="symbolic")
     assert verdict.status == "unknown"
     assert verdict.reason.startswith("memory")
+
+
+@pytest.mark.parametrize("formula", ["AG EF (a + c >= 9)", "EF EG (b + d >= 5)", "AF (a + d <= 4)"])
+def test_operations_that_find_the_memory_full_go_on_where_they_were(formula: str) -> None:
+    steps = [("t", {"a": 1}, {"b": 1}), ("u", {"b": 1}, {"c": 1}), ("v", {"c": 1}, {"d": 1})]
+    net = CompiledNet.build({"a": 40, "b": 0, "c": 0, "d": 0}, steps)
+    expected = check_ctl(net, formula, engine="explicit").status
+    found = [
+        check_ctl(net, formula, budget=Budget(memory_bytes=memory), engine="symbolic").status
+        for memory in (30_000, 60_000, 90_000, 120_000, 240_000, 1 << 20)
+    ]
+    assert found[0] == "unknown"
+    assert found[-1] == expected
+    assert set(found) == {"unknown", expected}
