@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import tempfile
 from contextlib import ExitStack
 from pathlib import Path
@@ -102,6 +103,9 @@ def run(
         raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
     application = application_of(model, settings, handler_file)
     with ExitStack() as stack:
+        # Whoever supervises this program ends it as Ctrl-C does.
+        former = signal.signal(signal.SIGTERM, signal.default_int_handler)
+        stack.callback(signal.signal, signal.SIGTERM, former)
         folder = trace or Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="dineros-run-")))
         wanted = Wanted(
             application.condition(until) if until is not None else None,

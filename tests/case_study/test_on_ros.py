@@ -78,7 +78,7 @@ class Run:
             return self.popen.wait(PATIENCE)
         finally:
             if self.popen.poll() is None:
-                self.popen.send_signal(signal.SIGINT)
+                self.popen.terminate()
                 self.popen.wait(PATIENCE)
 
     def output(self) -> str:

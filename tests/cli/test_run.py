@@ -8,6 +8,8 @@ import signal
 import subprocess
 import sys
 import time
+import urllib.error
+import urllib.request
 from pathlib import Path
 
 import pytest
@@ -108,6 +110,22 @@ def test_ctrl_c_ends_a_run_cleanly(spoken: Path) -> None:
     assert (process.returncode, errors) == (0, "")
     assert output.startswith("interrupted; marked: ")
     assert '"event":"stop"' in (folder / "talker.jsonl").read_text()
+
+
+def test_a_page_that_follows_the_run_is_served_to_those_who_have_its_address(spoken: Path) -> None:
+    command = [sys.executable, "-u", "-m", "dineros.cli.main", "run", str(spoken), "--local", "--view"]
+    with subprocess.Popen([*command, "--timeout", "120"], stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            address = process.stdout.readline().split()[-1]
+            assert address.startswith("http://127.0.0.1:")
+            with urllib.request.urlopen(address) as page:
+                assert b"<html" in page.read()
+            with pytest.raises(urllib.error.HTTPError, match="403"):
+                urllib.request.urlopen(address.partition("?")[0])
+        finally:
+            process.terminate()
+        assert process.wait(60) == 0
 
 
 @pytest.mark.parametrize(
