@@ -211,7 +211,7 @@ def runs_on_ros(workspace: Path, folder: Path) -> None:
     """Six processes; a seventh that knows nothing of DiNeROS switches signals on and sees who arrives."""
     from dineros.runtime.ros.environment import ros_environment
 
-    variables = ros_environment(folder, 40 + os.getpid() % 60, "memory", environment(workspace))
+    variables = ros_environment(folder, 62, "memory", environment(workspace))
     runner = subprocess.Popen(
         [sys.executable, "-m", "fleet_bringup.runner", "--journal", str(folder / "journal")],
         env=variables,

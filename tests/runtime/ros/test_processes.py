@@ -9,11 +9,13 @@ from pathlib import Path
 
 import pytest
 
+from dineros.metamodel.files import save
 from dineros.runtime.ros import memory
 from dineros.runtime.ros.environment import Reach
 from dineros.runtime.ros.memory import segments_of
+from dineros.transformations.split import split
 from tests.runtime.ros.conftest import PATIENCE, Ros
-from tests.runtime.ros.post import LETTER
+from tests.runtime.ros.post import LETTER, post
 
 EXPECTED = {"expected_subscribers.Letters": 1, "signals.Open": True}
 SLOW_READER = """
@@ -23,6 +25,15 @@ def configure(net):
     def read(firing):
         time.sleep(0.15)
 """
+SLOW_OFFICE = """
+import time
+
+def configure(net):
+    @net.handler("TSend", thread=True)
+    def send(firing):
+        time.sleep(0.5)
+"""
+
 SLOW_SCALE = """
 import asyncio
 def configure(net):
@@ -170,6 +181,28 @@ def test_killed_server_goes_on_from_its_journal(ros: Ros) -> None:
     time.sleep(memory.AGE)
     memory.remove_abandoned()
     assert not any(path.exists() for path in left)
+
+
+def test_restarted_subscriber_gets_what_it_missed_once(ros: Ros) -> None:
+    """A transient-local topic: letters sent while the house was dead come, those it had come no more."""
+    for part in split(post(letters=4, durability="transientLocal")):
+        save(part, ros.folder / f"{part.node.id}.rtm.xmi")
+    house = ros.node("house")
+    office = ros.node("office", EXPECTED, handlers=SLOW_OFFICE)
+    ros.wait(lambda: ros.records("house", "take"), "the first letter")
+    os.kill(house.popen.pid, signal.SIGKILL)
+    house.popen.wait(PATIENCE)
+    ros.processes.remove(house)
+    before = len(ros.records("house", "take"))
+    ros.wait(lambda: len(ros.records("office", "publish")) == 4, "four letters sent")
+    assert before < 4, "the machine is too slow for this test"
+    again = ros.node("house", {"resume": True})
+    ros.wait(lambda: len(ros.fired("house", "TRead")) == 4, "four letters read")
+    time.sleep(0.5)  # what comes twice would come now
+    assert [process.interrupt() for process in (office, again)] == [0, 0]
+    takes = [record["message"].rpartition("/")[2] for record in ros.records("house", "take")]
+    assert takes == ["1", "2", "3", "4"]
+    assert ros.records("house", "drop") == []
 
 
 def test_signals_from_outside(ros: Ros) -> None:
