@@ -23,7 +23,17 @@ def dineros(*arguments: str | Path) -> Result:
 @pytest.mark.parametrize("way", ["--local", "--simulate"])
 def test_all_objects_are_sorted_and_no_arm_starts_while_it_is_unsafe(way: str, tmp_path: Path) -> None:
     traces = tmp_path / "traces"
-    options = [way, "--seed", "1", "--until", "Shown >= 5", "--timeout", "120", "--trace", traces]
+    options: list[str | Path] = [
+        way,
+        "--seed",
+        "1",
+        "--until",
+        "Shown >= 5",
+        "--timeout",
+        "120",
+        "--trace",
+        traces,
+    ]
     done = dineros("run", MODEL, *options, *OBJECTS)
     assert done.exit_code == 0, done.output
     # The traces say how the model was changed.
