@@ -92,9 +92,7 @@ class Simulator:
         self.ros = rclpy.create_node("cell")
         self._setters = {name: SignalSetter(self.ros, name) for name in ("executor", "selector", "sensorics")}
         self._human = self.ros.create_publisher(Bool, HUMAN_TOPIC, latched)
-        self._commands = self.ros.create_subscription(
-            String, COMMAND_TOPIC, self._command, QoSProfile(depth=10)
-        )
+        self._commands = self.ros.create_subscription(String, COMMAND_TOPIC, self._command, latched)
         self.world = world(self._set, self.ros.get_logger().info)
         self.world.start()
         self._seen: bool | None = None

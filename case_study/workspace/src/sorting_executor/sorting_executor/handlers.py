@@ -12,6 +12,7 @@ from sorting_cell.world import Operation
 from . import firings
 
 POLL = 0.005  # seconds between two looks at a signal
+AGAIN = 1.5  # seconds after which a command that shows no effect is sent again
 PAUSE = 0.2  # seconds before the sensor is asked again
 FIRST = ("TPickAbort", "TPlaceAbort", "TStop")
 """Transitions that never wait for others."""
@@ -48,10 +49,16 @@ async def retry(firing: firings.TRetryFiring) -> firings.Outcome:
 
 
 async def _start(operation: Operation, name: str) -> None:
-    """Send a motion to the arm; return when the signals speak of this motion and no earlier one."""
-    _cell.command(operation, name)
-    while _net.signal("RobotIsIdle").value or _net.signal("RobotHasFinished").value:
-        await asyncio.sleep(POLL)
+    """Send a motion to the arm; return when the signals speak of this motion and no earlier one.
+
+    A command may be lost when this node or the cell has just been started again: it is sent until it shows.
+    """
+    while True:
+        _cell.command(operation, name)
+        for _ in range(round(AGAIN / POLL)):
+            if not (_net.signal("RobotIsIdle").value or _net.signal("RobotHasFinished").value):
+                return
+            await asyncio.sleep(POLL)
 
 
 @firings.on("TPick", timeout=30.0)
