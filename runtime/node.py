@@ -118,6 +118,11 @@ class Node:
         if self._transport is not None:
             self._transport.open(ports, self)
             self.exchange.begin(self._transport)
+            if self._is_resumed:
+                # What was sent when the node was killed, but not recorded any more, was sent before all that
+                # arrives now: it is sent and recorded first, so that the records are in the order of events.
+                with self._loop:
+                    self.exchange.depart()
 
     def step(self) -> bool:
         """Do what came in, begin at most one firing, send what is due; return whether there was anything."""

@@ -53,6 +53,7 @@ def run_node(model: rtm.RuntimeModel, folder: Path, broker: Path, seed: int, poi
     """Run a node until SIGTERM, or until it kills itself."""
     stopping = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: stopping.set())
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGTERM})
     if point:
         vars(recorder_module)["os"] = DeadlySystem(point, part)
     net = Net(model, seed=seed)
@@ -80,6 +81,8 @@ def main(folder: Path, broker: Path) -> None:
     commands_over = threading.Event()
 
     def read() -> None:
+        # A child that is told to stop before it can listen learns of it once it does.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM})
         for line in sys.stdin:
             command, *arguments = line.split()
             with lock:
