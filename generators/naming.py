@@ -10,10 +10,9 @@ from collections.abc import Iterable
 from dineros.metamodel import sym
 from dineros.metamodel.elements import label
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.ros_names import camel_case, interfaces_package, snake_case
+from dineros.metamodel.ros_names import camel_case, interfaces_package, resource_name, snake_case
 
 _PACKAGE = re.compile(r"[a-z][a-z0-9_]*[a-z0-9]")
-_RESOURCE = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 # Python packages that every generated node imports.
 _TAKEN = frozenset({"dineros", "rclpy", "launch", "launch_ros", "ament_index_python", "setuptools", "pytest"})
 # Words that C++ reserves; interface packages are C++ packages, too (ISO C++ 17, table 5).
@@ -78,18 +77,6 @@ def node_packages(model: sym.SystemModel, node_nets: Iterable[sym.NodeNet]) -> d
 def node_name(node: sym.NodeNet) -> str:
     """Return the name of the ROS node: that of the node net, mended where ROS does not accept it."""
     return resource_name(label(node))
-
-
-def resource_name(name: str) -> str:
-    """Return a name as a part of a topic, service or parameter, as the nodes themselves mend it.
-
-    Examples
-    --------
-    >>> resource_name("TooHot"), resource_name("left-arm.idle")
-    ('TooHot', 'left_arm_idle')
-    """
-    is_fit = _RESOURCE.fullmatch(name) and "__" not in name and not name.endswith("_")
-    return name if is_fit else snake_case(name)
 
 
 def functions(ids: Iterable[str]) -> dict[str, str]:

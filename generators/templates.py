@@ -14,9 +14,8 @@ from typing import Any
 
 import jinja2
 
-from dineros.generators.naming import resource_name
 from dineros.metamodel.errors import DinerosError, Location, near_matches
-from dineros.metamodel.ros_names import snake_case
+from dineros.metamodel.ros_names import resource_name, snake_case
 
 OURS = Path(__file__).parent / "templates"
 

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Iterable
 
+_RESOURCE = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z0-9]+|[0-9]+")
 
 
@@ -49,3 +51,38 @@ def interfaces_package(model: str) -> str:
     'sorting_interfaces'
     """
     return f"{snake_case(model)}_interfaces"
+
+
+def resource_name(name: str) -> str:
+    """Return a name as a part of a topic, service or parameter, or as a node has it.
+
+    Examples
+    --------
+    >>> resource_name("TooHot"), resource_name("left-arm.idle"), resource_name("2nd arm")
+    ('TooHot', 'left_arm_idle', 'x2nd_arm')
+    """
+    is_fit = _RESOURCE.fullmatch(name) and "__" not in name and not name.endswith("_")
+    return name if is_fit else snake_case(name)
+
+
+def resource_names(names: Iterable[str]) -> dict[str, str]:
+    """Return a resource name for each name, all different.
+
+    Examples
+    --------
+    >>> resource_names(["a-b", "a_b"])
+    {'a-b': 'a_b_2', 'a_b': 'a_b'}
+    """
+    known = list(dict.fromkeys(names))
+    found = {name: name for name in known if resource_name(name) == name}
+    used = set(found)
+    for name in known:
+        if name not in found:
+            stem = fresh = resource_name(name)
+            number = 1
+            while fresh in used:
+                number += 1
+                fresh = f"{stem}_{number}"
+            used.add(fresh)
+            found[name] = fresh
+    return {name: found[name] for name in known}

@@ -125,7 +125,7 @@ def _model_processes(
 def _expected(system: sym.SystemModel) -> dict[str, list[str]]:
     """Return the parameters by which each node waits at its start for subscribers to what it publishes."""
     from dineros.generators.application import application_of
-    from dineros.runtime.ros.names import resource_name
+    from dineros.metamodel.ros_names import resource_name
 
     return {
         node.id: [

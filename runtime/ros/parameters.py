@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from dineros.runtime.ros.names import resource_names
+from dineros.metamodel.ros_names import resource_names
 from dineros.runtime.ros.session import RosError
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError
-from dineros.runtime.ros.names import resource_name
+from dineros.metamodel.ros_names import resource_name
 
 LOG = logging.getLogger("dineros.runtime")
 

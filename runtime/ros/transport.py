@@ -10,9 +10,9 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from dineros.metamodel.ros_names import resource_names
 from dineros.runtime.ros.clients import Clients
 from dineros.runtime.ros.codecs import Codecs
-from dineros.runtime.ros.names import resource_names
 from dineros.runtime.ros.parameters import (
     DISCOVERY_TIMEOUT,
     REQUEST_TIMEOUT,

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.ros_names import resource_names
 from dineros.metamodel.token_data import Value
 from dineros.runtime.ros.environment import fast_dds_profile, ros_environment
 from dineros.runtime.ros.interfaces import InterfaceError, load_interface
 from dineros.runtime.ros.mappings import ConversionError, MappedCodec
-from dineros.runtime.ros.names import resource_names
 from dineros.runtime.ros.quality import LossCounter
 from dineros.runtime.ros.wheels import mend_paths
 from dineros.runtime.transport import FieldMapping, FieldType, Message, TokenType
