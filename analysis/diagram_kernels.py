@@ -85,9 +85,9 @@ def make_node(mem, heads, control, free, level, buffer, start, low, high):  # ty
 
 
 @njit(cache=True)
-def slot_of(a, b, mask):  # type: ignore[no-untyped-def]
-    """Position of the cache entry for a pair of keys."""
-    code = (a * 0x9E3779B1 + b) * 0x1E3779B97F4A7C15
+def slot_of(a, b, c, mask):  # type: ignore[no-untyped-def]
+    """Position of the cache entry for three keys."""
+    code = ((a * 0x9E3779B1 + b) * 0x9E3779B1 + c) * 0x1E3779B97F4A7C15
     return (((code >> 31) & 0x1FFFFFFFF) & mask) << 2
 
 
@@ -111,7 +111,7 @@ def combine(  # type: ignore[no-untyped-def]
         return 0 if operation == INTERSECTION else a
     if a > b and operation != DIFFERENCE:
         a, b = b, a
-    slot = slot_of(a, b, control[CACHE_MASK])
+    slot = slot_of(a, b, operation, control[CACHE_MASK])
     if cache[slot] == a and cache[slot + 1] == b and cache[slot + 2] == operation:
         return cache[slot + 3]
     control[MISSES] += 1
@@ -138,7 +138,7 @@ def combine(  # type: ignore[no-untyped-def]
             else:
                 if child > other and operation != DIFFERENCE:
                     child, other = other, child
-                slot = slot_of(child, other, control[CACHE_MASK])
+                slot = slot_of(child, other, operation, control[CACHE_MASK])
                 if cache[slot] == child and cache[slot + 1] == other and cache[slot + 2] == operation:
                     child = cache[slot + 3]
                 else:
@@ -160,7 +160,7 @@ def combine(  # type: ignore[no-untyped-def]
             control[FAILED] = UNFINISHED
             _keep_made(mem, base, buffer, pending, level, min(first_a, first_b), high, top)
             return 0
-        slot = slot_of(a, b, control[CACHE_MASK])
+        slot = slot_of(a, b, operation, control[CACHE_MASK])
         cache[slot] = a
         cache[slot + 1] = b
         cache[slot + 2] = operation

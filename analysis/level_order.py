@@ -1,10 +1,14 @@
 """Orders of the levels of a decision diagram, searched for per net.
 
-The size of a diagram, and even more the effort of saturation, hang on the order of its levels. Candidates
-are made by the FORCE heuristic from random starts, then improved by local moves. What a candidate costs is
-not estimated but measured: saturation itself runs on an instance of the same structure with all large
-markings and weights scaled down, which takes milliseconds and stops as soon as it exceeds the best effort
-so far.
+The size of a diagram, and even more the effort of saturation, hang on the order of its levels. The first
+order comes from the FORCE heuristic and costs nothing to speak of; many nets need no other. Further
+candidates are made by FORCE from random starts, then improved by local moves. What a candidate costs is not
+estimated but measured: saturation itself runs on an instance of the same structure with all large markings
+and weights scaled down, which takes milliseconds and stops as soon as it exceeds the best effort so far.
+
+Local moves end in a local optimum, and which one hangs on the start. So a long search is made of several
+climbs from different starts; between their orders decides an instance that is scaled down less, since it
+tells more about the net itself but costs too much to measure every candidate on it.
 
 References
 ----------
@@ -17,12 +21,14 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
 from dineros.analysis.compiled import ArcTable, CompiledNet
 from dineros.analysis.levels import Encoding, encode_like
 from dineros.analysis.order_kernels import force
+from dineros.analysis.relations import EventTables
 from dineros.analysis.saturation import Diagram
 
 FORCE_ROUNDS = 60
@@ -37,6 +43,11 @@ TRIAL_WORK = 1_000
 #: Effort allowed to the first starts, and how many starts are tried before it is doubled.
 FIRST_EFFORT = 2_000
 STARTS_PER_LIMIT = 12
+#: Work of a climb after which another one begins, how many there are, and the largest marking of a place in
+#: the instance that decides between them.
+CLIMB_WORK = 8_000_000
+CLIMBS = 4
+DECIDING_MARKING = 4
 
 
 def scaled_down(net: CompiledNet, largest: int = 1) -> CompiledNet:
@@ -62,6 +73,8 @@ class OrderSearch:
     ----------
     encoding
         Levels and events of the net.
+    events
+        Its events as arrays.
     seed
         Of the random moves: the same seed and work give the same order.
     memory
@@ -70,28 +83,22 @@ class OrderSearch:
     Attributes
     ----------
     order : list of int
-        Best order so far, bottom first.
-    effort : int or None
-        Its effort on the scaled-down instance; None while no candidate was finished.
+        Best order so far, bottom first; that of FORCE while no candidate was finished.
     work : int
         What the search has cost so far, in cache misses of saturation.
     """
 
-    def __init__(self, encoding: Encoding, seed: int = 1, memory: int = TRIAL_MEMORY) -> None:
-        try:
-            small = encode_like(encoding, scaled_down(encoding.boxes.net))
-        except ValueError:
-            small = encoding
-        memory = min(max(memory, LEAST_TRIAL_MEMORY), TRIAL_MEMORY)
-        self._trial = Diagram(small, range(len(small.levels)), memory, TRIAL_CACHE, TRIAL_BUCKETS)
-        self._spans_of: list[list[list[int]]] = [[] for _ in encoding.levels]
-        for span in self._trial.events.levels_of_events:
-            for level in span:
-                self._spans_of[level].append(span)
-        self._random = random.Random(seed)
-        self._limit = FIRST_EFFORT
-        self.order = self._force(range(len(encoding.levels)))
-        self.effort: int | None = None
+    def __init__(
+        self, encoding: Encoding, events: EventTables, seed: int = 1, memory: int = TRIAL_MEMORY
+    ) -> None:
+        self._encoding = encoding
+        self._events = events
+        self._seed = seed
+        self._memory = min(max(memory, LEAST_TRIAL_MEMORY), TRIAL_MEMORY)
+        self._climbs: list[_Climb] = []
+        self._best: _Climb | None = None
+        self._least: int | None = None
+        self.order = force_order(events, range(len(encoding.levels)))
         self.work = 0
 
     def improve(self, work: int, patience: int | None = None) -> None:
@@ -99,8 +106,96 @@ class OrderSearch:
 
         With `patience`, stop when the search has cost so many times what its best order costs.
         """
-        if len(self.order) < 3:
+        if work == 0 or len(self.order) < 3:
             return
+        climb = self._next_climb()
+        before = climb.work
+        climb.improve(work, patience)
+        self.work += climb.work - before
+        if len(self._climbs) == 1:
+            self.order = climb.order
+        else:
+            self._decide(climb)
+
+    def _next_climb(self) -> _Climb:
+        """Return the last climb while it is short, then a new one, then, when there are enough, the best."""
+        if self._climbs and self._climbs[-1].work < CLIMB_WORK:
+            return self._climbs[-1]
+        if len(self._climbs) == CLIMBS and self._best is not None:
+            return self._best
+        self._climbs.append(_Climb(self._trial, self._events, self.order, self._seed + len(self._climbs)))
+        return self._climbs[-1]
+
+    def _decide(self, latest: _Climb) -> None:
+        """Choose between the climbs by the deciding instance."""
+        for climb in self._climbs if self._best is None else [latest]:
+            if climb.effort is None:
+                continue
+            self._deciding.restart(climb.order)
+            finished = self._deciding.run(effort_limit=self._least)
+            self.work += self._deciding.effort
+            if finished:
+                self._best, self._least, self.order = climb, self._deciding.effort, climb.order
+
+    @cached_property
+    def _trial(self) -> Diagram:
+        return _scaled_diagram(self._encoding, 1, self._memory)
+
+    @cached_property
+    def _deciding(self) -> Diagram:
+        return _scaled_diagram(self._encoding, DECIDING_MARKING, self._memory)
+
+
+def force_order(events: EventTables, start: Sequence[int]) -> list[int]:
+    """Return the order that the FORCE heuristic makes of another one."""
+    order = np.array(start, dtype=np.int64)
+    force(order, events.event_start, events.event_level, FORCE_ROUNDS)
+    return [int(level) for level in order]
+
+
+def _scaled_diagram(encoding: Encoding, largest: int, memory: int) -> Diagram:
+    """Return the scaled-down instance, ready to run."""
+    try:
+        small = encode_like(encoding, scaled_down(encoding.boxes.net, largest))
+    except ValueError:
+        small = encoding
+    return Diagram(small, range(len(small.levels)), memory, TRIAL_CACHE, TRIAL_BUCKETS)
+
+
+class _Climb:
+    """Local moves from one start to a local optimum.
+
+    Attributes
+    ----------
+    order : list of int
+    effort : int or None
+        Effort of the order on the scaled-down instance; None while no candidate was finished.
+    work : int
+    """
+
+    def __init__(self, trial: Diagram, events: EventTables, order: list[int], seed: int) -> None:
+        self._trial = trial
+        self._events = events
+        self._random = random.Random(seed)
+        self._limit = FIRST_EFFORT
+        self.order = order
+        self.effort: int | None = None
+        self.work = 0
+
+    @cached_property
+    def _spans_of(self) -> list[list[list[int]]]:
+        """By level: the levels of each event that touches it."""
+        spans_of: list[list[list[int]]] = [[] for _ in self.order]
+        for span in self._events.levels_of_events:
+            for level in span:
+                spans_of[level].append(span)
+        return spans_of
+
+    def improve(self, work: int, patience: int | None = None) -> None:
+        """Search on, for about so many cache misses of saturation; no clock decides.
+
+        With `patience`, stop when the search has cost so many times what its best order costs.
+        """
         limit = self.work + work
         if self.effort is None:
             self._find_start(self.work + int(work * START_SHARE), limit)
@@ -118,7 +213,7 @@ class OrderSearch:
                 self._try(order[::-1])
                 order = list(range(len(self.order)))
                 self._random.shuffle(order)
-                order = self._force(order)
+                order = force_order(self._events, order)
             self._limit *= 2
 
     def _try(self, order: list[int]) -> None:
@@ -152,8 +247,3 @@ class OrderSearch:
         else:
             order[start : start + length] = block[::-1]
         return order
-
-    def _force(self, start: Sequence[int]) -> list[int]:
-        order = np.array(start, dtype=np.int64)
-        force(order, self._trial.events.event_start, self._trial.events.event_level, FORCE_ROUNDS)
-        return [int(level) for level in order]

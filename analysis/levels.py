@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import add
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dineros.analysis.bounds import Bound, bounds_like, place_bounds
-from dineros.analysis.boxes import LARGEST_PRODUCT, Box, BoxNet, box_net, drop_determined
+from dineros.analysis.boxes import LARGEST_PRODUCT, Box, BoxNet, Event, box_net, drop_determined
 from dineros.analysis.compiled import CompiledNet
 from dineros.analysis.structure import PlaceInvariant, semiflows
 
@@ -162,21 +164,38 @@ def _holds(level: Level, state: tuple[int, ...], box: Box) -> bool:
 def _local_events(boxes: BoxNet, levels: Sequence[Level]) -> list[LocalEvent]:
     home = {place: k for k, level in enumerate(levels) for place in level.places}
     position = [{state: i for i, state in enumerate(level.states)} for level in levels]
+    tables: dict[_Local, tuple[int, ...]] = {}
     events = []
     for event in boxes.events:
-        tables: dict[int, tuple[int, ...]] = {}
-        for k in sorted({home[p] for p in event.guard} | {home[p] for p in event.change}):
-            level = levels[k]
-            gain = tuple(event.change.get(p, 0) for p in level.places)
-            table = []
-            for state in level.states:
-                target = tuple(a + b for a, b in zip(state, gain, strict=True))
-                # A target outside the local states breaks a proved bound, so the guard elsewhere forbids it.
-                table.append(position[k].get(target, -1) if _holds(level, state, event.guard) else -1)
-            tables[k] = tuple(table)
-        if all(max(table) >= 0 for table in tables.values()):
-            events.append(LocalEvent(event.transition, tables))
+        touched = sorted({home[p] for p in (*event.guard, *event.change)})
+        parts = {k: _Local(k, *_part_of(event, levels[k])) for k in touched}
+        for part in parts.values():
+            if part not in tables:
+                tables[part] = _table(levels[part.level], position[part.level], part)
+        if all(max(tables[part]) >= 0 for part in parts.values()):
+            events.append(LocalEvent(event.transition, {k: tables[part] for k, part in parts.items()}))
     return events
+
+
+class _Local(NamedTuple):
+    """What an event asks of a level, and what it changes there: (fewest, most) and gain by place."""
+
+    level: int
+    guard: tuple[tuple[int, int] | None, ...]
+    gain: tuple[int, ...]
+
+
+def _part_of(event: Event, level: Level) -> tuple[tuple[tuple[int, int] | None, ...], tuple[int, ...]]:
+    return tuple(map(event.guard.get, level.places)), tuple(event.change.get(p, 0) for p in level.places)
+
+
+def _table(level: Level, position: dict[tuple[int, ...], int], part: _Local) -> tuple[int, ...]:
+    box = {p: interval for p, interval in zip(level.places, part.guard, strict=True) if interval is not None}
+    # A target outside the local states breaks a proved bound, so the guard elsewhere forbids it.
+    return tuple(
+        position.get(tuple(map(add, state, part.gain)), -1) if _holds(level, state, box) else -1
+        for state in level.states
+    )
 
 
 class UnknownBoundError(ValueError):

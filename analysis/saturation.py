@@ -306,6 +306,7 @@ class Diagram:
         stack_level = int(self.control[store.STACK])
         roots = self.work[int(self.base[stack_level]) :].tolist()
         roots += self.frame[stack_level:, machine.NODE].tolist()
+        roots += self.frame[stack_level:, machine.OPENED].tolist()
         roots += self.frame[stack_level:, machine.CONSTRAINT].tolist()
         if self.control[store.HAVE]:
             roots.append(int(self.control[store.RESULT]))

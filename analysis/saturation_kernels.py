@@ -45,8 +45,8 @@ DONE, STORE_FULL, PAUSED = range(3)
 FIRING, SATURATING, CLOSING = range(3)
 
 #: Columns of the frame of a level: what is under way there. No constraint (0) allows everything.
-PHASE, NODE, RELATION, INDEX, TARGET, EVENT, IDLE, CLOCK, CONSTRAINT = range(9)
-FRAME_SIZE = 9
+PHASE, NODE, RELATION, INDEX, TARGET, EVENT, IDLE, CLOCK, CONSTRAINT, OPENED = range(10)
+FRAME_SIZE = 10
 
 
 @njit(cache=True)
@@ -105,16 +105,18 @@ def saturate(  # type: ignore[no-untyped-def]
             if control[FAILED]:
                 return STORE_FULL
             if not push:
-                found = False
-                for j in range(width[k]):
-                    found |= work[start + j] != 0
-                    changed[start + j] = 1
-                if found:
-                    frame[k, PHASE] = SATURATING
-                    begin(k, frame, event_start, pair_start, fired)
-                else:
-                    _finish(k, 0, frame, cache, control)
+                opened = make_node(mem, heads, control, free, k, work, start, 0, width[k])
+                if control[FAILED]:
+                    return STORE_FULL
+                closed = _known_closure(opened, constraint, cache, control)
+                if closed >= 0:
+                    _finish(k, closed, frame, cache, control)
                     continue
+                for j in range(width[k]):
+                    changed[start + j] = 1
+                frame[k, OPENED] = opened
+                frame[k, PHASE] = SATURATING
+                begin(k, frame, event_start, pair_start, fired)
         if not push:
             pair, event, idle = frame[k, INDEX], frame[k, EVENT], frame[k, IDLE]
             first_event, last_event = event_start[k], event_start[k + 1]
@@ -220,7 +222,7 @@ def _known_image(  # type: ignore[no-untyped-def]
         child, second, third = part, allowed, control[CLOSED_KEY]
     else:
         second, third = relation + control[FIRED_KEY], allowed
-    slot = slot_of(child, second, control[CACHE_MASK])
+    slot = slot_of(child, second, third, control[CACHE_MASK])
     if cache[slot] == child and cache[slot + 1] == second and cache[slot + 2] == third:
         return cache[slot + 3]
     control[PUSHED] = child
@@ -228,17 +230,36 @@ def _known_image(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def _known_closure(node, constraint, cache, control):  # type: ignore[no-untyped-def]
+    """Closure of a node whose children are closed; -1 where it is not known yet."""
+    if node == 0:
+        return 0
+    slot = slot_of(node, constraint, control[CLOSED_KEY], control[CACHE_MASK])
+    if cache[slot] == node and cache[slot + 1] == constraint and cache[slot + 2] == control[CLOSED_KEY]:
+        return cache[slot + 3]
+    return -1
+
+
+@njit(cache=True)
+def _remember(node, second, third, result, cache, control):  # type: ignore[no-untyped-def]
+    slot = slot_of(node, second, third, control[CACHE_MASK])
+    cache[slot] = node
+    cache[slot + 1] = second
+    cache[slot + 2] = third
+    cache[slot + 3] = result
+
+
+@njit(cache=True)
 def _finish(k, result, frame, cache, control):  # type: ignore[no-untyped-def]
     """Give the result of a level to the level above, and remember what it is the image of."""
     node, relation, constraint = frame[k, NODE], frame[k, RELATION], frame[k, CONSTRAINT]
+    if frame[k, OPENED] != 0:
+        _remember(frame[k, OPENED], constraint, control[CLOSED_KEY], result, cache, control)
+        frame[k, OPENED] = 0
     if node != 0:
         second = relation + control[FIRED_KEY] if relation != 0 else constraint
         third = constraint if relation != 0 else control[CLOSED_KEY]
-        slot = slot_of(node, second, control[CACHE_MASK])
-        cache[slot] = node
-        cache[slot + 1] = second
-        cache[slot + 2] = third
-        cache[slot + 3] = result
+        _remember(node, second, third, result, cache, control)
     control[RESULT] = result
     control[HAVE] = 1
     control[STACK] = k + 1
@@ -261,6 +282,6 @@ def transfer(old, new, control):  # type: ignore[no-untyped-def]
     """Put the entries of a cache into a larger one."""
     for slot in range(0, old.size, 4):
         if old[slot] != 0:
-            target = slot_of(old[slot], old[slot + 1], control[CACHE_MASK])
+            target = slot_of(old[slot], old[slot + 1], old[slot + 2], control[CACHE_MASK])
             for i in range(4):
                 new[target + i] = old[slot + i]

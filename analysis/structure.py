@@ -7,6 +7,7 @@ only bounds: y . m never grows; it is called a *bounding weighting* here.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import gcd
 from typing import NamedTuple
@@ -106,34 +107,60 @@ def semiflows(
     rows: list[_Row] = []
     for p in range(len(net.places)):
         if largest_constant is None or initial[p] <= largest_constant:
-            rows.append(
-                _Row({t: change[p] for t, change in enumerate(changes) if p in change}, {p: 1}, initial[p])
-            )
-    open_transitions = {t for t, change in enumerate(changes) if change}
-    while open_transitions:
-        tally = {t: [0, 0] for t in open_transitions}
-        for row in rows:
-            for t, tokens in row.residual.items():
-                tally[t][tokens > 0] += 1
-        t = min(open_transitions, key=lambda t: (tally[t][0] * tally[t][1] - sum(tally[t]), t))
-        open_transitions.discard(t)
-        rows = _eliminate(rows, t, initial, largest_constant, limit)
-    found = [_invariant(net, row.weights) for row in rows]
+            residual = {t: change[p] for t, change in enumerate(changes) if p in change}
+            rows.append(_Row(residual, {p: 1}, 1 << p, initial[p]))
+    tally = _Tally(len(changes))
+    tally.add(rows)
+    while (t := tally.cheapest()) is not None:
+        rows = _eliminate(rows, t, tally, initial, largest_constant, limit)
+    dropped = [change for change, kept in zip(net.delta, changes, strict=True) if not kept]
+    found = [_invariant(net, row.weights, dropped) for row in rows]
     return sorted(found, key=lambda y: (len(y.weights), y.constant, sorted(y.weights)))
 
 
 class _Row(NamedTuple):
+    """A weighting under way: what firing each transition adds to its sum, and its places as bits."""
+
     residual: dict[int, int]
     weights: dict[int, int]
+    support: int
     constant: int
 
 
+class _Tally:
+    """How many rows each transition still raises and lowers, kept while rows come and go."""
+
+    def __init__(self, transitions: int) -> None:
+        self._lowered = [0] * transitions
+        self._raised = [0] * transitions
+        self._open: set[int] = set()
+
+    def add(self, rows: Iterable[_Row], count: int = 1) -> None:
+        """Count rows in; with ``count=-1`` count them out."""
+        for row in rows:
+            for t, tokens in row.residual.items():
+                (self._raised if tokens > 0 else self._lowered)[t] += count
+                if count > 0:
+                    self._open.add(t)
+
+    def cheapest(self) -> int | None:
+        """Take the transition whose elimination adds the fewest rows; None when none is left."""
+        lowered, raised = self._lowered, self._raised
+        t = min(self._open, key=lambda t: (lowered[t] * raised[t] - lowered[t] - raised[t], t), default=None)
+        self._open.discard(-1 if t is None else t)
+        return t
+
+
 def _eliminate(
-    rows: list[_Row], t: int, initial: list[int], largest_constant: int | None, limit: int
+    rows: list[_Row], t: int, tally: _Tally, initial: list[int], largest_constant: int | None, limit: int
 ) -> list[_Row]:
-    keep = [row for row in rows if t not in row.residual]
     positive = [row for row in rows if row.residual.get(t, 0) > 0]
     negative = [row for row in rows if row.residual.get(t, 0) < 0]
+    if not positive and not negative:
+        return rows
+    result = [row for row in rows if t not in row.residual]
+    tally.add(positive, -1)
+    tally.add(negative, -1)
     made: dict[int, _Row] = {}
     for one in positive:
         for other in negative:
@@ -146,9 +173,9 @@ def _eliminate(
                 weights = {key: value // common for key, value in weights.items()}
             constant = sum(initial[p] * weight for p, weight in weights.items())
             if largest_constant is None or constant <= largest_constant:
-                made.setdefault(sum(1 << p for p in weights), _Row(residual, weights, constant))
-    result = list(keep)
-    supports = [sum(1 << p for p in row.weights) for row in keep]
+                support = one.support | other.support
+                made.setdefault(support, _Row(residual, weights, support, constant))
+    supports = [row.support for row in result] if made else []
     for support in sorted(made, key=lambda bits: (bits.bit_count(), bits)):
         if len(result) >= limit:
             break
@@ -156,6 +183,7 @@ def _eliminate(
         if not any(other & support == other for other in supports):
             supports.append(support)
             result.append(made[support])
+            tally.add([made[support]])
     return result
 
 
@@ -175,11 +203,10 @@ def _subtract(row: dict[int, int], other: dict[int, int], factor: int) -> None:
             row.pop(key, None)
 
 
-def _invariant(net: CompiledNet, weights: dict[int, int]) -> PlaceInvariant:
+def _invariant(
+    net: CompiledNet, weights: dict[int, int], unbalanced: Iterable[dict[int, int]] = ()
+) -> PlaceInvariant:
+    """A weighting that every transition balances but those whose changes are given, if these do."""
     constant = sum(int(net.initial[p]) * weight for p, weight in weights.items())
-    exact = all(not any(p in weights for p in change) or not _gain(weights, change) for change in net.delta)
+    exact = all(sum(weights.get(p, 0) * tokens for p, tokens in change.items()) == 0 for change in unbalanced)
     return PlaceInvariant(dict(sorted(weights.items())), constant, exact)
-
-
-def _gain(weights: dict[int, int], change: dict[int, int]) -> int:
-    return sum(weights.get(p, 0) * tokens for p, tokens in change.items())

@@ -19,19 +19,22 @@ from dineros.analysis.vector_sets import VectorSets
 DEFAULT_MEMORY = 2 << 30
 #: Rounds of (work of the order search, work of saturation), in cache misses: easy nets pay for little search,
 #: hard ones get more. Millions take a third of a second. No clock decides, so that every run is the same.
+#: The first round searches nothing: it takes the order of the FORCE heuristic as it is.
 ROUNDS = (
-    (300_000, 1_000_000),
-    (2_000_000, 2_500_000),
-    (6_000_000, 4_500_000),
-    (12_000_000, 9_000_000),
-    (18_000_000, 15_000_000),
-    (24_000_000, 36_000_000),
+    (0, 400_000),
+    (300_000, 800_000),
+    (2_000_000, 1_500_000),
+    (6_000_000, 3_000_000),
+    (12_000_000, 4_000_000),
+    (12_000_000, 5_000_000),
+    (12_000_000, 10_000_000),
+    (24_000_000, 30_000_000),
     (60_000_000, None),
 )
 #: Work allowed to an order that is known from an earlier run, before another one is searched for.
 KNOWN_ORDER_WORK = 30_000_000
 #: Work of a search from which on its order is worth keeping.
-WORTH_KEEPING = ROUNDS[0][0] + ROUNDS[1][0]
+WORTH_KEEPING = ROUNDS[1][0] + ROUNDS[2][0]
 #: How many times the cost of saturating the small instance the first search may cost.
 FIRST_PATIENCE = 25
 #: Orders tried with which memory runs out.
@@ -284,9 +287,9 @@ def _with_encoding(
     known: Sequence[Sequence[str]] | None,
 ) -> SymbolicStateSpace:
     began = time.perf_counter()
-    search = OrderSearch(encoding, seed, memory // 8)
+    diagram = Diagram(encoding, range(len(encoding.levels)), memory)
+    search = OrderSearch(encoding, diagram.events, seed, memory // 8)
     order = _known_order(net, encoding, known) if known is not None else None
-    diagram: Diagram | None = None
     failures, trusted = 0, order
     searched = time.perf_counter() - began
     for search_work, run_work in ROUNDS:
@@ -296,17 +299,13 @@ def _with_encoding(
             order = search.order
         searched += time.perf_counter() - began
         began = time.perf_counter()
-        if diagram is None:
-            diagram = Diagram(encoding, order, memory)
-        else:
-            diagram.restart(order)
+        diagram.restart(order)
         if diagram.run(progress, run_work if order is not trusted else KNOWN_ORDER_WORK):
             break
         failures += diagram.out_of_memory
         if failures == MEMORY_TRIES:
             break
         order = None
-    assert diagram is not None
     seconds = time.perf_counter() - began
     reason = "" if diagram.complete else "memory"
     return SymbolicStateSpace(

@@ -33,8 +33,11 @@ NETS: dict[str, Callable[[], CompiledNet]] = {
     "philosophers-10": lambda: classic.philosophers(10),
     "philosophers-12": lambda: classic.philosophers(12),
     "philosophers-20": lambda: classic.philosophers(20),
+    "philosophers-100": lambda: classic.philosophers(100),
     "kanban-5": lambda: classic.kanban(5),
+    "kanban-50": lambda: classic.kanban(50),
     "fms-5": lambda: classic.flexible_manufacturing(5),
+    "fms-10": lambda: classic.flexible_manufacturing(10),
     "round-robin-10": lambda: classic.round_robin_mutex(10),
     "round-robin-14": lambda: classic.round_robin_mutex(14),
     "swimming-pool-1": lambda: classic.swimming_pool(1),
@@ -45,7 +48,9 @@ for _variant in SIGNAL_VARIANTS:
         NETS[f"case-study-{_variant}-{_n}"] = partial(reference_case_study, (_n, _n, _n), _variant)
 #: What the explicit engine takes minutes for.
 LONG = ["case-study-io-1", "case-study-fully-1"]
-EXPLICIT = [name for name in NETS if not name.startswith("case-study") and name != "philosophers-20"]
+#: Beyond the explicit engine.
+HUGE = ("philosophers-20", "philosophers-100", "kanban-50", "fms-10")
+EXPLICIT = [name for name in NETS if not name.startswith("case-study") and name not in HUGE]
 EXPLICIT += ["case-study-none-1", "case-study-input-1", *LONG]
 MEMORY = 8 << 30
 COLUMNS = (
