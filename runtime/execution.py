@@ -1,4 +1,4 @@
-"""Firing: choosing a transition, running its handlers, committing, and what happens when a handler fails.
+"""Firing: running the handlers of a transition, committing, and what happens when a handler fails.
 
 A firing changes the marking at its commit and nowhere else. While a long handler runs, the firing is *in
 flight*: its tokens are reserved. It commits only if the transition is still allowed then (clause, read and
@@ -9,28 +9,21 @@ from __future__ import annotations
 
 import inspect
 import logging
-from collections.abc import Awaitable, Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Awaitable, Sequence
 from random import Random
 from typing import Any, Protocol
 
 from dineros.metamodel.errors import DinerosError
+from dineros.runtime.choosing import Chooser
 from dineros.runtime.engine import Engine, Tokens
+from dineros.runtime.flights import Flight, Flights
 from dineros.runtime.handlers import Firing, Handler, Handlers
 from dineros.runtime.loop import Loop
 from dineros.runtime.policies import Aside, Halt, Policy, Retry
 from dineros.runtime.results import checked_result
-from dineros.runtime.selection import (
-    Candidates,
-    Enabled,
-    SelectionFunction,
-    chosen_tokens,
-    named_copies,
-)
-from dineros.runtime.timers import Timer
+from dineros.runtime.selection import SelectionFunction, named_copies
 from dineros.runtime.timing import Timing
 from dineros.runtime.tokens import copy_data
-from dineros.runtime.transport import Data
 from dineros.runtime.workers import Workers
 
 LOG = logging.getLogger("dineros.runtime")
@@ -55,37 +48,16 @@ class Observer(Protocol):
         """Tell of an event, when it has happened."""
 
 
-@dataclass(eq=False)
-class Flight:
-    """A firing under way."""
-
-    transition: int
-    taken: Tokens
-    handlers: tuple[Handler, ...]
-    firing: Firing
-    data: Data
-    started: float
-    status: list[bool]
-    given: dict[int, list[Data]] | None = None
-    position: int = 0
-    is_reserved: bool = False
-    is_over: bool = False
-    cancel: Callable[[], None] = field(default=lambda: None)
-    timer: Timer | None = None
-
-
 class Execution:
     """Fires the transitions of an engine, one at a time.
 
     Attributes
     ----------
-    selection : callable or None
-        The developers' selection; None: uniformly at random.
     policy : Policy
         What becomes of a failure where the handler says nothing else.
     halted : str or None
         Why nothing fires any more.
-    in_flight : list of Flight
+    in_flight : Flights
         Firings whose handlers run elsewhere.
     firings : int
         How many have committed.
@@ -96,82 +68,62 @@ class Execution:
     ) -> None:
         self.engine = engine
         self.handlers = handlers
-        self.selection: SelectionFunction | None = None
         self.policy: Policy = Halt()
         self.halted: str | None = None
-        self.in_flight: list[Flight] = []
+        self.in_flight = Flights()
         self.firings = 0
         self._loop = loop
-        self._random = random
         self._observer = observer
         self._workers = Workers()
         self._timing = Timing(engine.structure, loop)
+        self._chooser = Chooser(random, self._timing)
         # Transition -> the tokens of its last failure and how often it failed with them.
         self._failures: dict[int, tuple[frozenset[int], int]] = {}
-        self._full: set[int] = set()  # transitions with as many firings in flight as they may have
-        self._selection_failures = 0
-        self._selection_pauses = False
 
     def fire_one(self) -> bool:
         """Begin at most one firing; return whether one began."""
-        ready = self.engine.ready
-        if not ready or self.halted is not None:
-            if self._timing:
-                self._timing.of(self.engine, [])
+        engine, chooser = self.engine, self._chooser
+        if self.halted is not None:
+            chooser.pass_time(engine)
             return False
-        if self.selection is not None:
-            return self._fire_selected(self.selection)
-        if self.engine.prioritised or self._timing:
-            ready = self._allowed()
-            if not ready:
-                return False
-        size = len(ready)
-        transition = ready[0] if size == 1 else ready[int(self._random.random() * size)]
-        if self._observer.is_observing or self.handlers.of(transition):
-            self._begin(transition, self.engine.would_take(transition))
+        try:
+            chosen = chooser.choose(engine)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            if chooser.selection is None:
+                raise
+            self._selection_failed(error)
+            return False
+        if chosen is None:
+            return False
+        transition, taken = chosen
+        if taken is not None or self._observer.is_observing or self.handlers.of(transition):
+            self._begin(transition, engine.would_take(transition) if taken is None else taken)
         else:
-            self.engine.fire(transition)
+            engine.fire(transition)
             self.firings += 1
             if self._timing:
                 self._timing.began(transition)
         return True
 
-    def _allowed(self) -> list[int]:
-        """Return the ready transitions that priorities and time let fire."""
-        engine = self.engine
-        allowed = [number for number in engine.ready if not engine.is_overridden(number)]
-        return self._timing.of(engine, allowed) if self._timing else allowed
+    @property
+    def selection(self) -> SelectionFunction | None:
+        """The developers' selection; None: uniformly at random."""
+        return self._chooser.selection
 
-    def _fire_selected(self, selection: SelectionFunction) -> bool:
-        if self._selection_pauses:
-            return False
-        engine = self.engine
-        allowed = sorted(self._allowed())
-        if not allowed:
-            return False
-        candidates = Candidates([Enabled(engine, number) for number in allowed], self._random)
-        try:
-            chosen = chosen_tokens(engine, candidates, selection(candidates))
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:
-            self._selection_failed(selection, error)
-            return False
-        self._selection_failures = 0
-        if chosen is None:
-            return False
-        number, taken = chosen
-        self._begin(number, taken)
-        return True
+    @selection.setter
+    def selection(self, function: SelectionFunction | None) -> None:
+        self._chooser.selection = function
 
-    def _selection_failed(self, selection: SelectionFunction, error: BaseException) -> None:
-        self._selection_failures += 1
-        attempt, policy = self._selection_failures, self.policy
+    def _selection_failed(self, error: BaseException) -> None:
+        self._chooser.failures += 1
+        attempt, policy = self._chooser.failures, self.policy
         if isinstance(policy, Aside):  # there are no tokens to put aside
             policy = Retry(attempts=1 << 31)
         elif isinstance(policy, Retry) and attempt >= policy.attempts:
             policy = Halt()
-        name, text = getattr(selection, "__name__", "selection"), _shown(error)
+        name, text = getattr(self.selection, "__name__", "selection"), _shown(error)
         LOG.error("the selection %s failed; policy: %s", name, policy.name, exc_info=error)
         self._observer.emit(
             "error", transition=None, handler=name, error=text, attempt=attempt, policy=policy.name
@@ -179,11 +131,11 @@ class Execution:
         if isinstance(policy, Halt):
             self.halt(f"the selection failed: {text}")
             return
-        self._selection_pauses = True
+        self._chooser.is_paused = True
         self._loop.timers.call_later(policy.delay_after(min(attempt, 60)), self._resume_selection)
 
     def _resume_selection(self) -> None:
-        self._selection_pauses = False
+        self._chooser.is_paused = False
 
     def _begin(self, transition: int, taken: Tokens) -> None:
         """Run the handlers of a transition and commit, or leave it in flight."""
@@ -253,12 +205,7 @@ class Execution:
 
     def _send_off(self, flight: Flight, handler: Handler, awaitable: Awaitable[Any] | None = None) -> None:
         if not flight.is_reserved:
-            self.engine.reserve(flight.taken)
-            flight.is_reserved = True
-            self.in_flight.append(flight)
-            if self._is_full(flight):
-                self._full.add(flight.transition)
-                self.engine.hold(flight.transition)
+            self.in_flight.add(self.engine, flight)
         firing, function = flight.firing, handler.function
 
         def done(result: Any, error: BaseException | None) -> None:
@@ -294,15 +241,9 @@ class Execution:
         elif self._accept(flight, handler, result):
             self._go_on(flight)
 
-    def _is_full(self, flight: Flight) -> bool:
-        """Return whether as many firings of a transition are in flight as its handlers allow."""
-        same = sum(other.transition == flight.transition for other in self.in_flight)
-        return same >= min(handler.parallel for handler in flight.handlers)
-
     def refresh(self) -> None:
         """Let the handlers in flight know whether they could still commit."""
-        for flight in self.in_flight:
-            flight.status[0] = self.engine.is_allowed(flight.transition)
+        self.in_flight.refresh(self.engine)
 
     # How a firing ends.
 
@@ -352,12 +293,7 @@ class Execution:
         if flight.timer is not None:
             flight.timer.cancel()
         if flight.is_reserved:
-            flight.is_reserved = False
-            self.in_flight.remove(flight)
-            self.engine.release(flight.taken)
-            if flight.transition in self._full and not self._is_full(flight):
-                self._full.remove(flight.transition)
-                self.engine.unhold(flight.transition)
+            self.in_flight.remove(self.engine, flight)
 
     def _fail(self, flight: Flight, handler: Handler, error: BaseException) -> None:
         """Leave everything as it was and do as the policy says."""
@@ -418,7 +354,7 @@ class Execution:
         """Fire again after a halt."""
         self.halted = None
         self._failures.clear()
-        self._selection_failures = 0
+        self._chooser.failures = 0
 
     def close(self) -> None:
         """Give up all firings in flight; their handlers are cancelled where that is possible."""

@@ -139,8 +139,8 @@ class Handlers:
 
     Parameters
     ----------
-    targets : mapping of str to tuple of int
-        What a name stands for: the numbers of transitions.
+    targets : callable
+        Returns the numbers of the transitions that a name stands for.
     size : int
         How many transitions there are.
     """

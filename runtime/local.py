@@ -182,8 +182,17 @@ class LocalNetwork:
     # What transports ask.
 
     def join(self, ports: Ports, receiver: Receiver) -> None:
-        """Connect a node."""
+        """Connect a node.
+
+        Raises
+        ------
+        DinerosError
+            Another node serves one of its services; the node is not connected.
+        """
         with self._changed:
+            for server in ports.servers:
+                if self._services.setdefault(server.channel, _Service()).receiver is not None:
+                    raise DinerosError(f"two nodes serve {server.service!r}")
             for publisher in ports.publishers:
                 known = self._publishers.setdefault(publisher.channel, {})
                 known.setdefault(_place_key(ports, publisher), _PublisherQueue(publisher))
@@ -199,9 +208,7 @@ class LocalNetwork:
             for client in ports.clients:
                 self._clients[_client_key(client)] = _Client(receiver, client)
             for server in ports.servers:
-                service = self._services.setdefault(server.channel, _Service())
-                if service.receiver is not None:
-                    raise DinerosError(f"two nodes serve {server.service!r}")
+                service = self._services[server.channel]
                 service.receiver, service.port = receiver, server
                 service.waiting.extendleft(reversed(service.unanswered.items()))
                 service.unanswered.clear()
@@ -244,8 +251,8 @@ class LocalTransport:
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
         """Join the channels."""
-        self._ports = ports
         self._network.join(ports, receiver)
+        self._ports = ports
 
     def publish(self, port: PublisherPort, message: Message) -> bool:
         """Send a message; False: the publisher's queue is full."""

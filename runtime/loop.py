@@ -17,7 +17,8 @@ T = TypeVar("T")
 class Loop:
     """A queue of actions for the node's thread, and its timers.
 
-    A node either runs on a thread of its own (`running`), or is stepped by whoever holds it (`stepping`).
+    A node either runs on a thread of its own (`begin`, `adopt`, `abandon`), or is stepped by whoever holds it
+    (``with loop``).
 
     Parameters
     ----------
@@ -31,6 +32,7 @@ class Loop:
         self._inbox: deque[Callable[[], None]] = deque()
         self._wake = threading.Event()
         self._is_waiting = False
+        self._waker: Callable[[], None] | None = None
         self._lock = threading.RLock()
         self._depth = 0
         self._thread: int | None = None
@@ -40,16 +42,20 @@ class Loop:
         """Whether a thread of its own runs it."""
         return self._thread is not None
 
-    @property
-    def has_actions(self) -> bool:
-        """Whether something waits to be done."""
-        return bool(self._inbox)
-
     def post(self, action: Callable[[], None]) -> None:
         """Have something done soon, on the node's thread; from any thread."""
         self._inbox.append(action)
         if self._is_waiting:  # set before `wait` looks into the inbox, so that none is missed
             self._wake.set()
+        if (waker := self._waker) is not None:
+            waker()
+
+    def wake_by(self, waker: Callable[[], None] | None) -> None:
+        """Have a function called after each `post`, on the thread that posts; None: none any more.
+
+        For a node whose thread waits for other things as well, and so does not `wait` here.
+        """
+        self._waker = waker
 
     def submit(self, action: Callable[[], None]) -> None:
         """Have something done now if nothing else goes on, soon otherwise; from any thread."""

@@ -91,14 +91,7 @@ class Net:
         DinerosError
             The model cannot run.
         """
-        model = load(path)
-        if not isinstance(model, rtm.RuntimeModel):
-            raise ModelFileError(
-                f"holds a {type(model).__name__}, not a runtime model",
-                location=Location(path),
-                hint="make the runtime models of a system model with 'dineros split'",
-            )
-        return cls(model, seed=seed, policy=policy, clock=clock)
+        return cls(load_runtime_model(path), seed=seed, policy=policy, clock=clock)
 
     @property
     def id(self) -> str:
@@ -344,3 +337,21 @@ class Net:
     ) -> None:
         if self._core.node is not None:
             self._core.node.stop()
+
+
+def load_runtime_model(path: Path | str) -> rtm.RuntimeModel:
+    """Return the runtime model in a file.
+
+    Raises
+    ------
+    ModelFileError
+        The file cannot be read, or holds no runtime model.
+    """
+    model = load(path)
+    if not isinstance(model, rtm.RuntimeModel):
+        raise ModelFileError(
+            f"holds a {type(model).__name__}, not a runtime model",
+            location=Location(path),
+            hint="make the runtime models of a system model with 'dineros split'",
+        )
+    return model

@@ -101,7 +101,10 @@ class Node:
     # Lifetime.
 
     def open(self) -> None:
-        """Record the start and join the channels; `step` drives the node from now on."""
+        """Record the start and join the channels; `step` drives the node from now on.
+
+        Where that fails, the node is closed again.
+        """
         core, ports = self._core, self._core.structure.ports
         self._recorder.open(ports, self.checkpoint)
         if not isinstance(self._recorder, NullRecorder):
@@ -116,13 +119,20 @@ class Node:
         )
         self._is_open = True
         if self._transport is not None:
-            self._transport.open(ports, self)
-            self.exchange.begin(self._transport)
-            if self._is_resumed:
-                # What was sent when the node was killed, but not recorded any more, was sent before all that
-                # arrives now: it is sent and recorded first, so that the records are in the order of events.
-                with self._loop:
-                    self.exchange.depart()
+            try:
+                self._join(self._transport)
+            except BaseException:
+                self.close("failure")
+                raise
+
+    def _join(self, transport: Transport) -> None:
+        transport.open(self._core.structure.ports, self)
+        self.exchange.begin(transport)
+        if self._is_resumed:
+            # What was sent when the node was killed, but not recorded any more, was sent before all that
+            # arrives now: it is sent and recorded first, so that the records are in the order of events.
+            with self._loop:
+                self.exchange.depart()
 
     def step(self) -> bool:
         """Do what came in, begin at most one firing, send what is due; return whether there was anything."""

@@ -116,9 +116,13 @@ class LocalApplication:
     # Stepped.
 
     def open(self) -> None:
-        """Join all nodes to their channels, before any of them sends."""
-        for node in self.nodes.values():
-            node.open()
+        """Join all nodes to their channels, before any of them sends; where one cannot, all are closed."""
+        try:
+            for node in self.nodes.values():
+                node.open()
+        except BaseException:
+            self.close("failure")
+            raise
         if self._simulated is not None:
             for seconds, action in self._ticks:
                 self._tick(seconds, action)
@@ -189,8 +193,7 @@ class LocalApplication:
         """Run every node on a thread of its own, in real time."""
         if self._simulated is not None:
             raise DinerosError("the application runs in simulated time", hint="use run()")
-        for node in self.nodes.values():
-            node.open()
+        self.open()
         self.network.start()
         for node in self.nodes.values():
             node.start()

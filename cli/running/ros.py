@@ -172,8 +172,7 @@ def _run_processes(
                 return watch(wanted, observer, supervisor.poll)
         finally:
             observe(wanted, observer)  # what the nodes wrote while they ended
-            if observer.restarts:
-                remove_abandoned()
+            remove_abandoned()
 
 
 def _teller(log: TextIO) -> Callable[[ProcessEvent], None]:

@@ -172,7 +172,10 @@ class Supervisor:
         return not all(child.is_done for child in self._children)
 
     def stop(self) -> None:
-        """End all processes: interrupt them, then terminate, then kill those that stay."""
+        """End all processes: interrupt them, then terminate, then kill those that stay.
+
+        Ctrl-C meanwhile only cuts the patience with which that is done: no process is left.
+        """
         for child in self._children:
             child.start_at, child.is_done = None, True
         for number, patience in _ENDINGS:
@@ -181,8 +184,9 @@ class Supervisor:
                 assert child.process is not None
                 _send(child.process, number)
             deadline = time.monotonic() + patience
-            for child in running:
-                self._wait(child, deadline)
+            with contextlib.suppress(KeyboardInterrupt):
+                for child in running:
+                    self._wait(child, deadline)
             if all(child.process is None for child in self._children):
                 return
 

@@ -21,11 +21,10 @@ from typing import Any
 
 from dineros.metamodel import rtm
 from dineros.metamodel.elements import label
-from dineros.metamodel.errors import DinerosError, Location, ModelFileError
-from dineros.metamodel.files import load
+from dineros.metamodel.errors import DinerosError
 from dineros.runtime.application.handler_files import load_handler_file
 from dineros.runtime.journal import JournalRecorder, resume_journal
-from dineros.runtime.net import Net
+from dineros.runtime.net import Net, load_runtime_model
 from dineros.runtime.recording import Checkpoint
 from dineros.runtime.ros.logs import follow_logs
 from dineros.runtime.ros.parameters import JOURNAL, LOG_LEVEL, RESUME, SEED, declare
@@ -109,6 +108,7 @@ def _run(
         arguments=arguments,
         executor=str(node.executor),
         threads=node.threads,
+        ending=ending,
         **options,
     )
     try:
@@ -157,24 +157,6 @@ def _make_node(
     # Receivers that outlive this process must not take its messages for those of an earlier one.
     run = "" if checkpoint is not None else uuid.uuid4().hex[:8]
     return RosNode(net, recorder, resume=checkpoint, run=run, session=session)
-
-
-def load_runtime_model(path: Path | str) -> rtm.RuntimeModel:
-    """Return the runtime model in a file.
-
-    Raises
-    ------
-    ModelFileError
-        The file cannot be read, or holds no runtime model.
-    """
-    model = load(path)
-    if not isinstance(model, rtm.RuntimeModel):
-        raise ModelFileError(
-            f"holds a {type(model).__name__}, not a runtime model",
-            location=Location(path),
-            hint="make the runtime models of a system model with 'dineros split'",
-        )
-    return model
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -51,8 +51,6 @@ JOURNAL = Parameter("journal", "", "Folder that takes the records of the run; em
 RESUME = Parameter("resume", False, "Whether to go on from the journal, where it holds an earlier run.")
 SEED = Parameter("seed", -1, "Seed of the firing selection; -1: another one in each run.", -1, 2**32 - 1)
 LOG_LEVEL = Parameter("log_level", "info", "What is logged: debug, info, warn, error or fatal, and worse.")
-NODE_PARAMETERS = (JOURNAL, RESUME, SEED, LOG_LEVEL)
-"""Parameters of the process, beside those of `port_parameters`."""
 
 
 def signal_parameters(signals: Iterable[tuple[str, bool]]) -> dict[str, Parameter]:

@@ -6,9 +6,8 @@ A message that arrives is answered by that thread, without waiting for another o
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from types import TracebackType
-from typing import Any
 
 from dineros.runtime.net import Net
 from dineros.runtime.node import Node
@@ -70,12 +69,12 @@ class RosNode:
         )
         self.node = Node(
             net,
-            RclpyTransport(self.session, seen=resume["seen"] if resume else None),
+            RclpyTransport(self.session, resume["seen"] if resume else None),
             recorder,
             resume=resume,
             run=run,
         )
-        self._loop: Any = core.loop
+        self._loop = core.loop
         self._is_adopted = False
 
     @property
@@ -85,7 +84,7 @@ class RosNode:
 
     def open(self) -> None:
         """Join the channels; whoever runs the session's callbacks calls `work` between them."""
-        self._loop.post = _waking(self._loop.post, self.session)
+        self._loop.wake_by(self._wake)
         self.node.open()
         self._loop.begin()
 
@@ -104,7 +103,13 @@ class RosNode:
     def close(self, reason: str = "stopped") -> None:
         """Leave the channels and record the end; the session goes on."""
         self._loop.abandon()
+        self._loop.wake_by(None)
         self.node.close(reason)
+
+    def _wake(self) -> None:
+        """Have what other threads post done at once, not only after the next ROS callback."""
+        if not self.session.is_own_thread:
+            self.session.wake()
 
     def start(self) -> None:
         """Join the channels and run, on a thread of its own."""
@@ -139,14 +144,3 @@ class RosNode:
         traceback: TracebackType | None,
     ) -> None:
         self.stop()
-
-
-def _waking(post: Callable[[Any], None], session: Session) -> Callable[[Any], None]:
-    """Have what other threads post done at once, not only after the next ROS callback."""
-
-    def post_and_wake(action: Callable[[], None]) -> None:
-        post(action)
-        if not session.is_own_thread:
-            session.wake()
-
-    return post_and_wake

@@ -14,6 +14,7 @@ from typing import Any
 
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.ros_names import resource_name
+from dineros.runtime.ros.memory import remove_abandoned
 
 LOG = logging.getLogger("dineros.runtime")
 
@@ -42,6 +43,8 @@ class Session:
         The ROS domain; by default that of the environment.
     make_node : callable, optional
         Makes the rclpy node, as ``rclpy.node.Node`` does.
+    ending : threading.Event, optional
+        Set by whoever is going to end the session, such as a signal handler, before `end` is called.
 
     Attributes
     ----------
@@ -64,6 +67,7 @@ class Session:
         threads: int = 1,
         domain: int | None = None,
         make_node: Callable[..., Any] | None = None,
+        ending: threading.Event | None = None,
     ) -> None:
         rclpy = import_rclpy()
         from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
@@ -71,8 +75,10 @@ class Session:
 
         self._context = rclpy.Context()
         self._thread: threading.Thread | None = None
+        self._ending = ending or threading.Event()
         self._is_ending = False
         self._is_closed = False
+        self._waking = threading.Lock()
         self.failure: BaseException | None = None
         try:
             rclpy.init(args=["dineros", *arguments], context=self._context, domain_id=domain)
@@ -91,6 +97,11 @@ class Session:
             rclpy.shutdown(context=self._context)
             raise RosError(f"the ROS node {name!r} cannot be made: {_first_line(error)}") from error
         self._executor.add_node(self.node)
+
+    @property
+    def is_ending(self) -> bool:
+        """Whether it ends, or is going to: nobody should wait for another node any more."""
+        return self._is_ending or self._ending.is_set()
 
     @property
     def is_own_thread(self) -> bool:
@@ -121,13 +132,15 @@ class Session:
                 self.failure = error
 
     def wake(self) -> None:
-        """Have the work between callbacks done now; from any thread."""
-        self._executor.create_task(_do_nothing)
+        """Have the work between callbacks done now; from any thread. Does nothing after `close`."""
+        with self._waking:  # an executor that is being shut down must not be woken
+            if not self._is_closed:
+                self._executor.create_task(_do_nothing)
 
     def end(self) -> None:
         """Have the thread end, after the callback it is in; from any thread."""
         self._is_ending = True
-        self._executor.create_task(_do_nothing)
+        self.wake()
 
     def join(self, timeout: float | None = None) -> bool:
         """Wait until the thread has ended; return whether it has."""
@@ -136,18 +149,23 @@ class Session:
         return self._thread is None or not self._thread.is_alive()
 
     def close(self) -> None:
-        """End the thread, take the node down, leave ROS; in this order nothing is left behind."""
+        """End the thread, take the node down, leave ROS; in this order nothing is left behind.
+
+        What processes that have ended before left in shared memory is removed.
+        """
         if self._is_closed:
             return
-        self._is_closed = True
         self.end()
         self.join()
+        with self._waking:
+            self._is_closed = True
         import rclpy
 
         self._executor.shutdown()
         self._executor.remove_node(self.node)
         self.node.destroy_node()
         rclpy.shutdown(context=self._context)
+        remove_abandoned()
 
 
 def _do_nothing() -> None:

@@ -39,30 +39,15 @@ class RclpyTransport:
 
     Parameters
     ----------
-    session : Session, optional
-        The ROS node to use; it must run, and stays open when the transport closes. By default the transport
-        makes one with the name and namespace of the model.
-    arguments : sequence of str
-        What ROS is to know, for a session of its own: ``["--ros-args", "-r", "__ns:=/cell"]``.
-    domain : int, optional
-        The ROS domain of a session of its own; by default that of the environment.
+    session : Session
+        The ROS node to use; it stays open when the transport closes.
     seen : mapping, optional
         What the node received in an earlier life, as in a checkpoint: ``CHANNEL/PLACE`` -> sender -> number.
     """
 
-    def __init__(
-        self,
-        session: Session | None = None,
-        *,
-        arguments: Sequence[str] = (),
-        domain: int | None = None,
-        seen: Mapping[str, Mapping[str, int]] | None = None,
-    ) -> None:
+    def __init__(self, session: Session, seen: Mapping[str, Mapping[str, int]] | None = None) -> None:
         self._seen = seen or {}
         self._session = session
-        self._is_own_session = session is None
-        self._arguments = tuple(arguments)
-        self._domain = domain
         self._is_open = False
         self._publishers: dict[tuple[str, str], tuple[Callable[[Message], Any], Any]] = {}
         self._entities: list[tuple[Callable[[Any], Any], Any]] = []
@@ -78,25 +63,13 @@ class RclpyTransport:
         InterfaceError
             A ROS interface is not installed, or does not fit the model.
         """
-        session = self._session
-        if session is None:
-            session = self._session = Session(
-                ports.name,
-                ports.namespace,
-                arguments=self._arguments,
-                executor=ports.executor,
-                threads=ports.threads,
-                domain=self._domain,
-            )
         self._is_open = True
         try:
-            self._make_entities(session.node, ports, receiver)
+            self._make_entities(self._session.node, ports, receiver)
         except BaseException:
             self.close()
             raise
-        if self._is_own_session:
-            session.start()
-        self._await_subscribers(session.node, ports)
+        self._await_subscribers(ports)
 
     def _make_entities(self, node: Any, ports: Ports, receiver: Receiver) -> None:
         codecs = Codecs(ports)
@@ -231,14 +204,15 @@ class RclpyTransport:
             self._own(node.destroy_subscription, subscription)
             self._own(node.destroy_service, node.create_service(SetBool, service, asked))
 
-    def _await_subscribers(self, node: Any, ports: Ports) -> None:
+    def _await_subscribers(self, ports: Ports) -> None:
         """Wait for the subscribers that are expected; they would never get what was published before."""
+        node = self._session.node
         limit = float(declare(node, DISCOVERY_TIMEOUT))
         parameters = subscriber_parameters(port.channel for port in ports.publishers)
         expected = {channel: int(declare(node, parameter)) for channel, parameter in parameters.items()}
         missing = [port for port in ports.publishers if expected[port.channel] > 0]
         end = time.monotonic() + limit
-        while missing:
+        while missing and not self._session.is_ending:
             missing = [port for port in missing if self._subscribers(port) < expected[port.channel]]
             if missing and time.monotonic() >= end:
                 topics = ", ".join(port.topic for port in missing)
@@ -263,23 +237,14 @@ class RclpyTransport:
         self._clients.request(port, message)
 
     def close(self) -> None:
-        """Take the channels down, and a session of its own; the receiver is called no more."""
+        """Take the channels down; the receiver is called no more."""
         self._is_open = False
-        session = self._session
-        if session is None:
-            return
-        if self._is_own_session:
-            session.end()
-            session.join()
         if self._clients is not None:
             self._clients.close()
         for destroy, entity in reversed(self._entities):
             destroy(entity)
         self._entities.clear()
         self._publishers.clear()
-        if self._is_own_session:
-            session.close()
-            self._session = None
 
 
 def _overridable(place: str) -> Any:

@@ -201,11 +201,22 @@ def test_a_server_that_comes_back_serves_what_was_asked() -> None:
 
 
 def test_a_service_has_one_server() -> None:
-    _, server_part = split(ask_model())
+    """A second one is closed again, and takes nothing from the first one."""
+    client_part, server_part = split(ask_model())
     network = LocalNetwork()
-    Node(Net(server_part), network.transport()).open()
+    server = Node(Net(server_part), network.transport())
+    server.open()
+    recorder = ListRecorder()
+    second = Node(Net(split(ask_model())[1]), network.transport(), recorder)
     with pytest.raises(DinerosError, match="two nodes serve"):
-        Node(Net(split(ask_model())[1]), network.transport()).open()
+        second.open()
+    assert [record["event"] for record in recorder.records] == ["start", "stop"]
+    assert recorder.records[-1]["reason"] == "failure"
+    client = Node(Net(client_part), network.transport())
+    client.open()
+    while client.step() or server.step() or network.step():
+        pass
+    assert client.net.count("done") == 3
 
 
 def trace(seed: int) -> list[tuple[str, Any, Any]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -109,6 +110,38 @@ def test_stopping_kills_what_ignores_every_other_signal(
         process = supervisor.processes["node"]
     assert not is_there(process)
     assert events[-1].status == -signal.SIGKILL
+
+
+def test_ctrl_c_while_stopping_makes_it_stop_sooner(tmp_path: Path) -> None:
+    """Two processes ignore what asks them to end; nobody waits for all of the nine seconds."""
+    program = (
+        "import signal, time, pathlib, sys\n"
+        "for number in (signal.SIGINT, signal.SIGTERM): signal.signal(number, signal.SIG_IGN)\n"
+        "pathlib.Path(sys.argv[0]).touch()\n"
+        "time.sleep(60)\n"
+    )
+    plans = [plan(tmp_path, program.replace("sys.argv[0]", repr(name)), name) for name in ("one", "two")]
+    supervisor = Supervisor(plans, QUICK).__enter__()
+    processes = supervisor.processes.values()
+    deadline = time.monotonic() + 20
+    while not all((tmp_path / name).exists() for name in ("one", "two")):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    main = threading.main_thread().ident
+    assert main is not None
+    impatience = [threading.Timer(at, signal.pthread_kill, (main, signal.SIGINT)) for at in (0.3, 1.5)]
+    former = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        for timer in impatience:
+            timer.start()
+        begun = time.monotonic()
+        supervisor.stop()
+    finally:
+        for timer in impatience:
+            timer.join()
+        signal.signal(signal.SIGINT, former)
+    assert time.monotonic() - begun < 6
+    assert not any(map(is_there, processes))
 
 
 def test_a_program_that_is_not_there_is_an_error_and_nothing_stays(tmp_path: Path) -> None:

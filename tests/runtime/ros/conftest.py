@@ -20,6 +20,7 @@ from dineros.generators import Options, generate
 from dineros.generators.building import build_interfaces, environment, missing_tools
 from dineros.metamodel.files import save
 from dineros.runtime.ros.environment import Reach, ros_environment
+from dineros.runtime.ros.memory import remove_abandoned
 from dineros.transformations.split import split
 from tests.runtime.ros.post import post
 from tests.runtime.ros.sockets import bound_addresses
@@ -172,7 +173,7 @@ def ros(workspace: Path, tmp_path: Path, reach: Reach) -> Iterator[Ros]:
     base = environment(workspace)
     made = Ros(tmp_path, ros_environment(tmp_path / "ros", next(_DOMAINS), reach, base))
     yield made
-    for process in made.processes:  # in order: a process that is killed leaves its shared memory behind
+    for process in made.processes:
         if process.popen.poll() is None:
             process.popen.send_signal(signal.SIGINT)
     for process in made.processes:
@@ -181,3 +182,4 @@ def ros(workspace: Path, tmp_path: Path, reach: Reach) -> Iterator[Ros]:
         except subprocess.TimeoutExpired:
             os.killpg(process.popen.pid, signal.SIGKILL)
             process.popen.wait()
+    remove_abandoned()  # what those that were killed could not remove

@@ -5,17 +5,15 @@ from __future__ import annotations
 import os
 import signal
 import time
-from pathlib import Path
 
 import pytest
 
 from dineros.metamodel.files import save
-from dineros.runtime.ros import memory
 from dineros.runtime.ros.environment import Reach
-from dineros.runtime.ros.memory import segments_of
 from dineros.transformations.split import split
 from tests.runtime.ros.conftest import PATIENCE, Ros
 from tests.runtime.ros.post import LETTER, post
+from tests.runtime.ros.shared_memory import used_by
 
 EXPECTED = {"expected_subscribers.Letters": 1, "signals.Open": True}
 SLOW_READER = """
@@ -46,12 +44,12 @@ def configure(net):
 
 @pytest.mark.parametrize("reach", ["memory", "machine"])
 def test_two_processes_over_a_topic(ros: Ros, reach: Reach) -> None:
-    """A token comes through with all it carries; nothing leaves the machine, nothing is left behind."""
+    """A token comes through with all it carries; nothing leaves the machine."""
     house = ros.node("house")
     office = ros.node("office", EXPECTED)
     ros.wait(lambda: len(ros.fired("house", "TRead")) == 3, "reading three letters")
     addresses = ros.addresses()
-    segments = segments_of(house.popen.pid) | segments_of(office.popen.pid)
+    segments = {name for name, _ in used_by(house.popen.pid) if name.startswith("fastrtps_")}
     assert [process.interrupt() for process in (office, house)] == [0, 0], office.output() + house.output()
 
     takes = ros.records("house", "take")
@@ -67,7 +65,6 @@ def test_two_processes_over_a_topic(ros: Ros, reach: Reach) -> None:
     if reach == "machine":
         assert addresses
     assert segments, "the processes share memory"
-    assert [segment for segment in own(segments) if segment.exists()] == []
 
 
 def test_requests_are_served_in_parallel(ros: Ros) -> None:
@@ -130,11 +127,6 @@ def test_full_queue_is_seen_by_the_subscriber(ros: Ros) -> None:
     assert len(takes) + lost == 40
 
 
-def own(segments: set[Path]) -> list[Path]:
-    """Leave out the ports, which processes of other domains on this machine use, too."""
-    return [segment for segment in segments if not segment.name.startswith("fastrtps_port")]
-
-
 def set_letters(ros: Ros, number: int) -> None:
     file = ros.folder / "office.rtm.xmi"
     text = file.read_text()
@@ -167,20 +159,15 @@ def test_killed_server_goes_on_from_its_journal(ros: Ros) -> None:
     desk = ros.node("desk", {"request_timeout": 0.5})
     scale = ros.node("scale", handlers=SLOW_SCALE)
     ros.wait(lambda: len(ros.records("scale", "serve")) == 2, "serving")
-    left = own(segments_of(scale.popen.pid))
     os.kill(scale.popen.pid, signal.SIGKILL)
     scale.popen.wait(PATIENCE)
     ros.processes.remove(scale)
-    assert any(path.exists() for path in left)
     again = ros.node("scale", {"resume": True}, handlers=SLOW_SCALE)
     ros.wait(lambda: len(ros.records("desk", "response")) == 2, "two responses")
     assert again.interrupt() == 0, again.output()
     assert len(ros.records("scale", "serve")) == 2
     assert [record["resumed"] for record in ros.records("scale", "start")] == [False, True]
     assert desk.interrupt() == 0
-    time.sleep(memory.AGE)
-    memory.remove_abandoned()
-    assert not any(path.exists() for path in left)
 
 
 def test_restarted_subscriber_gets_what_it_missed_once(ros: Ros) -> None:
@@ -320,11 +307,25 @@ def test_wrong_arguments_are_one_line(ros: Ros, arguments: list[str], text: str)
     assert "Traceback" not in office.output()
 
 
+def test_a_node_that_waits_for_subscribers_ends_at_once(ros: Ros) -> None:
+    office = ros.node("office", {**EXPECTED, "discovery_timeout": 3600.0})
+    ros.wait(lambda: ros.records("office", "start"), "the start")
+    time.sleep(0.3)
+    begun = time.monotonic()
+    assert office.interrupt() == 0
+    assert time.monotonic() - begun < 10
+    assert ros.records("office")[-1]["reason"] == "signal"
+
+
 def test_interfaces_that_are_not_built(ros: Ros) -> None:
     ros.environment = {**ros.environment, "PYTHONPATH": ""}
     office = ros.node("office")
     assert office.popen.wait(PATIENCE) == 2
     assert "post_interfaces/msg/Letter is not installed (build the workspace" in office.output()
+    assert [(record["event"], record.get("reason")) for record in ros.records("office")[-2:]] == [
+        ("start", None),
+        ("stop", "failure"),
+    ]
 
 
 def test_failing_recorder_ends_the_node(ros: Ros) -> None:
