@@ -10,6 +10,7 @@ from dineros.views.nets.channels import draw_channels, draw_ports
 from dineros.views.nets.glyphs import finish_box, finish_edge_label, finish_node
 from dineros.views.nets.groups import group_by_name
 from dineros.views.nets.model import Box, BoxKind, Caption, Edge, EdgeKind, Node, NodeKind, Signal, ViewModel
+from dineros.views.nets.positions import of_page, points_of, position_of
 
 _KINDS = {
     sym.SystemModel: "system model",
@@ -54,8 +55,8 @@ def view_of(model: pn.Net) -> ViewModel:
         draw_channels(model, view)
     elif isinstance(model, rtm.RuntimeModel):
         draw_ports(model, view)
-    elif isinstance(model, pnm.PetriNetModel):
-        group_by_name(view)
+    elif isinstance(model, pnm.PetriNetModel) and not any(node.position for node in view.nodes):
+        group_by_name(view)  # what an editor arranged stays as it is
     return finished(view)
 
 
@@ -87,6 +88,7 @@ def _box_of(element: pn.PageObject, outer: pn.Page | None) -> str | None:
 
 def _box(page: pn.Page, outer: pn.Page | None) -> Box:
     box = Box(page.id, "page", label(page), "page", _box_of(page, outer))
+    box.position, box.frame = of_page(page)
     if isinstance(page, sym.NodeNet):
         box.kind = "node"
         threads = f", {page.threads} threads" if page.executor == sym.Executor.multi else ""
@@ -177,8 +179,7 @@ def _edges(model: pn.Net) -> Iterator[Edge]:
                 continue
             edge = Edge(arc.id, source, target, _ARCS[str(arc.kind)], weight=arc.weight)
             edge.label = str(arc.weight) if arc.weight != 1 else ""
-            if arc.graphics is not None:
-                edge.bends = [(point.x, point.y) for point in arc.graphics.positions]
+            edge.bends = points_of(arc)
             back = arcs.get((arc.target, arc.source))
             if back is not None and arcs.get((arc.source, arc.target)) is arc and back.weight == arc.weight:
                 paired.add(back)
@@ -187,14 +188,6 @@ def _edges(model: pn.Net) -> Iterator[Edge]:
                     edge.source, edge.target = edge.target, edge.source
                     edge.bends.reverse()
             yield edge
-
-
-def position_of(element: pn.Element) -> tuple[float, float] | None:
-    """Return where an editor put an element."""
-    graphics = element.graphics
-    if graphics is None or not graphics.positions:
-        return None
-    return float(graphics.positions[0].x), float(graphics.positions[0].y)
 
 
 def _inner_boxes(view: ViewModel) -> dict[str, set[str]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dineros.metamodel import elements, pn, rtm, sym
 from dineros.metamodel.elements import label
 from dineros.views.nets.model import Caption, Edge, EdgeKind, Node, ViewModel
+from dineros.views.nets.positions import position_of
 
 DISPATCHER_LIMIT = 16
 """Capacity of a dispatcher queue that the model says nothing about."""
@@ -44,6 +45,7 @@ def draw_ports(model: rtm.RuntimeModel, view: ViewModel) -> None:
 
 def _topic(channel: sym.TopicChannel, view: ViewModel) -> None:
     node = _channel(view, channel.id, "topic", label(channel), "topic", channel.type)
+    node.position = position_of(channel)
     if channel.topic != node.label:
         node.detail["Topic"] = channel.topic
     if channel.qos is not None:
@@ -60,6 +62,7 @@ def _service(channel: sym.ServiceChannel, view: ViewModel) -> None:
     instances = len(channel.clients) if channel.instances is None else channel.instances
     note = f"service, {_instances(instances)}"
     node = _channel(view, channel.id, "service", label(channel), note, channel.type)
+    node.position = position_of(channel)
     if channel.service != node.label:
         node.detail["Service"] = channel.service
     for client in channel.clients:

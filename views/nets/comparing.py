@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from typing import TypeVar
 
+from dineros.views.nets.aligning import align
 from dineros.views.nets.building import finished
 from dineros.views.nets.model import Box, Caption, Edge, Node, ViewModel
 
@@ -40,7 +41,7 @@ def compare(before: ViewModel, after: ViewModel) -> ViewModel:
         compared=True,
     )
     _keep_ends(view)
-    return finished(view)
+    return align(before, finished(view))
 
 
 def differences(view: ViewModel) -> dict[str, list[str]]:

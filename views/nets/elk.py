@@ -17,13 +17,19 @@ if TYPE_CHECKING:
 SECONDS = 300
 """Longest time for one picture."""
 
-_SCRIPTS = (
-    "vendor/elk/elk.bundled.js",
-    "static/net_stored.js",
-    "static/net_order.js",
-    "static/net_layout.js",
-    "static/net_renderer.js",
+SCRIPTS = (
+    "net_stored.js",
+    "net_order.js",
+    "net_pieces.js",
+    "net_blocks.js",
+    "net_lines.js",
+    "net_captions.js",
+    "net_drawn.js",
+    "net_layout.js",
+    "net_renderer.js",
 )
+"""What lays nets out and draws them, here and in browsers, besides ELK."""
+
 # What ELK expects of a browser: a global object, and timers, which need not wait here.
 _BROWSER = """
 var global = globalThis;
@@ -118,7 +124,7 @@ def _engine() -> MiniRacer:
     engine = MiniRacer()
     atexit.register(engine.close)  # later, its event loop's thread is gone and closing would wait for ever
     engine.eval(_BROWSER)
-    for script in _SCRIPTS:
+    for script in ("vendor/elk/elk.bundled.js", *(f"static/{name}" for name in SCRIPTS)):
         engine.eval(files("dineros.views").joinpath(script).read_text(encoding="utf-8"))
     engine.eval(_START)
     return engine

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError
 from dineros.views.nets.shown import visible
+from dineros.views.nets.stored import Point
+from dineros.views.nets.straight import Sized, layout_straight
 
 _POINTS = 72.0  # Graphviz's inches are points in the picture
 _PADDING = 12.0
@@ -24,9 +26,28 @@ def layout_by_graphviz(view: dict[str, Any]) -> dict[str, Any]:
         Graphviz is missing or fails.
     """
     seen = visible(view)
-    source = "\n".join(_dot(seen))
+    if any(item.get("position") for item in (*view["boxes"], *view["nodes"])):
+        return layout_straight(seen, _free)
+    return _positioned(seen, _run(_dot(seen)))
+
+
+def _free(shapes: Sequence[Sized], links: Sequence[tuple[str, str]]) -> dict[str, Point]:
+    """Lay out what has no position on a sheet that has none, or that others have on it."""
+    names = {id: f"n{number}" for number, (id, _, _) in enumerate(shapes)}
+    lines = [_shape(names[id], width, height) for id, width, height in shapes]
+    lines += [f"{names[one]} -> {names[other]}" for one, other in links]
+    graph = "graph [rankdir=LR, nodesep=0.3, ranksep=0.6]", 'node [shape=box, fixedsize=true, label=""]'
+    drawn = _run(["digraph {", *graph, *lines, "}"])
+    at = {item["name"]: item["pos"].split(",") for item in drawn.get("objects", ())}
+    return {id: (float(at[name][0]), -float(at[name][1])) for id, name in names.items()}
+
+
+def _run(source: Iterable[str]) -> Any:
+    """Return what Graphviz makes of a graph."""
     try:
-        run = subprocess.run(["dot", "-Tjson"], input=source.encode(), capture_output=True, check=True)
+        run = subprocess.run(
+            ["dot", "-Tjson"], input="\n".join(source).encode(), capture_output=True, check=True
+        )
     except FileNotFoundError as error:
         raise DinerosError(
             "pictures of nets need mini-racer or Graphviz, and neither is there",
@@ -34,7 +55,7 @@ def layout_by_graphviz(view: dict[str, Any]) -> dict[str, Any]:
         ) from error
     except subprocess.CalledProcessError as error:
         raise DinerosError(f"Graphviz failed: {error.stderr.decode(errors='replace')}") from error
-    return _positioned(seen, json.loads(run.stdout))
+    return json.loads(run.stdout)
 
 
 def _dot(view: dict[str, Any]) -> Iterator[str]:

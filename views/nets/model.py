@@ -137,6 +137,10 @@ class Box:
         Size of the shape while it is collapsed.
     glyph : str
         SVG of the text in it while it is collapsed, around the point (0, 0).
+    position : tuple of float or None
+        Centre, where an editor put it.
+    frame : tuple of float or None
+        Width and height of the frame that an editor drew around its content, in the same plane as that.
     change, notes, badge
         As those of nodes.
     """
@@ -155,6 +159,8 @@ class Box:
     width: float = 0.0
     height: float = 0.0
     glyph: str = ""
+    position: tuple[float, float] | None = None
+    frame: tuple[float, float] | None = None
     change: Change | None = None
     notes: list[str] = field(default_factory=list)
     badge: str | None = None

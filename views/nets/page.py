@@ -12,12 +12,13 @@ from typing import Any
 from jinja2 import Template
 from markupsafe import Markup
 
+from dineros.views.nets.elk import SCRIPTS
 from dineros.views.nets.legend import legend_svg
 from dineros.views.nets.model import ViewModel
 from dineros.views.nets.placing import layout
 
 _STYLES = ("net.css", "net_page.css")
-_SCRIPTS = ("net_stored.js", "net_order.js", "net_layout.js", "net_renderer.js", "net_pan.js", "net_page.js")
+_SCRIPTS = (*SCRIPTS, "net_pan.js", "net_page.js")
 _KEYS = (
     ("/ or f", "search"),
     ("arrows, + and -", "move, zoom; also by dragging and the wheel"),

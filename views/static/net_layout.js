@@ -1,5 +1,5 @@
 // Layout of a net view: which boxes and edges are visible, and where they go. Runs in browsers and, through
-// mini-racer, inside Python; needs the globals ELK (elkjs), NetOrder and NetStored.
+// mini-racer, inside Python; needs the globals ELK (elkjs), NetOrder, NetPieces, NetStored, NetBlocks, NetCaptions, NetLines and NetDrawn.
 //
 // NetLayout.visible(view)             what is left when collapsed boxes hide their content
 // NetLayout.around(view, ids, steps)  the neighbourhood of some elements
@@ -7,17 +7,6 @@
 "use strict";
 
 var NetLayout = (function () {
-  const SPACE = { node: 22, layer: 34, edge: 9, padding: 14 };
-  // What makes small pictures read in the order of the model takes minutes for large ones.
-  const MANY = 150;
-  const SMALL = {
-    "elk.layered.nodePlacement.strategy": "NETWORK_SIMPLEX",
-    "elk.layered.considerModelOrder.strategy": "PREFER_NODES",
-    "elk.layered.considerModelOrder.crossingCounterNodeInfluence": "0.1",
-    "elk.layered.considerModelOrder.components": "MODEL_ORDER",
-  };
-  const LARGE = { "elk.layered.nodePlacement.strategy": "BRANDES_KOEPF" };
-
   function visible(view) {
     const boxes = new Map((view.boxes || []).map((box) => [box.id, box]));
     // The outermost collapsed box around a box, itself included.
@@ -109,186 +98,100 @@ var NetLayout = (function () {
     return edge ? [edge.source, edge.target] : [];
   }
 
-  function toElk(view) {
-    const around = NetOrder.nesting(view);
-    const { children, turned } = NetOrder.order(view, around);
-    const nodes = new Map(view.nodes.map((node) => [node.id, node]));
-    const boxes = new Map(view.boxes.map((box) => [box.id, box]));
-    const large = view.nodes.length > MANY;
-    const containers = new Map(), stored = new Map();
-    const touching = new Map(view.nodes.map((node) => [node.id, []]));
-    for (const edge of view.edges) {
-      if (touching.has(edge.source)) touching.get(edge.source).push(edge.target);
-      if (touching.has(edge.target)) touching.get(edge.target).push(edge.source);
+  // Lay out what ELK lays out and arrange what was arranged, inner sheets first.
+  async function sheetsOf(plan, run) {
+    const laid = new Map(), sizes = new Map();
+    for (const id of [...plan.order].reverse()) {
+      if (plan.sheets.get(id).arranged) await arrange(plan, id, laid, sizes, run);
     }
-    function arrangement(inner, box) {
-      const ids = new Set(inner.map((node) => node.id));
-      const bends = view.edges.filter((edge) => edge.bends && ids.has(edge.source) && ids.has(edge.target)).flatMap((edge) => edge.bends);
-      return NetStored.arrangement(inner, box ? box.header : [0, 0], (node) => touching.get(node), bends);
-    }
-    function container(id) {
-      const box = boxes.get(id);
-      const inner = children.get(id).map((child) => nodes.get(child));
-      const kept = inner.every(Boolean) && arrangement(inner, box);
-      if (kept) {
-        stored.set(id, { ...kept, lines: [], ports: new Map() });
-        const made = { id: id === "" ? " root" : id, width: kept.width, height: kept.height, ports: [], layoutOptions: { "elk.portConstraints": "FIXED_POS" } };
-        containers.set(id, made);
-        return made;
-      }
-      const made = {
-        id: id === "" ? " root" : id,
-        children: [],
-        edges: [],
-        ports: [],
-        layoutOptions: {
-          "elk.algorithm": "layered",
-          "elk.direction": "RIGHT",
-          "elk.edgeRouting": "ORTHOGONAL",
-          "elk.hierarchyHandling": "SEPARATE_CHILDREN",
-          "elk.layered.cycleBreaking.strategy": "MODEL_ORDER",
-          "elk.layered.nodePlacement.favorStraightEdges": "true",
-          "elk.layered.spacing.nodeNodeBetweenLayers": String(SPACE.layer),
-          "elk.layered.spacing.edgeNodeBetweenLayers": "14",
-          "elk.layered.spacing.edgeEdgeBetweenLayers": String(SPACE.edge),
-          "elk.spacing.nodeNode": String(SPACE.node),
-          "elk.spacing.edgeNode": "12",
-          "elk.spacing.edgeEdge": String(SPACE.edge),
-          "elk.spacing.edgeLabel": "2",
-          "elk.spacing.componentComponent": "22",
-          "elk.spacing.portPort": "12",
-          "elk.spacing.labelNode": "0",
-          "elk.randomSeed": "1",
-          ...(large ? LARGE : SMALL),
-          "elk.padding": box
-            ? "[top=" + (box.header[1] + 10) + ",left=16,bottom=14,right=16]"
-            : "[top=16,left=16,bottom=16,right=16]",
-        },
-      };
-      if (box) {
-        made.layoutOptions["elk.portConstraints"] = "FIXED_SIDE";
-        made.layoutOptions["elk.nodeSize.constraints"] = "MINIMUM_SIZE PORTS";
-        made.layoutOptions["elk.nodeSize.minimum"] = "(" + (box.header[0] + 8) + "," + (box.header[1] + 20) + ")";
-      }
-      containers.set(id, made);
-      for (const child of children.get(id)) {
-        if (nodes.has(child)) made.children.push(leaf(nodes.get(child)));
-        else if (boxes.get(child).collapsed) made.children.push(leaf(boxes.get(child)));
-        else made.children.push(container(child));
-      }
-      return made;
-    }
-    function leaf(item) {
-      const made = { id: item.id, width: item.width, height: item.height };
-      if (item.room && item.room[0]) {
-        made.labels = [{ id: item.id + " label", text: " ", width: item.room[0], height: item.room[1] }];
-        made.layoutOptions = { "elk.nodeLabels.placement": "OUTSIDE V_BOTTOM H_CENTER" };
-      }
-      return made;
-    }
-    const root = container("");
-    const chains = new Map();
-    view.edges.forEach((edge, number) => {
-      const { depth, from, to } = NetOrder.ends(edge, around);
-      // In the direction of the layout.
-      const back = Boolean(NetOrder.BACKWARDS[edge.kind]) !== turned.has(edge.id);
-      const start = back ? to : from, end = back ? from : to;
-      const pieces = [];
-      let point = start[start.length - 1];
-      for (let level = start.length - 1; level > depth; level -= 1) {
-        const box = containers.get(start[level - 1]);
-        const port = "port " + number + " out " + level;
-        box.ports.push({ id: port, width: 0, height: 0, layoutOptions: { "elk.port.side": "EAST" } });
-        pieces.push([start[level - 1], point, port]);
-        point = port;
-      }
-      const later = [];
-      let last = end[end.length - 1];
-      for (let level = end.length - 1; level > depth; level -= 1) {
-        const box = containers.get(end[level - 1]);
-        const port = "port " + number + " in " + level;
-        box.ports.push({ id: port, width: 0, height: 0, layoutOptions: { "elk.port.side": "WEST" } });
-        later.unshift([end[level - 1], port, last]);
-        last = port;
-      }
-      pieces.push([depth ? from[depth - 1] : "", point, last]);
-      const middle = pieces.length - 1;
-      pieces.push(...later);
-      pieces.forEach(([owner, source, target], index) => {
-        if (stored.has(owner)) {
-          stored.get(owner).lines.push({ id: "edge " + number + " " + index, source, target, edge, back, labelled: index === middle && edge.label });
-          return;
-        }
-        const made = { id: "edge " + number + " " + index, sources: [source], targets: [target] };
-        if (index === middle && edge.label) {
-          made.labels = [{ id: made.id + " label", text: edge.label, width: edge.room[0], height: edge.room[1] }];
-          made.layoutOptions = { "elk.edgeLabels.placement": "CENTER" };
-        }
-        containers.get(owner).edges.push(made);
-      });
-      chains.set(edge.id, { number, count: pieces.length, back });
-    });
-    for (const [id, page] of stored) fixPorts(containers.get(id), page);
-    return { root, chains, stored };
+    if (!plan.sheets.get("").arranged) laid.set("", await run(NetPieces.graph(plan, "", sizes)));
+    return { laid, sizes };
   }
 
-  // Ports of a page with stored positions stand as high as the nodes they lead to.
-  function fixPorts(container, page) {
-    for (const side of ["WEST", "EAST"]) {
-      const ports = container.ports.filter((port) => port.layoutOptions["elk.port.side"] === side);
-      const height = (port) => {
-        const line = page.lines.find(({ source, target }) => source === port.id || target === port.id);
-        return page.at.get(line.source === port.id ? line.target : line.source).y;
-      };
-      const wanted = ports.map((port) => [height(port), port]).sort((a, b) => a[0] - b[0]);
-      let above = -Infinity;
-      for (const [y, port] of wanted) {
-        above = Math.max(y, above + 9);
-        Object.assign(port, { x: side === "WEST" ? 0 : page.width, y: above });
-        page.ports.set(port.id, port);
+  async function arrange(plan, id, laid, sizes, run) {
+    const sheet = plan.sheets.get(id), items = [];
+    for (const { id: child } of sheet.members) {
+      let item = plan.items.get(child);
+      if (plan.sheets.has(child)) {
+        if (!sheet.free.has(child) && !plan.sheets.get(child).arranged) {
+          const wrapped = await run({ id: " one", children: [NetPieces.graph(plan, child, sizes)], layoutOptions: { "elk.hierarchyHandling": "SEPARATE_CHILDREN" } });
+          laid.set(child, wrapped.children[0]);
+          sizes.set(child, wrapped.children[0]);
+        }
+        if (sizes.has(child)) item = Object.assign({}, item, { open: [sizes.get(child).width, sizes.get(child).height] });
       }
+      items.push(item);
     }
+    const free = sheet.free.size ? await run(NetPieces.freeGraph(plan, id, sizes)) : null;
+    const { blocks, parts } = free ? NetBlocks.split(free, sheet.links, plan.items) : { blocks: [], parts: [] };
+    const bends = sheet.lines.filter((line) => line.bent).flatMap((line) => line.edge.bends);
+    const placed = NetStored.place(items, sheet.box, blocks, bends);
+    NetBlocks.move(parts, placed.at);
+    sizes.set(id, { ...placed, free, ports: NetBlocks.ports(sheet, placed) });
   }
 
-  function positioned(view, root, chains, stored) {
-    const places = new Map(), paths = new Map();
-    const known = new Map(view.nodes.map((node) => [node.id, node]));
-    (function walk(item, x, y) {
-      for (const child of item.children || []) {
-        const at = { x: x + child.x, y: y + child.y, width: child.width, height: child.height };
-        places.set(child.id, at);
-        walk(child, at.x, at.y);
+  // Everything's place in the picture: areas of items, ends of ports, paths of what ELK laid out.
+  function places(plan, laid, sizes) {
+    const found = { at: new Map(), ports: new Map(), paths: new Map(), sides: new Map() };
+    for (const sheet of plan.sheets.values()) for (const port of sheet.ports) found.sides.set(port.id, port.side);
+    function inside(id, x, y) {
+      if (!plan.sheets.get(id).arranged) return walk(laid.get(id), x, y);
+      const { at, free } = sizes.get(id);
+      if (free) walk(free, x, y);
+      for (const [child, centre] of at) {
+        if (found.at.has(child)) continue;
+        const open = plan.sheets.has(child), { width, height } = open ? sizes.get(child) : plan.items.get(child);
+        put(child, { ...((laid.get(child) || {})), x: centre.x - width / 2, y: centre.y - height / 2, width, height }, x, y);
       }
+      return undefined;
+    }
+    function put(id, child, x, y) {
+      const at = { x: x + child.x, y: y + child.y, width: child.width, height: child.height };
+      found.at.set(id, at);
+      for (const port of child.ports || []) found.ports.set(port.id, { x: at.x + port.x, y: at.y + port.y });
+      if (!plan.sheets.has(id)) return;
+      if (plan.sheets.get(id).arranged) inside(id, at.x, at.y);
+      else walk(child, at.x, at.y);
+    }
+    function walk(item, x, y) {
+      for (const child of item.children || []) put(child.id, child, x, y);
       for (const edge of item.edges || []) {
         const section = (edge.sections || [])[0];
         if (!section) continue;
         const points = [section.startPoint, ...(section.bendPoints || []), section.endPoint];
         const label = (edge.labels || [])[0];
-        paths.set(edge.id, {
+        found.paths.set(edge.id, {
           points: points.map((point) => [x + point.x, y + point.y]),
           label: label && [x + label.x + label.width / 2, y + label.y + label.height / 2],
         });
       }
-      const page = stored.get(item === root ? "" : item.id);
-      if (page) drawStored(page, x, y, known, places, paths);
-    })(root, 0, 0);
+    }
+    inside("", 0, 0);
+    return found;
+  }
+
+  function positioned(view, plan, laid, sizes) {
+    const found = places(plan, laid, sizes);
+    const whole = plan.sheets.get("").arranged ? sizes.get("") : laid.get("");
     const round = (value) => Math.round(value * 10) / 10;
     const boxes = view.boxes.map((box) => {
-      const at = places.get(box.id);
+      const at = found.at.get(box.id);
       return Object.assign({}, box, { x: round(at.x), y: round(at.y), width: round(at.width), height: round(at.height) });
     });
     const nodes = view.nodes.map((node) => {
-      const at = places.get(node.id);
+      const at = found.at.get(node.id);
       return Object.assign({}, node, { x: round(at.x + at.width / 2), y: round(at.y + at.height / 2) });
     });
     const shapes = new Map(nodes.map((node) => [node.id, node]));
+    const picture = Object.assign({}, view, { width: round(whole.width), height: round(whole.height), boxes, nodes });
+    NetDrawn.route(picture, plan, sizes, found);
     const edges = view.edges.map((edge) => {
-      const { number, count, back } = chains.get(edge.id);
+      const { pieces, back } = plan.chains.get(edge.id);
       let points = [], label;
-      for (let index = 0; index < count; index += 1) {
-        const path = paths.get("edge " + number + " " + index);
+      for (const { id, flip } of pieces) {
+        const path = found.paths.get(id);
         if (!path) continue;
-        points.push(...path.points);
+        points.push(...(flip ? [...path.points].reverse() : path.points));
         label = label || path.label;
       }
       if (back) points.reverse();
@@ -299,35 +202,9 @@ var NetLayout = (function () {
       if (label) made.labelAt = label.map(round);
       return made;
     });
-    return Object.assign({}, view, { width: round(root.width), height: round(root.height), boxes, nodes, edges });
-  }
-
-  function drawStored(page, x, y, known, places, paths) {
-    for (const [id, at] of page.at) {
-      const { width, height } = known.get(id);
-      places.set(id, { x: x + at.x - width / 2, y: y + at.y - height / 2, width, height });
-    }
-    const end = (id) => {
-      const at = page.at.get(id) || page.ports.get(id);
-      return { x: x + at.x, y: y + at.y, item: known.get(id) };
-    };
-    const between = new Map();
-    for (const line of page.lines) {
-      const key = [line.source, line.target].sort().join("\n");
-      between.set(key, [...(between.get(key) || []), line]);
-    }
-    for (const lines of between.values()) {
-      lines.forEach((line, index) => {
-        const aside = (index - (lines.length - 1) / 2) * 10 * (line.source < line.target ? 1 : -1);
-        let bends = page.bends(line.edge.bends).map(([bendX, bendY]) => [x + bendX, y + bendY]);
-        if (line.back) bends.reverse();
-        if (!page.at.has(line.source) || !page.at.has(line.target)) bends = [];
-        const points = NetStored.line(end(line.source), end(line.target), bends, bends.length ? 0 : aside);
-        const half = Math.floor(points.length / 2);
-        const label = line.labelled && [(points[half - 1][0] + points[half][0]) / 2, (points[half - 1][1] + points[half][1]) / 2 - 8];
-        paths.set(line.id, { points, label });
-      });
-    }
+    picture.edges = edges;
+    NetDrawn.label(picture, plan);
+    return picture;
   }
 
   // Without points on the way from one to the next.
@@ -358,12 +235,12 @@ var NetLayout = (function () {
       : [point[0], node.y + Math.sign(point[1] - node.y) * reach];
   }
 
-  function layout(view, elk) {
-    const seen = visible(view);
-    const { root, chains, stored } = toElk(seen);
-    // A picture without pages whose nodes were all arranged leaves nothing to lay out.
-    const laidOut = stored.has("") ? Promise.resolve(root) : (elk || new ELK()).layout(root);
-    return laidOut.then((result) => positioned(seen, result, chains, stored));
+  async function layout(view, elk) {
+    const seen = visible(view), plan = NetPieces.cut(seen);
+    // Where everything was arranged, there is nothing to lay out.
+    const run = (graph) => (elk || (elk = new ELK())).layout(graph);
+    const { laid, sizes } = await sheetsOf(plan, run);
+    return positioned(seen, plan, laid, sizes);
   }
 
   return { visible, around, layout };

@@ -1,102 +1,156 @@
-// Pages whose nodes were arranged in an editor keep that arrangement; used by net_layout.js.
+// Sheets (pages, or the whole picture) whose elements were arranged in an editor keep that arrangement; used by
+// net_layout.js. `dineros.views.nets.stored` follows the same rules where there is no engine for scripts.
 //
-// NetStored.arrangement(items, header, neighbours, bendPoints)  where the items of a page go, or null where positions are missing or useless
-// NetStored.line(from, to, bends)       a line between two shapes or points
+// NetStored.arranged(items, box)        whether stored positions of a sheet say where its elements go
+// NetStored.kept(items)                 the items of such a sheet that stand where they were stored
+// NetStored.place(items, box, blocks, bends)  where everything on such a sheet goes
+//
+// An item is a node or a box; an open box has `open`: [width, height]. A block is a group of items without a position.
 "use strict";
 
 var NetStored = (function () {
-  const GAP = 14, PADDING = 18, MOST_SCALE = 3, SHARE = 0.6;
+  const GAP = 14, ROOM = 32, PADDING = 18, MOST_SCALE = 3;
 
   // How far an item and its captions reach from its centre.
   function reach(item) {
     const room = item.room || [0, 0];
-    return { side: Math.max(item.width, room[0]) / 2, up: item.height / 2, down: item.height / 2 + room[1] };
+    const [width, height] = item.open || [item.width, item.height];
+    return { side: Math.max(width, room[0]) / 2, up: height / 2, down: height / 2 + room[1] };
   }
 
-  function overlap(a, b, one, other, gap) {
-    const first = reach(a), second = reach(b);
+  const closed = (item) => reach(Object.assign({}, item, { open: undefined }));
+
+  function kept(items) {
+    const found = [];
+    const taken = ([x, y]) => found.some((other) => Math.hypot(other.position[0] - x, other.position[1] - y) < 1);
+    for (const item of items) if (item.position && !taken(item.position)) found.push(item);
+    return found;
+  }
+
+  // One point is no arrangement, unless it is drawn in a frame.
+  const arranged = (items, box) => kept(items).length > (box && box.frame ? 0 : 1);
+
+  function overlap(one, first, other, second, gap) {
     return Math.abs(one.x - other.x) < first.side + second.side + gap &&
       (one.y < other.y ? one.y + first.down + gap > other.y - second.up : other.y + second.down + gap > one.y - first.up);
   }
 
-  // By how much the plane must grow for two items not to overlap.
+  // By how much the plane must grow for two items not to overlap while they are closed.
   function neededScale(a, b) {
     const dx = Math.abs(a.position[0] - b.position[0]), dy = b.position[1] - a.position[1];
-    const first = reach(a), second = reach(b);
+    const first = closed(a), second = closed(b);
     const across = (first.side + second.side + GAP) / dx;
     const along = (dy > 0 ? first.down + second.up + GAP : second.down + first.up + GAP) / Math.abs(dy);
     return Math.min(across, along);
   }
 
-  function arrangement(items, header, neighbours, bendPoints) {
-    const placed = [];
-    for (const item of items) {
-      const taken = ([x, y]) => placed.some((other) => Math.hypot(other.position[0] - x, other.position[1] - y) < 1);
-      if (item.position && !taken(item.position)) placed.push(item);
-    }
-    if (placed.length < 2 || placed.length < SHARE * items.length) return null;
-    let scale = 1;
-    placed.forEach((item, index) => {
-      for (let other = 0; other < index; other += 1) scale = Math.max(scale, neededScale(item, placed[other]));
+  // One scale for the whole sheet. Drawings in centimetres need a large one; a few items that were drawn nearly on
+  // top of each other do not make it larger, and stay as they were drawn.
+  function scaleOf(items) {
+    const pairs = [], most = items.map(() => 1);
+    items.forEach((item, index) => {
+      for (let other = 0; other < index; other += 1) {
+        const need = neededScale(item, items[other]);
+        pairs.push(need);
+        most[index] = Math.max(most[index], need);
+        most[other] = Math.max(most[other], need);
+      }
     });
-    if (!(scale <= MOST_SCALE)) return null;
-    const at = new Map(placed.map((item) => [item.id, { x: item.position[0] * scale, y: item.position[1] * scale }]));
-    for (const item of items) if (!at.has(item.id)) at.set(item.id, freePlace(item, items, at, neighbours(item.id)));
+    const sorted = most.sort((a, b) => a - b);
+    const limit = Math.max(MOST_SCALE, 2 * sorted[Math.floor((sorted.length - 1) / 2)]);
+    return Math.max(1, ...pairs.filter((need) => need <= limit));
+  }
+
+  // Half of the room that a sheet gives a box: the frame it was drawn with, unless that holds other items of the sheet.
+  function seat(item, at, items, scale) {
+    const own = closed(item), [wide, high] = item.frame || [0, 0];
+    const framed = { side: Math.max(own.side, wide * scale / 2), up: Math.max(own.up, high * scale / 2), down: Math.max(own.down, high * scale / 2) };
+    const free = items.every((other) => other === item || !overlap(at.get(item.id), framed, at.get(other.id), closed(other), 0));
+    return free ? framed : own;
+  }
+
+  // A map of one axis that grows the strips of open boxes, each to the room its box needs, and moves what is beyond:
+  // order is kept, distances never shrink, and boxes above each other share a strip.
+  function stretched(strips) {
+    const ends = [...new Set(strips.flatMap(({ from, to }) => [from, to]))].sort((a, b) => a - b);
+    const rates = ends.slice(1).map((end, index) => Math.max(0, ...strips
+      .filter(({ from, to }) => from <= ends[index] && to >= end).map(({ rate }) => rate)));
+    return (value) => rates.reduce((sum, rate, index) =>
+      sum + rate * Math.max(0, Math.min(value, ends[index + 1]) - ends[index]), value);
+  }
+
+  function plane(items, scale) {
+    const base = new Map(items.map((item) => [item.id, { x: item.position[0] * scale, y: item.position[1] * scale }]));
+    const across = [], along = [];
+    for (const item of items) {
+      if (!item.open) continue;
+      const { x, y } = base.get(item.id), room = seat(item, base, items, scale), need = reach(item);
+      across.push({ from: x - room.side, to: x + room.side, rate: Math.max(0, need.side / room.side - 1) });
+      along.push({ from: y - room.up, to: y + room.up, rate: Math.max(0, need.up / room.up - 1) });
+    }
+    const onX = stretched(across), onY = stretched(along);
+    return ([x, y]) => ({ x: onX(x * scale), y: onY(y * scale) });
+  }
+
+  // blocks: [{parts: [{item, x, y}], width, height, near: [ids], anchor}], x and y of an item's centre from the block's corner.
+  function place(items, box, blocks, bends) {
+    const fixed = kept(items), scale = scaleOf(fixed), map = plane(fixed, scale);
+    const at = new Map(fixed.map((item) => [item.id, map(item.position)]));
+    const areas = fixed.map((item) => ({ at: at.get(item.id), room: reach(item) }));
+    for (const block of inOrder(blocks, at)) {
+      const room = { side: block.width / 2, up: block.height / 2, down: block.height / 2 };
+      const near = block.anchor ? [map(block.anchor)] : block.near.map((id) => at.get(id)).filter(Boolean);
+      const centre = freePlace(room, areas, near.length ? near : [...at.values()]);
+      areas.push({ at: centre, room });
+      for (const { item, x, y } of block.parts) at.set(item.id, { x: centre.x - room.side + x, y: centre.y - room.up + y });
+    }
+    const header = box ? box.header : [0, 0], points = bends.map(map);
+    if (box && box.frame) {
+      const [x, y] = box.position, [wide, high] = box.frame;
+      points.push(map([x - wide / 2, y - high / 2]), map([x + wide / 2, y + high / 2]));
+    }
     const none = { side: 0, up: 0, down: 0 };
-    const edge = (pick, side) => pick(
-      ...items.map((item) => side(at.get(item.id), reach(item))),
-      ...bendPoints.map(([x, y]) => side({ x: x * scale, y: y * scale }, none)),
-    );
-    const left = edge(Math.min, (point, room) => point.x - room.side) - PADDING;
-    const top = edge(Math.min, (point, room) => point.y - room.up) - PADDING - header[1];
-    const right = edge(Math.max, (point, room) => point.x + room.side) + PADDING;
-    const bottom = edge(Math.max, (point, room) => point.y + room.down) + PADDING;
+    const all = [...areas.map((area) => ({ ...area, by: PADDING })), ...points.map((point, index) =>
+      ({ at: point, room: none, by: index < bends.length ? PADDING : 0 }))];
+    const left = Math.min(...all.map((one) => one.at.x - one.room.side - one.by));
+    const right = Math.max(...all.map((one) => one.at.x + one.room.side + one.by));
+    const top = Math.min(...all.map((one) => one.at.y - one.room.up - one.by - (one.by ? header[1] : 0)));
+    const bottom = Math.max(...all.map((one) => one.at.y + one.room.down + one.by));
     for (const point of at.values()) {
       point.x -= left;
       point.y -= top;
     }
-    const bends = (points) => (points || []).map(([x, y]) => [x * scale - left, y * scale - top]);
-    return { at, bends, width: Math.max(right - left, header[0]), height: bottom - top };
+    const bent = (found) => found.map(map).map(({ x, y }) => [x - left, y - top]);
+    return { at, bent, width: Math.max(right - left, header[0] + 8), height: bottom - top };
   }
 
-  // The nearest place to an item's neighbours where it overlaps nothing.
-  function freePlace(item, items, at, neighbours) {
-    const near = neighbours.map((id) => at.get(id)).filter(Boolean);
-    const from = near.length ? near : [...at.values()];
-    const centre = { x: from.reduce((sum, one) => sum + one.x, 0) / from.length, y: from.reduce((sum, one) => sum + one.y, 0) / from.length };
-    for (let ring = 0; ring < 200; ring += 1) {
-      for (let turn = 0; turn < 8 * ring || turn < 1; turn += 1) {
-        const angle = (2 * Math.PI * turn) / Math.max(8 * ring, 1);
-        const point = { x: centre.x + 12 * ring * Math.cos(angle), y: centre.y + 12 * ring * Math.sin(angle) };
-        if (!items.some((other) => at.has(other.id) && overlap(item, other, point, at.get(other.id), GAP))) return point;
+  // What is joined to things that have their place comes first.
+  function inOrder(blocks, at) {
+    const placed = new Set(at.keys()), rest = [...blocks], found = [];
+    while (rest.length) {
+      const index = Math.max(0, rest.findIndex((block) => block.anchor || block.near.some((id) => placed.has(id))));
+      const [block] = rest.splice(index, 1);
+      for (const { item } of block.parts) placed.add(item.id);
+      found.push(block);
+    }
+    return found;
+  }
+
+  // The nearest place to some points where a block covers nothing.
+  function freePlace(room, areas, near) {
+    const mean = (axis) => near.reduce((sum, one) => sum + one[axis], 0) / near.length;
+    const centre = { x: mean("x"), y: mean("y") };
+    const step = Math.max(12, Math.min(room.side, room.up) / 3);
+    for (let ring = 0; ring < 150; ring += 1) {
+      const turns = Math.max(1, 8 * ring);
+      for (let turn = 0; turn < turns; turn += 1) {
+        const angle = (2 * Math.PI * turn) / turns;
+        const point = { x: centre.x + step * ring * Math.cos(angle), y: centre.y + step * ring * Math.sin(angle) };
+        if (!areas.some((area) => overlap(point, room, area.at, area.room, ROOM))) return point;
       }
     }
-    return centre;
+    return { x: centre.x, y: Math.max(...areas.map((area) => area.at.y + area.room.down)) + ROOM + room.up };
   }
 
-  // Where the line from an item's centre to another point leaves its shape.
-  function border(item, x, y, other) {
-    if (!item) return [x, y];
-    const dx = other[0] - x, dy = other[1] - y, distance = Math.hypot(dx, dy);
-    if (!distance) return [x, y];
-    const part = /^place/.test(item.kind)
-      ? item.width / 2 / distance
-      : Math.min(dx ? item.width / 2 / Math.abs(dx) : Infinity, dy ? item.height / 2 / Math.abs(dy) : Infinity);
-    return [x + dx * Math.min(part, 1), y + dy * Math.min(part, 1)];
-  }
-
-  // from and to: {x, y, item}, the item absent for a port; aside shifts one of several lines between the same two.
-  function line(from, to, bends, aside) {
-    const length = Math.hypot(to.x - from.x, to.y - from.y) || 1;
-    const [dx, dy] = [(-(to.y - from.y) / length) * aside, ((to.x - from.x) / length) * aside];
-    const points = [[from.x + dx, from.y + dy], ...bends, [to.x + dx, to.y + dy]];
-    const last = points.length - 1;
-    const start = border(from.item, from.x + dx, from.y + dy, points[1]);
-    const end = border(to.item, to.x + dx, to.y + dy, points[last - 1]);
-    points[0] = start;
-    points[last] = end;
-    return points;
-  }
-
-  return { arrangement, line };
+  return { arranged, kept, place };
 })();

@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import cache
 from importlib.resources import files
 
-DRAWING = ("data", "scale", "surface", "draw", "rows", "figure")
+DRAWING = ("data", "scale", "surface", "draw", "causes", "rows", "figure")
 """What draws, in the order it is loaded; needs no browser."""
 
-PAGE = ("view", "labels", "detail", "net_pane", "tools", "keys", "page")
+PAGE = ("view", "labels", "detail", "net_pane", "conditions", "breakpoints", "tools", "keys", "page")
 """What makes it a page."""
 
 

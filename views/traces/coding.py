@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from dineros.metamodel.records import Header
 from dineros.views.traces.building import Step, TraceBuilder
 from dineros.views.traces.facts import Clause
 
@@ -43,6 +44,7 @@ class TraceCoder:
             "verdict": header.verdict if header else None,
             "variant": " ".join(filter(None, (header.signals, header.overflow))) if header else "",
             "loop": self.builder.loop,
+            "cause": _cause(header),
             "initial": self._initial,
             "clauses": clauses,
             "known": facts.transitions,
@@ -106,3 +108,11 @@ class TraceCoder:
 
 def _clause(clause: Clause) -> dict[str, Any]:
     return {"text": clause.text, "cnf": clause.disjunctions}
+
+
+def _cause(header: Header | None) -> dict[str, Any] | None:
+    """Return where the outcome of a witness may have begun; its first step, record 1, is number 0 here."""
+    if header is None or header.cause is None:
+        return None
+    decided = [[text, *(number - 1 for number in span)] for text, span in header.decided.items()]
+    return {"first": header.cause - 1, "steps": [step - 1 for step in header.causes], "decided": decided}

@@ -17,14 +17,20 @@ def box_area(box: dict[str, Any]) -> Area:
 
 def node_area(node: dict[str, Any]) -> Area:
     """Return what a node covers, with its captions."""
-    wide, down = node.get("room", (0, 0))
-    side = max(node["width"], wide) / 2
-    half = node["height"] / 2
-    return node["x"] - side, node["y"] - half, node["x"] + side, node["y"] + half + down
+    left, top, right, bottom = shape_area(node)
+    (wide, down), (x, y) = node.get("room", (0, 0)), node.get("captionAt", (0, 0))
+    middle = node["x"] + x
+    return (
+        min(left, middle - wide / 2),
+        min(top, bottom + y),
+        max(right, middle + wide / 2),
+        max(bottom, bottom + y + down),
+    )
 
 
 def shape_area(node: dict[str, Any]) -> Area:
-    return node_area({**node, "room": (0, 0)})
+    side, half = node["width"] / 2, node["height"] / 2
+    return node["x"] - side, node["y"] - half, node["x"] + side, node["y"] + half
 
 
 def label_area(edge: dict[str, Any]) -> Area:
@@ -115,3 +121,32 @@ def label_overlaps(picture: dict[str, Any]) -> list[str]:
         for one, other in itertools.combinations(labelled, 2)
         if overlap(label_area(one), label_area(other))
     ]
+
+
+def crossed(picture: dict[str, Any]) -> Iterator[str]:
+    """Yield the lines that run through something else than what they join."""
+    nodes = {node["id"]: shape_area(node) for node in picture["nodes"]}
+    nodes |= {box["id"]: box_area(box) for box in picture["boxes"] if box.get("collapsed")}
+    for edge in picture["edges"]:
+        for id, area in nodes.items():
+            if id in (edge["source"], edge["target"]):
+                continue
+            for one, other in itertools.pairwise(edge["points"]):
+                if _enters(one, other, area):
+                    yield f"{edge['id']} runs through {id}"
+                    break
+
+
+def _enters(one: list[float], other: list[float], area: Area) -> bool:
+    """Tell whether a piece of a line is inside of an area for more than a moment."""
+    enters, leaves = 0.0, 1.0
+    for axis in (0, 1):
+        start, way = one[axis], other[axis] - one[axis]
+        low, high = area[axis] + SLACK, area[axis + 2] - SLACK
+        if abs(way) < 1e-9:
+            if not low < start < high:
+                return False
+            continue
+        first, second = sorted(((low - start) / way, (high - start) / way))
+        enters, leaves = max(enters, first), min(leaves, second)
+    return leaves - enters > 1e-6

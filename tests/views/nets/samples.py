@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 
 from case_study.build import build
-from dineros.metamodel import pn, sym
+from dineros.metamodel import elements, pn, sym
 from dineros.metamodel.build import flow, inhibit, read
 from dineros.transformations.split import split
 from tests.support.talker import talker
@@ -62,3 +62,29 @@ def arranged() -> pn.Net:
     flow(t, late)
     page.arcs[0].graphics = pn.Graphics(positions=[pn.Point(x=130, y=60)])
     return pn.Net(id="arranged", pages=[page])
+
+
+STUDY = {
+    "selector": (150, 150),
+    "controller": (760, 150),
+    "synchronizer": (1350, 150),
+    "executor": (1050, 520),
+    "sensorics": (1500, 520),
+    "feedback": (150, 520),
+    "LeftCellObjects": (450, 80),
+    "RightCellObjects": (450, 220),
+    "UITopic": (450, 520),
+    "Pick": (700, 400),
+    "Place": (950, 330),
+    "SensorService": (1300, 520),
+    "GetControl": (1050, 80),
+}
+
+
+def arranged_study(apart: float = 1.0) -> sym.SystemModel:
+    """Return the case study with positions of its ROS nodes and of all channels but one."""
+    model = build()
+    for id, (x, y) in STUDY.items():
+        point = pn.Point(x=x * apart, y=y * apart)
+        elements.find(model, id).graphics = pn.Graphics(positions=[point])
+    return model

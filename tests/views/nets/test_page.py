@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,8 @@ import pytest
 
 from dineros.views.nets import ViewModel, collapse, compare, save_picture, view_of
 from tests.support.talker import talker
-from tests.views.nets.samples import case_study
+from tests.views.nets.arranged import displaced, stands
+from tests.views.nets.samples import arranged_study, case_study
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -270,3 +272,52 @@ def test_a_collapsed_view_starts_collapsed(visit: Visits, tmp_path: Path) -> Non
     page = opened(visit(), saved(collapse(view_of(case_study()), ["executor"]), tmp_path))
     assert "TStop" not in shown(page)
     assert "executor" in shown(page)
+
+
+def test_stored_positions_hold_while_pages_open_and_close(visit: Visits, tmp_path: Path) -> None:
+    view = collapse(view_of(arranged_study()))
+    page = opened(visit(), saved(view, tmp_path))
+    before = centres(page)
+    stored = {item.id: item.position for item in view.shapes() if item.position and item.id in before}
+    assert len(stored) == 13
+    assert list(displaced(view, positioned(page))) == []
+    study_only = {id: before[id] for id in stored}
+    page.click('[data-id="executor"] .fold')
+    drawn(page, 2)
+    assert "PickServer" in shown(page)
+    assert list(displaced(view, positioned(page))) == []
+    page.click('[data-id="PickServer"] .fold')
+    drawn(page, 3)
+    after = centres(page)
+    for one, other in itertools.combinations(stored, 2):
+        for axis in (0, 1):
+            was, now = (at[other][axis] - at[one][axis] for at in (study_only, after))
+            assert was * now > 0 or abs(was) < 0.2, (one, other)
+    page.click('[data-id="executor"] .fold')
+    drawn(page, 4)
+    assert centres(page) == before
+
+
+def positioned(page: Page) -> dict[str, Any]:
+    """Return what the page shows as a layout: boxes and nodes in the picture's coordinates."""
+    found: dict[str, Any] = page.evaluate(
+        """() => {
+          const boxes = [], nodes = [], number = (one, name) => Number(one.getAttribute(name));
+          for (const group of document.querySelectorAll('#picture g[data-id]:not(.edge):not(.signal)')) {
+            const id = group.dataset.id, frame = group.querySelector(':scope > .frame');
+            if (frame) {
+              const [x, y, width, height] = ['x', 'y', 'width', 'height'].map((name) => number(frame, name));
+              boxes.push({id, collapsed: group.classList.contains('collapsed'), x, y, width, height});
+            } else {
+              const [x, y] = group.parentNode.getAttribute('transform').match(/-?[\\d.]+/g).map(Number);
+              nodes.push({id, x, y});
+            }
+          }
+          return {boxes, nodes};
+        }"""
+    )
+    return found
+
+
+def centres(page: Page) -> dict[str, tuple[float, float]]:
+    return stands(positioned(page))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import importlib.util
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
 from dineros.analysis.findings import witness_of
+from dineros.analysis.first_cause import first_cause
 from dineros.analysis.subject import subject_of
 from dineros.cli.tracing import loads_of
 from dineros.metamodel import sym
@@ -43,6 +45,11 @@ def test_the_witness_of_the_guide_is_one_and_shows_fig_18() -> None:
     assert [step.change for step in replayed.steps] == [
         step.change for step in steps if isinstance(step, Step)
     ]
+
+    cause = first_cause(replace(replayed, loop=(header.loop or 0) - 1), header.property, header.verdict)
+    assert cause is not None
+    assert (header.cause, header.causes) == (cause.first, list(cause.steps))
+    assert "TPickSuccess" in str(steps[cause.first - 1].transition)  # type: ignore[attr-defined]
 
     builder = build([WITNESS], model, loads_of(model, header))
     (asked,) = [mark for mark in marks(builder, "client", "GetControl", "R") if mark[1] == "q"]

@@ -28,6 +28,8 @@
       this.kept = [new Map(view.initial)];
       this.last = new Map(view.initial);
       this.fired = new Set();
+      this.cause = view.cause || null; // {first, steps, decided}: where the outcome may have begun
+      this.causal = new Set(this.cause ? this.cause.steps : []);
       this.alarms = []; // steps with a lost message or an error
       view.lanes.forEach((lane) => this.addLane(lane));
       view.steps.forEach((step) => this.addStep(step));

@@ -58,7 +58,7 @@
     const data = app.traces[number];
     const side = app.traces.length > 1 ? `${"AB"[number]}: ` : "";
     if (!data.length) return make("div", {}, make("h2", {}, `${side}no step yet`));
-    if (step < 0) return make("div", {}, make("h2", {}, `${side}before the first step`));
+    if (step < 0) return make("div", {}, make("h2", {}, `${side}before the first step`), T.causeOf(data, step));
     if (step >= data.length) return make("div", {}, make("h2", {}, `${side}has ended after ${data.length} steps`));
     const one = data.steps[step], node = data.node(step), transition = data.transition(step);
     const where = [one.e, node || "inside a channel"];
@@ -71,6 +71,7 @@
       make("p", { class: "where" }, where.join(" · ")),
       transition && transition !== data.text(step) && make("p", { class: "where" }, `transition ${transition}`),
       clauseOf(data, step),
+      T.causeOf(data, step),
       table.length ? make("table", {}, make("tbody", {}, ...table.map((row) => make("tr", { class: `${row.tokens < 0 ? "lost" : "gained"}${row.inner ? " inner" : ""}` },
         make("td", {}, signed(row.tokens)), make("td", {}, row.place), make("td", {}, `${row.before} → ${row.after}`))))) : null,
       fields(data, step));

@@ -220,6 +220,7 @@
       }
       for (const fold of scale.folds) {
         const x = view.dx + ((fold.start + fold.end) / 2) * scale.zoom;
+        if (fold.to - fold.from < 3 && (fold.end - fold.start) * scale.zoom < 16) continue; // no room to say how many
         if (x > view.left - 30 && x < view.left + view.width + 30) surface.text(x, y + height - 18, `…${fold.to - fold.from + 1}`, { fill: theme.soft, size: 9, anchor: "middle" });
       }
     }
@@ -265,5 +266,9 @@
     }
     if (data.loop !== null && data.loop !== undefined) surface.rect(view.left + scale.left(data.loop) * ratio, y, (scale.width - scale.left(data.loop)) * ratio, 3, { fill: theme.loopInk });
     for (const step of data.alarms) surface.rect(view.left + scale.x(step) * ratio - 1, y, 2.5, height, { fill: theme.alarm });
+    if (data.cause && data.cause.first >= 0) {
+      const x = view.left + scale.left(data.cause.first) * ratio;
+      surface.path([[x, y + height], [x, y], [x + 8, y + 4], [x, y + 8]], { stroke: theme.cause, fill: theme.cause, width: 1.6 });
+    }
   };
 })((globalThis.DinerosTrace ??= {}));

@@ -6,7 +6,7 @@
 
   /**
    * @param {object[]} views one trace, or two to compare
-   * @param {{theme?: string, width?: number, time?: boolean, fold?: boolean, filter?: string, from?: number, to?: number, divergence?: object}} options
+   * @param {{theme?: string, width?: number, time?: boolean, fold?: boolean, causes?: boolean, filter?: string, from?: number, to?: number, divergence?: object}} options
    */
   T.figure = function (views, options = {}) {
     const theme = T.themes[options.theme || "light"];
@@ -14,8 +14,9 @@
     const surface = new T.SvgSurface();
     const { rows, height } = T.rowsOf(traces, { filter: options.filter });
     const lanes = rows.filter((row) => row.type === "lane");
-    const shown = options.fold ? new Set(traces.flatMap((data, i) => [...T.stepsOf(lanes.filter((row) => row.trace === i).map((row) => row.lane))])) : null;
-    const scales = traces.map((data) => new T.Scale(data, { time: options.time, shown }));
+    const causal = options.causes && traces.some((data) => data.cause);
+    const shown = causal ? new Set(traces.flatMap((data) => [...data.causal])) : options.fold ? new Set(traces.flatMap((data, i) => [...T.stepsOf(lanes.filter((row) => row.trace === i).map((row) => row.lane))])) : null;
+    const scales = traces.map((data) => new T.Scale(data, { time: options.time, shown, least: causal ? 1 : undefined }));
     const total = Math.max(...scales.map((scale) => scale.total));
     const time = scales[0].time;
     const wide = options.width || (time ? 1100 : Math.max(640, Math.min(1500, total * 15)));
@@ -32,15 +33,17 @@
     });
     surface.text(LABELS + MARGIN - 24, y + RULER - 8, time ? "wall-clock time" : "firings", { fill: theme.soft, size: 10.5, anchor: "end" });
     T.drawRuler(view(0), y, RULER);
+    T.drawCauseFlag(view(0), y, RULER);
     y += RULER;
     traces.forEach((data, number) => {
       surface.text(LABELS + MARGIN - 8, y + STRIP - 4, `fired by node${traces.length > 1 ? ` ${"AB"[number]}` : ""}`, { fill: theme.soft, size: 10.5, anchor: "end" });
-      if (data.length) T.drawStrip(view(number), y, STRIP - 2);
+      if (data.length) { T.drawStrip(view(number), y, STRIP - 2); T.drawCauseBars(view(number), y + STRIP - 2); }
       y += STRIP;
     });
     y = legend(surface, traces[0], theme, LABELS + MARGIN, y + 4, wide);
     const top = y;
     T.drawGround(view(0), top, height);
+    T.drawCauseLine(view(0), top, height);
     for (const row of rows) drawRow(surface, theme, row, top, width, traces.length > 1, view);
     const apart = options.divergence;
     if (apart) {
@@ -48,7 +51,7 @@
       surface.path([[x, top - 4], [x, top + height]], { stroke: theme.cursor, width: 2, dash: [6, 3] });
       surface.text(x + 4, top + 10, `first divergence: ${apart.a + 1}`, { fill: theme.cursor, size: 10.5, bold: true });
     }
-    return surface.toString(width, key(surface, theme, MARGIN, top + height + 10, lanes) + MARGIN, theme);
+    return surface.toString(width, key(surface, theme, MARGIN, top + height + 10, lanes, traces.some((data) => data.cause)) + MARGIN, theme);
   };
 
   function titles(views) {
@@ -97,7 +100,7 @@
   }
 
   /** What the marks mean, of those that occur. */
-  function key(surface, theme, x, y, lanes) {
+  function key(surface, theme, x, y, lanes, causes) {
     const kinds = new Set(lanes.map((row) => row.lane.kind));
     const drops = lanes.some((row) => row.lane.marks.some((mark) => mark[0] === "d"));
     const handlers = lanes.some((row) => row.lane.kind === "transition" && row.lane.marks.some((mark) => mark[0] === "f" && mark[1]));
@@ -120,6 +123,7 @@
     if (late) item("waits too long", at((to, middle) => T.shapes.hourglass(surface, to, middle, theme)));
     if (kinds.has("transition")) item("fires", at((to, middle) => surface.path([[to, middle - 6], [to, middle + 6]], { stroke: theme.soft, width: 2 })));
     if (handlers) item("fires with handlers", at((to, middle) => surface.path([[to - 5, middle], [to, middle - 5], [to + 5, middle], [to, middle + 5]], { fill: theme.handler, closed: true })));
+    if (causes) item("brought the outcome about", (to, middle) => surface.rect(to, middle - 1, 14, 2.4, { fill: theme.cause }));
     surface.begin("key", "key", "");
     for (const [text, draw] of items) {
       draw(x, y + 7);

@@ -4,7 +4,8 @@
 
   T.KEYS = [
     ["← →", "one step; with Shift ten"], ["Home End", "first, last step"], ["↑ ↓", "choose a lane"], ["[ ]", "mark before, next mark on the chosen lane"],
-    ["n N", "next, previous loss or error"], ["h", "hide the chosen lane"], ["+ − 0", "zoom; all in the window"], ["f", "fold what does not matter"],
+    ["n N", "next, previous loss or error"],
+    ["c", "first cause?"], ["C", "show only what brought the outcome about"], ["b", "set a breakpoint"], [". ,", "run to the next, previous breakpoint"], ["h", "hide the chosen lane"], ["+ − 0", "zoom; all in the window"], ["f", "fold what does not matter"],
     ["t", "firings or wall-clock time"], ["/", "filter lanes"], ["s", "search steps"], ["d", "dark or light"], ["v", "first divergence of two traces"], ["Esc", "leave a field"],
   ];
 
@@ -15,13 +16,16 @@
       const alarms = app.traces[0].alarms, at = T.lastAtMost(alarms, app.cursor - (direction < 0 ? 1 : 0)) + (direction > 0 ? 1 : 0);
       if (alarms[at] !== undefined) move(alarms[at]);
     };
+    const walk = (direction, event) => move(app.onlyCauses && app.traces[0].cause
+      ? T.nextCause(app.traces[0], app.cursor, direction) : app.cursor + direction * (event.shiftKey ? 10 : 1));
     const actions = {
-      ArrowLeft: (event) => move(app.cursor - (event.shiftKey ? 10 : 1)),
-      ArrowRight: (event) => move(app.cursor + (event.shiftKey ? 10 : 1)),
+      ArrowLeft: (event) => walk(-1, event), ArrowRight: (event) => walk(1, event),
       Home: () => move(0), End: () => move(last()),
       ArrowUp: () => app.chooseNext(-1), ArrowDown: () => app.chooseNext(1),
       "[": () => app.toMark(-1), "]": () => app.toMark(1),
       n: () => alarm(1), N: () => alarm(-1),
+      c: () => app.traces[0].cause && move(app.traces[0].cause.first), C: () => app.setOnlyCauses(!app.onlyCauses),
+      b: () => app.breakpoints.open(), ".": () => app.breakpoints.jump(1), ",": () => app.breakpoints.jump(-1),
       h: () => app.hideChosen(),
       "+": () => app.view.zoomBy(1.5), "=": () => app.view.zoomBy(1.5), "-": () => app.view.zoomBy(1 / 1.5), 0: () => app.view.fit(),
       f: () => app.setFold(!app.fold), t: () => app.setTime(!app.time),

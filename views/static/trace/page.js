@@ -15,11 +15,13 @@
       this.options = { filter: "", closed: new Set(), open: new Set(), nodes: new Set(), hidden: new Set() };
       this.lane = null;
       this.fold = false;
+      this.onlyCauses = false;
       this.time = this.traces[0].timed && content.time !== false;
       this.cursor = this.traces[0].length ? 0 : -1;
       this.following = false;
       const preferred = globalThis.matchMedia && matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
       this.view = new T.LanesView(this);
+      this.breakpoints = new T.Breakpoints(this);
       this.tools = new T.Tools(this);
       this.net = T.NetPane && content.net ? new T.NetPane(this, content.net) : null;
       T.bindKeys(this);
@@ -51,6 +53,7 @@
           make("h1", {}, one.title),
           one.verdict && make("span", { class: `verdict ${bad ? "bad" : "good"}` }, one.verdict),
           one.property && make("code", { class: "property" }, one.property),
+          T.causeButton(this, number),
           make("small", { class: "facts" }, this.facts(number)));
       });
       document.getElementById("head").replaceChildren(...lines);
@@ -78,8 +81,17 @@
 
     setFold(fold) { if (!this.time) { this.fold = fold; this.layout(); this.view.reveal(this.cursor); } }
 
+    setOnlyCauses(on) {
+      if (!this.traces.some((data) => data.cause)) return;
+      if (on && this.time) this.time = false; // folding is by number
+      this.onlyCauses = on;
+      this.layout();
+      this.view.reveal(this.cursor);
+    }
+
     setTime(time) {
       if (!this.traces[0].timed) return;
+      if (time) this.onlyCauses = false;
       this.time = time;
       this.layout();
       this.view.reveal(this.cursor);
@@ -131,7 +143,7 @@
 
     figure(theme = this.themeName) {
       const views = this.traces.map((data, i) => ({ ...this.views[i], ...data, steps: data.steps, lanes: data.lanes.map(({ at, marks, calls, ...lane }) => lane) }));
-      return T.figure(views, { theme, time: this.time, fold: this.fold, filter: this.options.filter, divergence: this.divergence });
+      return T.figure(views, { theme, time: this.time, fold: this.fold, causes: this.onlyCauses, filter: this.options.filter, divergence: this.divergence });
     }
 
     printed() {

@@ -3,12 +3,14 @@
   "use strict";
 
   const LEAST = 4; // shorter runs are not worth folding
-  const FOLDED = 2.2; // width of a folded run, in steps
+  const FOLDED = 2.2; // width of a folded run, in steps; of a short one, less
+  const SHORT = 0.55;
 
   T.Scale = class {
     /**
      * @param {T.Data} data
-     * @param {{time?: boolean, shown?: Set<number>|null, zoom?: number}} options `shown`: steps that matter; null: all
+     * @param {{time?: boolean, shown?: Set<number>|null, least?: number, zoom?: number}} options `shown`: steps that matter; null: all;
+     *   `least`: the shortest run that is folded
      */
     constructor(data, options = {}) {
       this.data = data;
@@ -23,14 +25,15 @@
       } else {
         this.at = new Float64Array(count + 1);
         let here = 0, index = 0;
-        const shown = options.shown;
+        const shown = options.shown, least = options.least || LEAST;
         while (index < count) {
           let end = index;
           if (shown) while (end < count && !shown.has(end)) end++;
-          if (end - index >= LEAST) {
-            this.folds.push({ from: index, to: end - 1, start: here, end: here + FOLDED });
-            for (let i = index; i < end; i++) this.at[i] = here + (FOLDED * (i - index)) / (end - index);
-            here += FOLDED;
+          if (end - index >= least) {
+            const width = Math.min(FOLDED, SHORT * (end - index));
+            this.folds.push({ from: index, to: end - 1, start: here, end: here + width });
+            for (let i = index; i < end; i++) this.at[i] = here + (width * (i - index)) / (end - index);
+            here += width;
             index = end;
           } else {
             const stop = Math.max(end, index + 1);

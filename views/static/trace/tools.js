@@ -15,11 +15,13 @@
       this.found = make("span", { id: "found", "aria-live": "polite" });
       this.nodes = make("span", { id: "nodes", role: "group", "aria-label": "node nets" });
       this.fold = button("fold", "Fold", "fold runs of steps without a mark on the lanes shown (f)", () => app.setFold(!app.fold));
+      this.causes = button("causes", "Causes", "show only the steps that brought the outcome about (C)", () => app.setOnlyCauses(!app.onlyCauses));
       this.time = button("time", "Time", "by wall-clock time, or by number of firings (t)", () => app.setTime(!app.time));
       document.getElementById("tools").append(
-        this.filter, this.nodes, this.fold, this.time,
+        this.filter, this.nodes, this.fold, this.causes, this.time,
         button("out", "−", "smaller (-)", () => app.view.zoomBy(1 / 1.5)), button("in", "+", "larger (+)", () => app.view.zoomBy(1.5)), button("fit", "Fit", "all in the window (0)", () => app.view.fit()),
         make("span", { class: "finder" }, this.search, button("before", "‹", "match before", () => this.jump(-1)), button("after", "›", "next match", () => this.jump(1)), this.found),
+        app.breakpoints.button,
         button("dark", "◐", "dark or light (d)", () => app.setTheme(app.themeName === "dark" ? "light" : "dark")),
         button("save", "SVG", "save as a picture", () => this.save()),
         button("help", "?", "keys (?)", () => document.getElementById("keys").showModal()));
@@ -28,7 +30,9 @@
     update() {
       const app = this.app, data = app.traces[0];
       this.fold.setAttribute("aria-pressed", String(app.fold));
-      this.fold.disabled = app.time;
+      this.fold.disabled = app.time || app.onlyCauses;
+      this.causes.hidden = !app.traces.some((one) => one.cause);
+      this.causes.setAttribute("aria-pressed", String(app.onlyCauses));
       this.time.setAttribute("aria-pressed", String(app.time));
       this.time.hidden = !data.timed;
       const said = JSON.stringify([data.nodes, [...app.options.nodes], app.options.hidden.size, app.themeName]);

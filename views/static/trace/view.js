@@ -50,11 +50,11 @@
       this.laidOut = (this.laidOut || 0) + 1;
       this.height = height;
       const lanes = rows.filter((row) => row.type === "lane");
-      const shown = app.fold
-        ? new Set([...app.traces.flatMap((data, i) => [...T.stepsOf(lanes.filter((row) => row.trace === i).map((row) => row.lane))]), app.cursor])
-        : null;
+      const shown = app.onlyCauses
+        ? new Set([...app.traces.flatMap((data) => [...data.causal]), app.cursor])
+        : app.fold ? new Set([...app.traces.flatMap((data, i) => [...T.stepsOf(lanes.filter((row) => row.trace === i).map((row) => row.lane))]), app.cursor]) : null;
       const before = this.scales;
-      this.scales = app.traces.map((data) => new T.Scale(data, { time: app.time, shown }));
+      this.scales = app.traces.map((data) => new T.Scale(data, { time: app.time, shown, least: app.onlyCauses ? 1 : undefined }));
       this.total = Math.max(...this.scales.map((scale) => scale.total));
       for (const scale of this.scales) scale.total = this.total; // both traces end at the same place
       if (this.zoom === null || !before || before[0].time !== this.scale.time) this.zoom = this.fitting();
@@ -140,6 +140,7 @@
       const surface = this.surface(this.canvas, width, height);
       const views = app.traces.map((data, number) => this.seen(number, surface));
       T.drawGround(views[0], 0, height);
+      T.drawCauseLine(views[0], 0, height);
       const above = this.scroller.scrollTop;
       for (const row of this.rows) {
         const y = row.y - above;
@@ -172,10 +173,17 @@
     }
 
     paintTop(width) {
-      const traces = this.app.traces.length, height = 34 + 16 * traces;
+      const traces = this.app.traces.length, height = 35 + 18 * traces;
       const surface = this.surface(this.top, width, height);
-      T.drawRuler(this.seen(0, surface), 0, 34);
-      this.app.traces.forEach((data, number) => data.length && T.drawStrip(this.seen(number, surface), 36 + 16 * number, 13));
+      const seen = this.app.traces.map((data, number) => this.seen(number, surface));
+      T.drawRuler(seen[0], 0, 34);
+      T.drawCauseFlag(seen[0], 0, 34);
+      T.drawStops(seen[0], this.app.breakpoints.steps(), 0, 34);
+      seen.forEach((one, number) => {
+        if (!one.data.length) return;
+        T.drawStrip(one, 36 + 18 * number, 13);
+        T.drawCauseBars(one, 49.5 + 18 * number);
+      });
       const x = this.scale.x(this.app.cursor) - this.scroller.scrollLeft;
       this.cursorLine(surface, 0, height);
       surface.path([[x - 5, 0], [x + 5, 0], [x, 7]], { fill: this.app.theme.cursor, closed: true });
