@@ -2,7 +2,8 @@
 
 A part is terminal if it is strongly connected and nothing leaves it. A net is live iff every terminal part
 fires every transition, reversible iff all markings are one part, and has home markings iff there is one
-terminal part only: then they are its markings (Murata, Proc. IEEE 77(4), 1989, Sect. IV).
+terminal part only: then they are its markings (Murata, Proc. IEEE 77(4), 1989, Sect. IV). Steps within a
+terminal part are of repeatable transitions only, which leaves few markings to look at in many nets.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from dineros.analysis.counting import DiagramCounts
+from dineros.analysis.repetition import repeatable_transitions
 from dineros.analysis.symbolic import SymbolicStateSpace
 from dineros.analysis.vector_sets import Scope, VectorSets
 
@@ -65,43 +67,65 @@ def behaviour(
     """
     limit = None if work is None else space.diagram.effort + work
 
-    def tell(seen: Any) -> None:
+    def check_work() -> None:
         if limit is not None and space.diagram.effort > limit:
             raise TooMuchWorkError
+
+    def tell(seen: Any) -> None:
+        check_work()
         if progress is not None:
             progress(seen)
 
-    sets = VectorSets(space.diagram, tell)
-    everything, transitions = space.diagram.root, range(len(space.net.transitions))
+    transitions = range(len(space.net.transitions))
+    again = repeatable_transitions(space.net)
+    sets = VectorSets(space.diagram, tell).restricted(again)
     with Scope(space.diagram) as scope:
-        dead = sets.without_boxes(everything, space.event_masks())
-        scope.hold(dead)
+        last = _settled(sets, space, again)
+        scope.hold(last)
+        dead = sets.without_boxes(last, space.event_masks())
+        scope.hold(last, dead)
+        check_work()
         if dead:
             # A deadlock is a terminal part that fires nothing.
-            others = sets.difference(everything, sets.closure(dead, everything, backwards=True))
+            others = sets.difference(last, sets.closure(dead, last, backwards=True))
             alone = others == 0 and DiagramCounts(space.diagram, dead).vectors() == 1
             return Behaviour(space.markings == 1, int(alone), tuple(transitions))
-        live, parts, rest, home = set(transitions), 0, everything, 0
+        live, parts, rest, home = set(transitions), 0, last, 0
         while rest and parts < MOST_PARTS:
-            scope.hold(rest)
+            scope.hold(last, rest)
             part, _ = sets.last_part(rest)
-            scope.hold(rest, part)
+            scope.hold(last, rest, part)
             parts += 1
             live = {t for t in live if sets.without_boxes(part, space.event_masks(t)) != part}
             home = DiagramCounts(space.diagram, part).vectors()
-            rest = sets.difference(rest, sets.closure(part, everything, backwards=True))
+            rest = sets.difference(rest, sets.closure(part, last, backwards=True))
+            check_work()
         if rest:
-            live = {t for t in live if _always_possible(sets, space, t)}
+            live = {t for t in live if _always_possible(sets, space, last, t)}
         shut_off = tuple(t for t in transitions if t not in live)
         only = parts == 1 and rest == 0
         return Behaviour(only and home == space.markings, home if only else 0, shut_off)
 
 
-def _always_possible(sets: VectorSets, space: SymbolicStateSpace, transition: int) -> bool:
-    """Whether from every marking one that enables the transition can be reached."""
+def _settled(sets: VectorSets, space: SymbolicStateSpace, again: frozenset[int]) -> int:
+    """Return the markings after which only repeatable transitions fire: all terminal parts are among them.
+
+    Every run gets there, and none leaves.
+    """
     everything = space.diagram.root
+    once = [box for t in range(len(space.net.transitions)) if t not in again for box in space.event_masks(t)]
     with Scope(space.diagram) as scope:
-        disabled = sets.without_boxes(everything, space.event_masks(transition))
+        calm = sets.without_boxes(everything, once)
+        scope.hold(calm)
+        others = sets.difference(everything, calm)
+        scope.hold(calm, others)
+        return sets.difference(calm, sets.closure(others, everything, backwards=True))
+
+
+def _always_possible(sets: VectorSets, space: SymbolicStateSpace, last: int, transition: int) -> bool:
+    """Whether each marking of a set that no step leaves can reach one that enables the transition."""
+    with Scope(space.diagram) as scope:
+        disabled = sets.without_boxes(last, space.event_masks(transition))
         scope.hold(disabled)
-        enabled = sets.difference(everything, disabled)
-        return sets.closure(enabled, everything, backwards=True) == everything
+        enabled = sets.difference(last, disabled)
+        return sets.closure(enabled, last, backwards=True) == last

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from dineros.analysis.coverability import coverability
-from dineros.analysis.findings import Finding, Report, Witness, witness_of
+from dineros.analysis.findings import Finding, Report, Unknown, Witness, witness_of
 from dineros.analysis.levels import UnknownBoundError
 from dineros.analysis.order_cache import OrderCache
 from dineros.analysis.satisfiability import unsatisfiable_clauses
@@ -25,6 +25,10 @@ from dineros.transformations.traces import Link
 
 CHEAP = 1_500_000
 """Cache misses of saturation, about half a second, that liveness and the like may cost by default."""
+
+
+BEHAVIOUR = "liveness, reversibility, home markings"
+OUT_OF_MEMORY = "memory ran out"
 
 
 @dataclass(frozen=True)
@@ -105,7 +109,7 @@ def check(
         _unbounded(subject, report, str(error))
         return report
     if not space.complete:
-        report.unknown.append(f"all questions on the state space: {space.reason} ran out")
+        report.unknown.append(Unknown("all questions on the state space", f"{space.reason} ran out"))
         return report
     _bounded(space, report)
     _overflows(subject, space, report, memory)
@@ -140,7 +144,7 @@ def _bounded(space: SymbolicStateSpace, report: Report) -> None:
 def _unbounded(subject: Subject, report: Report, reason: str) -> None:
     answer = coverability(subject.net)
     if answer.pumping is None:
-        report.unknown.append(f"whether the net is bounded: {reason}")
+        report.unknown.append(Unknown("whether the net is bounded", reason))
         return
     pumping = answer.pumping
     grown = tuple(subject.place_text(place) for place in pumping.places)
@@ -153,7 +157,7 @@ def _unbounded(subject: Subject, report: Report, reason: str) -> None:
             witness_of(subject, [*pumping.prefix, *pumping.suffix], loop=len(pumping.prefix)),
         )
     )
-    report.unknown.append("all questions on the state space: it is infinite")
+    report.unknown.append(Unknown("all questions on the state space", "it is infinite"))
 
 
 def _overflows(subject: Subject, space: SymbolicStateSpace, report: Report, memory: int) -> None:
@@ -164,7 +168,7 @@ def _overflows(subject: Subject, space: SymbolicStateSpace, report: Report, memo
         message = f"{queue} can overflow: a message is lost"
         witness = _witness(subject, queue.drop, memory)
         if witness is None:
-            report.unknown.append(f"how {queue} overflows: memory ran out")
+            report.unknown.append(Unknown(f"how {queue} overflows", OUT_OF_MEMORY))
         report.findings.append(Finding("queue-overflow", "error", queue.elements, message, witness))
 
 
@@ -179,7 +183,7 @@ def _witness(subject: Subject, transition: str, memory: int) -> Witness | None:
 def _deadlocks(subject: Subject, space: SymbolicStateSpace, report: Report) -> None:
     count = space.deadlocks()
     if count is None:
-        report.unknown.append("whether there is a deadlock: memory ran out")
+        report.unknown.append(Unknown("whether there is a deadlock", OUT_OF_MEMORY))
     elif count == 0:
         report.proved.append("no deadlock")
     else:
@@ -197,16 +201,18 @@ def _behaviour(
 ) -> None:
     """Liveness, reversibility, home markings. Few applications are live, so what fails is a note, no fault.
 
-    Losing messages for ever is no part of being live. Questions that need more than the work given are left.
+    Losing messages for ever is no part of being live. What needs more than the work given stays unknown.
     """
     from dineros.analysis.behaviour import TooMuchWorkError, behaviour
 
     try:
         answer = behaviour(space, progress, work)
     except TooMuchWorkError:
+        reason, hint = "left, as it takes more work than a check may cost", "--behaviour decides it"
+        report.unknown.append(Unknown(BEHAVIOUR, reason, hint, may_be_fault=False))
         return
     except DiagramMemoryError:
-        report.unknown.append("liveness, reversibility, home markings: memory ran out")
+        report.unknown.append(Unknown(BEHAVIOUR, OUT_OF_MEMORY, may_be_fault=work is None))
         return
     identity = (str(subject.model.id),)
     names = tuple(dict.fromkeys(subject.transition_text(t) for t in answer.not_live if t not in drops))

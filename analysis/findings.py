@@ -99,6 +99,31 @@ class Finding:
     witness: Witness | None = None
 
 
+@dataclass(frozen=True)
+class Unknown:
+    """A question that was not decided.
+
+    Attributes
+    ----------
+    question : str
+        What is not known.
+    reason : str
+        Why.
+    hint : str
+        What decides it, where that is known.
+    may_be_fault : bool
+        Whether the answer might be an error or a warning, or was asked for; else it might be a note at worst.
+    """
+
+    question: str
+    reason: str
+    hint: str = ""
+    may_be_fault: bool = True
+
+    def __str__(self) -> str:
+        return f"{self.question}: {self.reason}{f' ({self.hint})' if self.hint else ''}"
+
+
 @dataclass
 class Report:
     """Everything found out about a model.
@@ -109,13 +134,13 @@ class Report:
         What is wrong.
     proved : list of str
         What is proved to hold.
-    unknown : list of str
+    unknown : list of Unknown
         What could not be decided, and why.
     """
 
     findings: list[Finding] = field(default_factory=list)
     proved: list[str] = field(default_factory=list)
-    unknown: list[str] = field(default_factory=list)
+    unknown: list[Unknown] = field(default_factory=list)
 
     def add(self, other: Report) -> None:
         """Take over all that another report says."""
@@ -138,5 +163,5 @@ class Report:
                 for finding in self.findings
             ],
             "proved": self.proved,
-            "unknown": self.unknown,
+            "unknown": [str(unknown) for unknown in self.unknown],
         }

@@ -69,7 +69,10 @@ def to_sarif(report: Report, model: pn.Net, path: Path) -> dict[str, Any]:
                     {
                         "executionSuccessful": True,
                         "toolExecutionNotifications": [
-                            {"level": "warning", "message": {"text": f"unknown: {unknown}"}}
+                            {
+                                "level": "warning" if unknown.may_be_fault else "note",
+                                "message": {"text": f"unknown: {unknown}"},
+                            }
                             for unknown in report.unknown
                         ],
                     }
@@ -204,7 +207,8 @@ def to_junit(report: Report, path: Path) -> bytes:
     for proved in report.proved:
         case(proved, "proved")
     for unknown in report.unknown:
-        etree.SubElement(case(unknown, "unknown"), "skipped", {"message": _clean(unknown)})
+        made = case(unknown.question, "unknown")
+        etree.SubElement(made, "skipped", {"message": _clean(str(unknown))})
     written: bytes = etree.tostring(root, xml_declaration=True, encoding="utf-8", pretty_print=True)
     return written
 

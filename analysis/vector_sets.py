@@ -8,20 +8,25 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 from types import TracebackType
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from dineros.analysis import diagram_kernels as store
 from dineros.analysis import saturation_kernels as machine
-from dineros.analysis.relations import Relations
+from dineros.analysis.relations import EventTables, Relations
 from dineros.analysis.saturation import FIRST_CLOSED_KEY, Diagram, DiagramMemoryError, Progress
 
 #: Most seconds between two calls of a callback, as far as single operations allow.
 SECONDS_UNTOLD = 0.1
+
+#: By diagram: the sets of transitions that steps were restricted to, numbered. Its cache tells them apart.
+_RESTRICTIONS: WeakKeyDictionary[Diagram, dict[frozenset[int], int]] = WeakKeyDictionary()
 
 Masks = Mapping[int, Sequence[bool]]
 """A product of sets of local states: encoding level -> flags; levels not named are free."""
@@ -64,20 +69,24 @@ class VectorSets:
         self.diagram = diagram
         self.progress = progress
         self._began = self._told = time.perf_counter()
-        forward = diagram.relations
-        backward = Relations.under(diagram.events.reversed(), diagram.position)
-        nothing = np.zeros_like(forward.event_start)
-        #: Events by (backwards, one event only); a run that fires one event has no fixed points to make.
-        self._relations = {
-            (False, False): forward,
-            (True, False): backward,
-            (False, True): replace(forward, event_start=nothing),
-            (True, True): replace(backward, event_start=nothing),
-        }
+        self._restriction = 0
+        self._relations = _kinds(diagram.relations, diagram.events, diagram)
         self._free = [1]
         for level in range(1, diagram.top + 1):
             self._free.append(diagram.node(level, [self._free[-1]] * int(diagram.width[level])))
             diagram.pinned.append(self._free[-1])
+
+    def restricted(self, transitions: frozenset[int]) -> VectorSets:
+        """Return the same sets where the steps are those of some transitions only."""
+        diagram = self.diagram
+        events = tuple(event for event in diagram.encoding.events if event.transition in transitions)
+        tables = EventTables.of(replace(diagram.encoding, events=events))
+        numbers = _RESTRICTIONS.setdefault(diagram, {})
+        part = copy(self)
+        part.__dict__.pop("neighbours", None)
+        part._restriction = numbers.setdefault(transitions, len(numbers) + 1)
+        part._relations = _kinds(Relations.under(tables, diagram.position), tables, diagram)
+        return part
 
     def union(self, *sets: int) -> int:
         """Return what is in some of the sets."""
@@ -182,6 +191,7 @@ class VectorSets:
 
     def contains(self, states: int, vector: Sequence[int]) -> bool:
         """Whether a set has a vector (local states in the order of the encoding's levels)."""
+        self._tell()
         mem = self.diagram.mem
         for at in range(self.diagram.top, 0, -1):
             if states == 0:
@@ -229,7 +239,7 @@ class VectorSets:
     @property
     def events(self) -> int:
         """Number of events, those with the lowest top level first."""
-        return self.diagram.events.event_start.size - 1
+        return self._relations[False, False].event_relation.size - 1
 
     @cached_property
     def neighbours(self) -> list[list[int]]:
@@ -261,8 +271,8 @@ class VectorSets:
         frame[top, machine.CONSTRAINT] = within
         frame[top, machine.RELATION] = relation
         diagram.work[int(diagram.base[top]) :] = 0
-        number = 1 + 2 * kind[0] + kind[1]
-        control[store.FIRED_KEY] = number * (relations.level.size + 1)
+        number = 1 + 4 * self._restriction + 2 * kind[0] + kind[1]
+        control[store.FIRED_KEY] = number * (diagram.relations.level.size + 1)  # restrictions have fewer
         control[store.CLOSED_KEY] = FIRST_CLOSED_KEY - number
         control[store.STILL] = kind[1]
         control[store.STACK] = top
@@ -293,3 +303,15 @@ class VectorSets:
         if self.progress is not None and now - self._told > SECONDS_UNTOLD:
             self._told = now
             self.progress(Progress(diagram.nodes, diagram.bytes, now - self._began, diagram.top, diagram.top))
+
+
+def _kinds(forward: Relations, tables: EventTables, diagram: Diagram) -> dict[tuple[bool, bool], Relations]:
+    """Return events by (backwards, one event only); to fire one event, no fixed points are made."""
+    backward = Relations.under(tables.reversed(), diagram.position)
+    nothing = np.zeros_like(forward.event_start)
+    return {
+        (False, False): forward,
+        (True, False): backward,
+        (False, True): replace(forward, event_start=nothing),
+        (True, True): replace(backward, event_start=nothing),
+    }

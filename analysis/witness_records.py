@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from dineros.analysis.findings import Witness
+from dineros.analysis.first_cause import Cause, first_cause
 from dineros.analysis.step_roles import StepRole, step_roles
 from dineros.analysis.subject import Subject
 from dineros.metamodel import pn, sym
@@ -20,6 +21,7 @@ def witness_records(
     settings: Sequence[str] = (),
     asked: str | None = None,
     verdict: str | None = None,
+    cause: Cause | None = None,
 ) -> Iterator[Record]:
     """Yield the records of a witness: a header, then its steps.
 
@@ -33,9 +35,12 @@ def witness_records(
         How the model was changed.
     asked, verdict : str, optional
         What was asked, and the answer that the witness proves.
+    cause : Cause, optional
+        Where the outcome may have begun, if what was asked does not say it.
     """
     subject = witness.subject
     assert subject is not None, "witness_of() made it"
+    cause = cause or first_cause(witness, asked, verdict)
     yield _header(
         subject,
         witness,
@@ -47,6 +52,9 @@ def witness_records(
             settings=list(settings),
             property=asked,
             verdict=verdict,
+            cause=None if cause is None else cause.first,
+            causes=[] if cause is None else list(cause.steps),
+            decided={} if cause is None else {text: list(span) for text, span in cause.decided.items()},
         ),
     )
     roles = step_roles(subject.links())

@@ -13,10 +13,11 @@ import click
 
 from dineros.cli.console import say, warn
 from dineros.cli.models import load, refuse_invalid
-from dineros.cli.options import invocation
+from dineros.cli.options import invocation, json_option, settings_option, trace_option
 
 if TYPE_CHECKING:
     from dineros.analysis.findings import Witness
+    from dineros.analysis.first_cause import Cause
     from dineros.analysis.subject import Subject
     from dineros.metamodel import pn
 
@@ -83,6 +84,13 @@ def memory_option(function: F) -> F:
         help="Memory that the process may use, such as 4G; default: 70 % of what is free.",
     )
     return option(function)
+
+
+def question_options(function: F) -> F:
+    """Add the options of commands that ask one question about a net and show how it comes about."""
+    for option in (json_option, settings_option, memory_option, variant_options, trace_option):
+        function = option(function)
+    return function
 
 
 def memory_budget(given: int | None) -> int:
@@ -211,13 +219,21 @@ def say_witness(witness: Witness) -> None:
 
 
 def write_witness(
-    witness: Witness, output: Path, model: Path, settings: Sequence[str], asked: str, verdict: str
+    witness: Witness,
+    output: Path,
+    model: Path,
+    settings: Sequence[str],
+    asked: str,
+    verdict: str,
+    cause: Cause | None = None,
 ) -> None:
     """Write a witness as a trace (`docs/records.md`), as a whole or not at all."""
     from dineros.analysis.witness_records import witness_records
     from dineros.metamodel.records import write_records
 
-    records = witness_records(witness, source=str(model), settings=settings, asked=asked, verdict=verdict)
+    records = witness_records(
+        witness, source=str(model), settings=settings, asked=asked, verdict=verdict, cause=cause
+    )
     write_records(output, records)
 
 

@@ -119,6 +119,12 @@ def output_option(help: str) -> Callable[[F], F]:
     return click.option("-o", "--output", type=ModelPath(), metavar="OUT", required=True, help=help)
 
 
+def trace_option(function: F) -> F:
+    """Add the option `-o`, a trace to write, passed as `output`."""
+    help = "Write the trace to this file (JSON Lines)."
+    return click.option("-o", "--output", type=ModelPath(), metavar="TRACE", help=help)(function)
+
+
 def rules_option(help: str) -> Callable[[F], F]:
     """Add the option `--rules`, a Python file with rules, passed as `rule_file`."""
     return click.option("--rules", "rule_file", type=click.Path(path_type=Path), metavar="FILE.py", help=help)

@@ -33,7 +33,7 @@ def write_check_report(
             source=str(model),
             findings=[_entry(finding, str(model)) for finding in report.findings],
             proved=report.proved,
-            unknown=report.unknown,
+            unknown=[str(unknown) for unknown in report.unknown],
             spaces=spaces,
             settings=tuple(settings),
         )

@@ -216,7 +216,8 @@ def check_ctl(
     -------
     Verdict
         With a replayed path or lasso for the outermost operator where one shows the answer: a counterexample
-        to ``AG``, a witness of ``EF``, and so on.
+        to ``AG``, a witness of ``EF``, and so on. Where a limit is hit while it is looked for, the answer
+        stands without it, and the reason says so.
 
     Raises
     ------
@@ -311,5 +312,5 @@ def _decided(tree: Formula, sets: StateSets[States], states: int, meter: Meter) 
         (stem, loop), reason = show(sets, wanted, holds, found)
     except (BudgetExceededError, DiagramMemoryError) as limit:
         # The answer stands; only how to show it was not found.
-        stem, loop, reason = (), (), f"nothing to show: {limit}"
+        stem, loop, reason = (), (), f"a run showing it was not found: {limit}"
     return Verdict("holds" if holds else "violated", stem, loop, states, meter.seconds, reason)

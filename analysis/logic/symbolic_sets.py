@@ -1,7 +1,7 @@
 """CTL's sets of states as decision diagrams, and runs that show why a formula is true.
 
-"Until" is one constrained saturation. "Globally" is decided by strongly connected parts: what can reach,
-inside the set, a marking that stays as it is or a part with a cycle.
+"Until" is one constrained saturation. "Globally" is what can reach, inside the set, a marking that stays as
+it is or one from which repeatable transitions go on for ever.
 
 References
 ----------
@@ -13,13 +13,17 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Mapping
-from functools import cached_property
+from functools import cache, cached_property, partial
+from operator import itemgetter
 from typing import Any
 
 from dineros.analysis.logic.atoms import BoundAtoms, Linear, NoneEnabled, SomeEnabled
+from dineros.analysis.logic.climbing import climb
 from dineros.analysis.logic.ctl import Run
 from dineros.analysis.logic.syntax import Atom, Exists, Formula, Globally, Next, Until
 from dineros.analysis.logic.verdict import ReplayError, replayed
+from dineros.analysis.repetition import repeatable_transitions
+from dineros.analysis.shortening import shortened
 from dineros.analysis.symbolic import SymbolicStateSpace
 from dineros.analysis.vector_sets import Scope, VectorSets
 
@@ -45,6 +49,8 @@ class SymbolicSets:
         self.space, self.atoms = space, atoms
         self.sets = VectorSets(space.diagram, progress)
         self.everything = space.diagram.root
+        #: By what lasts: markings where it ends, which stay as they are or take repeatable steps for ever.
+        self._ends: dict[int, int] = {}
 
     def constant(self, value: bool) -> int:
         """Return all states or none."""
@@ -86,30 +92,42 @@ class SymbolicSets:
 
     def some_globally(self, states: int) -> int:
         """EG: return the states from which some run never leaves a set."""
-        sets = self.sets
-        lasting, rounds = 0, 1
-        still = self._unchanged
+        sets, unchanged = self.sets, self._unchanged
         with Scope(self.space.diagram) as scope:
-            scope.hold(states)
-            ends = sets.intersection(states, still)
-            while states:
-                scope.hold(states, lasting, ends)
-                if ends:
-                    found = sets.closure(ends, states, backwards=True)
-                    scope.hold(states, lasting, found)
-                    lasting = sets.union(lasting, found)
-                    scope.hold(states, lasting, found)
-                    states = sets.difference(states, found)
-                    scope.hold(states, lasting)
-                if states == 0:
-                    break
-                ends, single = sets.last_part(states)
-                if single:
-                    # One marking that cannot go on inside the set: there may be many such, so trim.
-                    ends = 0
-                    states = self._trimmed(states, rounds)
-                    rounds *= 2
+            still = sets.intersection(states, unchanged)
+            scope.hold(still)
+            # Whatever lasts ends with repeatable transitions only.
+            ends = sets.union(self._going_on(states), still)
+            scope.hold(ends)
+            lasting = sets.closure(ends, states, backwards=True)
+        self._ends[lasting] = self._pinned(ends)
         return self._pinned(lasting)
+
+    def _going_on(self, states: int) -> int:
+        """Markings from which some run of repeatable transitions never ends and never leaves a set.
+
+        Few rounds of trimming do where repeatable transitions are few; where they are many, strongly
+        connected parts are looked for as well.
+        """
+        sets = self._repeating
+        lasting, rounds = 0, 1
+        with Scope(self.space.diagram) as scope:
+            while states:
+                scope.hold(lasting, states)
+                states, is_fixed = self._trimmed(states, rounds)
+                rounds *= 2
+                if is_fixed:
+                    return sets.union(lasting, states)
+                scope.hold(lasting, states)
+                part, single = sets.last_part(states)
+                if single:
+                    continue
+                found = sets.closure(part, states, backwards=True)
+                scope.hold(states, lasting, found)
+                lasting = sets.union(lasting, found)
+                scope.hold(states, lasting, found)
+                states = sets.difference(states, found)
+        return lasting
 
     def initially(self, states: int) -> bool:
         """Whether the initial state is in a set."""
@@ -117,16 +135,11 @@ class SymbolicSets:
 
     def contains(self, states: int, marking: Marking) -> bool:
         """Whether a reachable marking is in a set."""
-        levels, positions = self.space.encoding.levels, self._positions
-        vector = [positions[k][tuple(marking[p] for p in level.places)] for k, level in enumerate(levels)]
-        return self.sets.contains(states, vector)
+        return self.sets.contains(states, self._vector(marking))
 
     def single(self, marking: Marking) -> int:
         """Return the set of one marking."""
-        levels, positions = self.space.encoding.levels, self._positions
-        return self.sets.single(
-            [positions[k][tuple(marking[p] for p in level.places)] for k, level in enumerate(levels)]
-        )
+        return self.sets.single(self._vector(marking))
 
     def path(self, path: Formula, found: Mapping[Formula, int]) -> Run:
         """Return a replayed run from the initial state that shows a basic path formula."""
@@ -137,7 +150,7 @@ class SymbolicSets:
             case Next(operand):
                 stem = self._step(start, found[operand])
             case Until(left, right):
-                stem = self._route(start, found[left], found[right])
+                stem = self._way(start, found[left], found[right], found[Exists(path)])
             case Globally():
                 stem, loop = self._lasso(start, found[Exists(path)])
             case _:
@@ -162,9 +175,26 @@ class SymbolicSets:
         self.space.diagram.pinned.append(states)
         return states
 
+    def _vector(self, marking: Marking) -> list[int]:
+        """Local states, in the order of the encoding's levels."""
+        return [positions[pick(marking)] for pick, positions in self._positions]
+
     @cached_property
-    def _positions(self) -> list[dict[tuple[int, ...], int]]:
-        return [{s: i for i, s in enumerate(level.states)} for level in self.space.encoding.levels]
+    def _positions(self) -> list[tuple[Callable[[Marking], Any], dict[Any, int]]]:
+        """By level: what picks a local state out of a marking, and its number. One place gives no tuple."""
+        return [
+            (itemgetter(*level.places), {s if s[1:] else s[0]: i for i, s in enumerate(level.states)})
+            for level in self.space.encoding.levels
+        ]
+
+    @cached_property
+    def _repeating(self) -> VectorSets:
+        """The same sets, with the steps that can be on cycles."""
+        return self.sets.restricted(self._repeatable)
+
+    @cached_property
+    def _repeatable(self) -> frozenset[int]:
+        return repeatable_transitions(self.space.net)
 
     @cached_property
     def _deadlocks(self) -> int:
@@ -195,16 +225,16 @@ class SymbolicSets:
         found = self.sets.intersection(self.everything, self.sets.sums(weights, low, high))
         return self.sets.difference(self.everything, found) if symbol == "!=" else found
 
-    def _trimmed(self, states: int, rounds: int) -> int:
-        """A set without markings that have no successor in it, a number of times."""
+    def _trimmed(self, states: int, rounds: int) -> tuple[int, bool]:
+        """A set without markings that no repeatable step keeps in it, some times; whether that is all."""
         with Scope(self.space.diagram) as scope:
             for _ in range(rounds):
                 scope.hold(states)
-                smaller = self.sets.image(states, states, backwards=True)
+                smaller = self._repeating.image(states, states, backwards=True)
                 if smaller == states:
-                    break
+                    return states, True
                 states = smaller
-        return states
+        return states, states == 0
 
     def _moves(self, marking: Marking) -> list[tuple[int, Marking]]:
         net = self.space.net
@@ -221,37 +251,50 @@ class SymbolicSets:
         return ()  # it stays in a deadlock
 
     def _lasso(self, start: Marking, lasting: int) -> Run:
-        sets = self.sets
+        unchanged, ends = self._unchanged, self._ends[lasting]
+        stem = self._way(start, lasting, ends, lasting)
+        marking = self._after(start, stem)
+        sets = self._repeating
         with Scope(self.space.diagram) as scope:
-            scope.hold(self._unchanged)
-            single = self.single(start)
+            single = self.single(marking)
             scope.hold(single)
-            ahead = sets.closure(single, lasting, backwards=False)
+            ahead = sets.closure(single, ends, backwards=False)
             scope.hold(ahead)
-            still = sets.intersection(ahead, self._unchanged)
+            still = sets.intersection(ahead, unchanged)
             part = still or sets.last_part(ahead)[0]
             scope.hold(ahead, part)
-            stem = self._route(start, ahead, part)
+            stem += self._route(sets, marking, ahead, part)
             marking = self._after(start, stem)
             if still:
                 return stem, tuple(t for t, after in self._moves(marking) if after == marking)[:1]
             first, after = next(move for move in self._moves(marking) if self.contains(part, move[1]))
             home = self.single(marking)
             scope.hold(part, home)
-            return stem, (first, *self._route(after, part, home))
+            return stem, (first, *self._route(sets, after, part, home))
+
+    def _way(self, start: Marking, stay: int, goal: int, near: int) -> tuple[int, ...]:
+        """Transitions from the initial marking to a set over another; `near` is what can go such a way."""
+        net = self.space.net
+        is_goal = cache(partial(self.contains, goal))
+        route = climb(net, start, partial(self.contains, near), is_goal, self._repeatable)
+        if route is None:
+            return self._route(self.sets, start, stay, goal)
+        if stay != self.everything:
+            return route
+        return shortened(net, route, lambda marking: is_goal(tuple(marking)))
 
     def _after(self, marking: Marking, transitions: tuple[int, ...]) -> Marking:
         for transition in transitions:
             marking = tuple(self.space.net.fire(transition, marking))
         return marking
 
-    def _route(self, start: Marking, stay: int, goal: int) -> tuple[int, ...]:
+    def _route(self, sets: VectorSets, start: Marking, stay: int, goal: int) -> tuple[int, ...]:
         """Transitions from a marking to a set over another one; of no more steps than layers were needed.
 
         A layer is what can reach the goal by firing events in turn, so that a step always leads to an earlier
         layer.
         """
-        sets, diagram = self.sets, self.space.diagram
+        diagram = self.space.diagram
         with Scope(diagram) as scope:
             scope.hold(stay, goal)
             within = sets.union(stay, goal)

@@ -32,7 +32,7 @@ class Verdict:
     seconds : float
         Wall-clock time.
     reason : str
-        Why the answer is unknown, or what the witness shows.
+        Why the answer is unknown, what the witness shows, or why there is none though there could be.
     """
 
     status: Status

@@ -6,6 +6,6 @@ stands in a journal beside the output at once, so that a killed worker or run lo
 
 from dineros.analysis.sweeps.grid import Axis, Grid, Point, SweepError
 from dineros.analysis.sweeps.point import Figures
-from dineros.analysis.sweeps.sweep import Outcome, Progress, sweep
+from dineros.analysis.sweeps.sweep import Outcome, Progress, SweepInterrupt, sweep
 
-__all__ = ["Axis", "Figures", "Grid", "Outcome", "Point", "Progress", "SweepError", "sweep"]
+__all__ = ["Axis", "Figures", "Grid", "Outcome", "Point", "Progress", "SweepError", "SweepInterrupt", "sweep"]

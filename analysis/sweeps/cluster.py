@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -28,7 +28,7 @@ def _processes() -> PointProcesses:
     return PointProcesses()
 
 
-def cluster_figures(jobs: Iterable[Job], address: str) -> Iterator[tuple[Job, Figures]]:
+def cluster_figures(jobs: Iterable[Job], address: str) -> Generator[tuple[Job, Figures], None, None]:
     """Count points on a Dask cluster; yield each when it is done.
 
     Points of a worker that dies are given to others by the scheduler; one that several die of is given up

@@ -76,10 +76,16 @@ class Journal:
         self._file.truncate(len(whole))
         if not whole:
             self._append(header)
+        self.finished = self._points(lines)
+
+    def _points(self, lines: list[bytes]) -> dict[str, Figures]:
+        """Return the points of lines, without those that other limits give another chance."""
+        points: dict[str, Figures] = {}
         for line in lines:
             entry = _read(line)
             if entry is not None and (entry["figures"]["complete"] or entry["limits"] == self.limits):
-                self.finished[entry["point"]] = Figures(**entry["figures"])
+                points[entry["point"]] = Figures(**entry["figures"])
+        return points
 
     def _foreign(self) -> SweepError:
         return SweepError(
@@ -90,8 +96,21 @@ class Journal:
 
     def add(self, point: Point, figures: Figures) -> None:
         """Note a finished point for good."""
-        self.finished[point.key] = figures
         self._append({"point": point.key, "limits": self.limits, "figures": asdict(figures)})
+        self.finished[point.key] = figures
+
+    def kept(self) -> dict[str, Figures]:
+        """Return what another run finds: what the file holds, wherever `add` was interrupted.
+
+        Raises
+        ------
+        OSError
+            The file cannot be read, or what is still to be written to it cannot be written.
+        """
+        self._file.flush()
+        self._file.seek(0)
+        _, *lines = self._file.read().split(b"\n")
+        return self._points(lines[:-1])
 
     def _append(self, entry: dict[str, Any]) -> None:
         self._file.write(json.dumps(entry, ensure_ascii=False).encode() + b"\n")
@@ -108,9 +127,11 @@ class Journal:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if not self.finished:  # nothing was lost either
-            self.remove()
-        self._file.close()
+        try:
+            if not self.kept():  # nothing was lost either
+                self.remove()
+        finally:
+            self._file.close()
 
 
 def _hash(model: str, grid: Grid, engine: str) -> str:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from dineros.analysis.sweeps.cluster import cluster_figures
@@ -26,6 +27,20 @@ class Progress:
     points: int
     resumed: int
     unknown: int
+
+
+class SweepInterrupt(KeyboardInterrupt):
+    """A sweep was interrupted.
+
+    Parameters
+    ----------
+    progress : Progress
+        What its journal keeps for the next run.
+    """
+
+    def __init__(self, progress: Progress) -> None:
+        super().__init__()
+        self.progress = progress
 
 
 @dataclass(frozen=True)
@@ -98,6 +113,8 @@ def sweep(
         The grid does not fit the model, the journal is that of another sweep, or the cluster is away.
     DinerosError
         A setting does not fit the model, or a file cannot be written.
+    SweepInterrupt
+        By Ctrl-C, while there is a journal.
     """
     from dineros.metamodel.files.xmi import xmi_bytes
 
@@ -106,27 +123,26 @@ def sweep(
     text = xmi_bytes(model).decode()
     grid.check(text)
     points = list(grid)
-    with _journal(output, text, grid, engine, [memory, timeout]) as journal:
-        finished = {point.key for point in points} & journal.finished.keys()
-        resumed = len(finished)
-        unknown = sum(not journal.finished[key].complete for key in finished)
-        local = min(workers or os.cpu_count() or 1, len(points) - resumed)
+    with _journal(output, text, grid, engine, [memory, timeout]) as journal, _interruptible(journal, points):
+        now = _progress(journal.finished, points)
+        local = min(workers or os.cpu_count() or 1, len(points) - now.done)
         budget = memory if memory is not None or scheduler is not None else _share_of_memory(local)
         jobs = [
             Job(text, point, engine, budget, timeout) for point in points if point.key not in journal.finished
         ]
-        if progress is not None:
-            progress(Progress(resumed, len(points), resumed, unknown))
+        tell = progress or (lambda _: None)
+        tell(now)
+        # Closed at once when something goes wrong: processes and connections end before that is reported.
         counted = local_figures(jobs, local) if scheduler is None else cluster_figures(jobs, scheduler)
-        for number, (job, figures) in enumerate(counted, resumed + 1):
-            journal.add(job.point, figures)
-            unknown += not figures.complete
-            if progress is not None:
-                progress(Progress(number, len(points), resumed, unknown))
+        with closing(counted):
+            for job, figures in counted:
+                journal.add(job.point, figures)
+                now = replace(now, done=now.done + 1, unknown=now.unknown + (not figures.complete))
+                tell(now)
         rows = tuple(_row(point, journal.finished[point.key]) for point in points)
         write_table(rows, output)
         journal.remove()
-    return Outcome(rows, resumed, unknown)
+    return Outcome(rows, now.resumed, now.unknown)
 
 
 def _journal(output: Path, model: str, grid: Grid, engine: str, limits: list[float | None]) -> Journal:
@@ -135,6 +151,25 @@ def _journal(output: Path, model: str, grid: Grid, engine: str, limits: list[flo
         return Journal(path, model, grid, engine, limits)
     except OSError as error:
         raise ModelFileError(f"cannot be written: {error.strerror}", location=Location(path)) from None
+
+
+def _progress(finished: dict[str, Figures], points: list[Point]) -> Progress:
+    """Return how far a sweep is that begins with what earlier runs finished."""
+    done = [finished[point.key] for point in points if point.key in finished]
+    return Progress(len(done), len(points), len(done), sum(not figures.complete for figures in done))
+
+
+@contextmanager
+def _interruptible(journal: Journal, points: list[Point]) -> Iterator[None]:
+    """Tell whoever interrupts a sweep what is kept, which only the file itself knows."""
+    resumed = _progress(journal.finished, points).resumed
+    try:
+        yield
+    except KeyboardInterrupt:
+        if not journal.path.exists():  # the table is written
+            raise
+        kept = replace(_progress(journal.kept(), points), resumed=resumed)
+        raise SweepInterrupt(kept) from None
 
 
 def _share_of_memory(workers: int) -> int:

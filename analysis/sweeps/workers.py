@@ -11,7 +11,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from contextlib import suppress
 from typing import Any
 
@@ -197,7 +197,7 @@ class PointProcesses:
             process.kill()
 
 
-def local_figures(jobs: Iterable[Job], workers: int) -> Iterator[tuple[Job, Figures]]:
+def local_figures(jobs: Iterable[Job], workers: int) -> Generator[tuple[Job, Figures], None, None]:
     """Count points by processes of this machine; yield each when it is done.
 
     Parameters

@@ -83,11 +83,12 @@ def check(
 ) -> int:
     """Check a model: clauses, overflow of queues, unused and dead parts, boundedness, deadlock.
 
-    Exit status 1 when something is found (a note does not count), 3 when something stays unknown.
+    Exit status 1 when something is found (a note does not count), 3 when something stays unknown (what could
+    be a note at worst does not count).
     """
     start_quickly()
     from dineros.analysis.check import check as check_model
-    from dineros.analysis.findings import Report
+    from dineros.analysis.findings import Report, Unknown
 
     format = "json" if as_json else format
     if suggest_capacities and format not in ("text", "json"):
@@ -104,7 +105,7 @@ def check(
                 net, memory_budget(memory), progress, report, behaviour, orders_beside(model, no_cache)
             )
     except KeyboardInterrupt:
-        report.unknown.append("everything else: interrupted")
+        report.unknown.append(Unknown("everything else", "interrupted"))
         _print(report, net, model, format, witnesses)
         raise
     _print(report, net, model, format, witnesses)
@@ -118,7 +119,7 @@ def check(
         _write(report, output, model, settings, say_files=format == "text")
     if any(finding.severity != "note" for finding in report.findings):
         return VIOLATED
-    return UNKNOWN if report.unknown else HOLDS
+    return UNKNOWN if any(unknown.may_be_fault for unknown in report.unknown) else HOLDS
 
 
 def _print(report: Report, net: pn.Net, model: Path, format: str, witnesses: bool) -> None:

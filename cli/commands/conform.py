@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -83,9 +83,9 @@ def conform(
             attempts=orders,
             firings=output is not None or bool(invariants),
         )
-    if output is not None:
-        _write(verdict, system, output, model, settings)
     broken = _broken(system, invariants, verdict)
+    if output is not None:
+        _write(verdict, system, output, model, settings, broken)
     if as_json:
         say_json(
             {**verdict.to_dict(str(model)), "invariants": {text: text not in broken for text in invariants}}
@@ -157,11 +157,24 @@ def _where(deviation: Deviation) -> str:
 
 
 def _write(
-    verdict: Verdict, system: sym.SystemModel, output: Path, model: Path, settings: Sequence[str]
+    verdict: Verdict,
+    system: sym.SystemModel,
+    output: Path,
+    model: Path,
+    settings: Sequence[str],
+    broken: Mapping[str, int],
 ) -> None:
+    """Write the merged run; it is a witness of the first invariant that does not hold, if there is one."""
     from dineros.analysis.findings import witness_of
+    from dineros.analysis.first_cause import blocked_cause
     from dineros.analysis.subject import subject_of
 
     subject = subject_of(system, "fully-enabled")
     witness = witness_of(subject, [subject.transition_index[name] for name in verdict.sequence])
-    write_witness(witness, output, model, settings, "conformance of a run", verdict.status)
+    if broken:
+        asked = f"G ({min(broken, key=lambda text: broken[text])})"
+        write_witness(witness, output, model, settings, asked, "violated")
+        return
+    refused = [str(getattr(deviation.record, "transition", None)) for deviation in verdict.violations[:1]]
+    causes = [blocked_cause(witness, transition) for transition in refused]
+    write_witness(witness, output, model, settings, "conformance of a run", verdict.status, *causes)

@@ -15,14 +15,13 @@ from dineros.cli.analysing import (
     exploring,
     load_subject,
     memory_budget,
-    memory_option,
+    question_options,
     reading_formula,
     say_witness,
-    variant_options,
     write_witness,
 )
 from dineros.cli.console import say, say_json, summarise
-from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
+from dineros.cli.options import command, model_argument
 
 if TYPE_CHECKING:
     from dineros.analysis.explicit import Order
@@ -43,13 +42,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Breadth first finds a shortest way, depth first often a long one sooner.",
 )
-@click.option(
-    "-o", "--output", type=ModelPath(), metavar="TRACE", help="Write the trace to this file (JSON Lines)."
-)
-@variant_options
-@memory_option
-@settings_option
-@json_option
+@question_options
 def find(
     model: Path,
     enabled: str | None,

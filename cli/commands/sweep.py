@@ -200,12 +200,13 @@ def _variants(
 
 @contextmanager
 def _progress() -> Iterator[Callable[[Progress], None]]:
-    """Show a bar on terminals; where the sweep is interrupted, say how far it is and how it goes on."""
+    """Show a bar on terminals; where the sweep is interrupted, say what is kept and how it goes on."""
+    from dineros.analysis.sweeps import SweepInterrupt
+
     shown = sys.stderr.isatty() and invocation().verbosity >= 0
-    last: list[Progress] = []
     try:
         if not shown:
-            yield lambda progress: last.__setitem__(slice(None), [progress])
+            yield lambda _: None
             return
         from rich.console import Console
         from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
@@ -216,13 +217,11 @@ def _progress() -> Iterator[Callable[[Progress], None]]:
             task = bar.add_task("points", total=None)
 
             def tell(progress: Progress) -> None:
-                last[:] = [progress]
                 unknown = f"points, {progress.unknown} unknown" if progress.unknown else "points"
                 bar.update(task, completed=progress.done, total=progress.points, description=unknown)
 
             yield tell
-    except KeyboardInterrupt:
-        if last:
-            done = f"{last[-1].done} of {last[-1].points} points done"
-            warn(f"interrupted: {done} and kept; run the same command again to go on")
+    except SweepInterrupt as interrupt:
+        done = f"{interrupt.progress.done} of {interrupt.progress.points} points done"
+        warn(f"interrupted: {done} and kept; run the same command again to go on")
         raise

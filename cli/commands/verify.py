@@ -14,14 +14,13 @@ from dineros.cli.analysing import (
     exploring,
     load_subject,
     memory_budget,
-    memory_option,
+    question_options,
     reading_formula,
     say_witness,
-    variant_options,
     write_witness,
 )
-from dineros.cli.console import say, say_json, summarise
-from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
+from dineros.cli.console import say, say_json, summarise, warn
+from dineros.cli.options import command, model_argument
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.quick_start import start_quickly
 
@@ -49,14 +48,8 @@ from dineros.cli.quick_start import start_quickly
     metavar="SECONDS",
     help="Give up after so long.",
 )
-@click.option(
-    "-o", "--output", type=ModelPath(), metavar="TRACE", help="Write the trace to this file (JSON Lines)."
-)
-@variant_options
-@memory_option
 @cache_option
-@settings_option
-@json_option
+@question_options
 def verify(
     model: Path,
     ltl: str | None,
@@ -75,7 +68,8 @@ def verify(
     """Verify a formula of linear (LTL) or branching (CTL) temporal logic.
 
     Atoms are `Shown >= 2`, `A + 2*B < 3`, `enabled(T)`, `fired(T)`, `signal(S)` and `deadlock`. A run that
-    ends in a deadlock stays there for ever. Exit status 0: holds; 1: violated; 3: unknown.
+    ends in a deadlock stays there for ever. Exit status 0: holds; 1: violated; 3: unknown. An answer for
+    which no run is found in time stands without one, and says so.
     """
     start_quickly()
     orders = orders_beside(model, no_cache)
@@ -121,7 +115,9 @@ def verify(
         reason = f" ({verdict.reason})" if verdict.reason else ""
         spent = f"{count(verdict.states, 'state')}, {verdict.seconds:.1f} s"
         say(f"{verdict.status}: {ltl or ctl}{reason}; {spent}")
-        if witness and output is not None:
+        if output is not None and not witness:
+            warn(f"{output} is not written: there is no run to show")
+        elif witness and output is not None:
             summarise(f"{model} -> {output}: {count(len(witness.steps), 'step')}")
         elif witness:
             say_witness(witness)

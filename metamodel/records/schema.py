@@ -72,6 +72,14 @@ class Header(Record):
         Of a witness: initial marking of the flattened net; places that are not named are empty.
     signals_initial : dict of str to bool
         Of a witness: start value of each signal.
+    cause : int or None
+        Of a witness: sequence of the record with which its outcome may have begun; 0: it was so from the
+        start.
+    causes : list of int
+        Of a witness: sequences of the records in the causal past of its outcome.
+    decided : dict of str to list of int
+        Of a witness: the conditions that decide its outcome; sequences of the record since which each is true
+        (0: from the start), and of that up to which.
     """
 
     event = "header"
@@ -88,6 +96,9 @@ class Header(Record):
     overflow: str | None = None
     marking: dict[str, int] = field(default_factory=dict)
     signals_initial: dict[str, bool] = field(default_factory=dict)
+    cause: int | None = None
+    causes: list[int] = field(default_factory=list)
+    decided: dict[str, list[int]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,7 @@ from case_study.build import build
 from dineros.analysis.behaviour import Behaviour, TooMuchWorkError, behaviour
 from dineros.analysis.compiled import CompiledNet
 from dineros.analysis.subject import base_subject
-from dineros.analysis.symbolic import symbolic_state_space
+from dineros.analysis.symbolic import SymbolicStateSpace, symbolic_state_space
 from dineros.metamodel.settings import apply
 from tests.analysis import classic_nets as classic
 from tests.analysis.reference_search import reference_search
@@ -78,13 +78,33 @@ def test_more_ways_to_end_than_are_looked_at_one_by_one() -> None:
     assert behaviour(symbolic_state_space(net)) == reference(net)
 
 
-def test_the_case_study() -> None:
-    space = symbolic_state_space(base_subject(build()).net)
-    answer = behaviour(space)
-    assert (answer.reversible, answer.home_markings) == (False, 8)
+def sorting(objects: int) -> SymbolicStateSpace:
     model = build()
     for color in ("Red", "Blue", "Green"):
-        apply(model, f"{color}Objects.tokens=2")
-    larger = symbolic_state_space(base_subject(model).net)
+        apply(model, f"{color}Objects.tokens={objects}")
+    return symbolic_state_space(base_subject(model).net)
+
+
+@pytest.mark.parametrize("objects", [1, 2])
+def test_the_case_study(objects: int) -> None:
+    answer = behaviour(sorting(objects))
+    # The sensor is asked again and again when all objects are sorted.
+    assert (answer.reversible, answer.home_markings) == (False, 8)
+
+
+def test_work_that_is_too_much_is_not_done() -> None:
     with pytest.raises(TooMuchWorkError):
-        behaviour(larger, work=100_000)
+        behaviour(sorting(2), work=1_000)
+
+
+def test_a_deadlock_beside_a_terminal_part() -> None:
+    net = CompiledNet.build(
+        {"s": 1, "a": 0, "b": 0, "end": 0},
+        [
+            ("stop", {"s": 1}, {"end": 1}),
+            ("go", {"s": 1}, {"a": 1}),
+            ("to", {"a": 1}, {"b": 1}),
+            ("fro", {"b": 1}, {"a": 1}),
+        ],
+    )
+    assert behaviour(symbolic_state_space(net)) == reference(net) == Behaviour(False, 0, (0, 1, 2, 3))

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from lxml import etree
 
-from dineros.analysis.findings import Finding, Report, Step, Witness
+from dineros.analysis.findings import Finding, Report, Step, Unknown, Witness
 from dineros.analysis.report_formats import to_junit, to_sarif
 from dineros.metamodel import pn
 from dineros.metamodel.files import load, save
@@ -22,11 +22,13 @@ STEPS = (
 OVERFLOW = Finding("queue-overflow", "error", ("Chatter", "Said"), "the queue can overflow", Witness(STEPS))
 UNBOUNDED = Finding("unbounded", "error", ("some place",), "tokens grow", Witness(STEPS, loop=1))
 UNUSED = Finding("unused-topic", "warning", ("Chatter",), "topic chatter never carries a message")
+FAIRNESS = Unknown("fairness", "memory ran out")
+LIVENESS = Unknown("liveness", "too much work", "ask for it", may_be_fault=False)
 NOTE = Finding("queue-overflow", "note", (), "only a note: <&\x00>")
 
 
 def report() -> Report:
-    return Report([OVERFLOW, UNBOUNDED, UNUSED, NOTE], ["no deadlock"], ["fairness: memory ran out"])
+    return Report([OVERFLOW, UNBOUNDED, UNUSED, NOTE], ["no deadlock"], [FAIRNESS, LIVENESS])
 
 
 @pytest.fixture
@@ -109,8 +111,11 @@ def test_a_sarif_log_has_what_the_standard_requires(model: tuple[pn.Net, Path]) 
     rules = [rule["id"] for rule in run["tool"]["driver"]["rules"]]
     assert rules == ["queue-overflow", "unbounded", "unused-topic"]
     assert run["artifacts"] == [{"location": {"uri": "my%20models/greeting.sym.xmi"}}]
-    (unknown,) = run["invocations"][0]["toolExecutionNotifications"]
-    assert unknown["message"]["text"] == "unknown: fairness: memory ran out"
+    notifications = run["invocations"][0]["toolExecutionNotifications"]
+    assert [(unknown["level"], unknown["message"]["text"]) for unknown in notifications] == [
+        ("warning", "unknown: fairness: memory ran out"),
+        ("note", "unknown: liveness: too much work (ask for it)"),
+    ]
 
 
 def test_an_empty_report_is_a_log_as_well(model: tuple[pn.Net, Path]) -> None:
@@ -184,11 +189,17 @@ def test_junit_has_a_case_for_each_question() -> None:
         ["system-out"],
         [],
         ["skipped"],
+        ["skipped"],
     ]
     assert [(case.get("classname"), case.get("name")) for case in cases[3:]] == [
         ("dineros.queue-overflow", "only a note: <&\ufffd>"),
         ("dineros.proved", "no deadlock"),
-        ("dineros.unknown", "fairness: memory ran out"),
+        ("dineros.unknown", "fairness"),
+        ("dineros.unknown", "liveness"),
+    ]
+    assert [skipped.get("message") for skipped in suite.findall("testcase/skipped")] == [
+        "fairness: memory ran out",
+        "liveness: too much work (ask for it)",
     ]
     assert {case.get("file") for case in cases} == {"greeting.sym.xmi"}
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from dineros.analysis.saturation import DiagramMemoryError
 from tests.cli.conftest import Run
 from tests.support.commands import NETS, is_one_line_of_wrong_use, lines, uses
 
@@ -156,6 +157,42 @@ class TestCheck:
         report = json.loads(run("check", net, "--json").stdout)
         assert any("is live" in text for text in report["proved"])
         assert any("is reversible" in text for text in report["proved"])
+
+    @uses("cycle")
+    def test_what_takes_too_long_is_unknown_in_every_format(
+        self, run: Run, net: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("dineros.analysis.check.CHEAP", -1)
+        left = "left, as it takes more work than a check may cost (--behaviour decides it)"
+        unknown = f"liveness, reversibility, home markings: {left}"
+        result = run("check", net)
+        # At worst the answer would be a note, which does not change the status either.
+        assert (result.exit_code, result.stdout) == (
+            0,
+            f"unknown: {unknown}\n{net}: 0 found, 3 proved, 1 unknown\n",
+        )
+        assert run("check", net, "-q").stdout == f"unknown: {unknown}\n"
+        assert json.loads(run("check", net, "--json").stdout)["unknown"] == [unknown]
+        for format in ("sarif", "junit"):
+            result = run("check", net, "--format", format)
+            assert (result.exit_code, unknown in result.stdout) == (0, True)
+        run("check", net, "-o", tmp_path / "report.html")
+        assert unknown in (tmp_path / "report.html").read_text(encoding="utf-8")
+        result = run("check", net, "--behaviour")
+        assert (result.exit_code, result.stdout) == (0, f"{net}: 0 found, 6 proved, 0 unknown\n")
+
+    @uses("cycle")
+    def test_what_was_asked_for_and_stays_unknown_gives_exit_status_3(
+        self, run: Run, net: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        def behaviour(*_: object) -> None:
+            raise DiagramMemoryError("memory ran out")
+
+        monkeypatch.setattr("dineros.analysis.behaviour.behaviour", behaviour)
+        for asked, status in (([], 0), (["--behaviour"], 3)):
+            result = run("check", net, *asked)
+            assert result.exit_code == status
+            assert lines(result)[0] == "unknown: liveness, reversibility, home markings: memory ran out"
 
     @uses("ends")
     def test_notes_do_not_change_the_status(self, run: Run, net: Path) -> None:

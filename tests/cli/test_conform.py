@@ -92,6 +92,27 @@ def test_the_merged_run_is_a_trace(run: Run, model: Path, traces: Path, tmp_path
     assert events.count("transfer") == 3 * 5
 
 
+def test_the_merged_run_says_where_it_may_have_gone_wrong(
+    run: Run, model: Path, traces: Path, bad: Path, tmp_path: Path
+) -> None:
+    output = tmp_path / "merged.jsonl"
+    assert run("conform", model, traces, "--invariant", "Noted <= 1", "-o", output).exit_code == 1
+    header, *steps = read_records(output)
+    assert isinstance(header, Header)
+    assert (header.property, header.verdict) == ("G (Noted <= 1)", "violated")
+    fired = [step.sequence for step in steps if getattr(step, "transition", None) == "Listen"]
+    assert header.cause == fired[1]
+    assert header.decided["Noted > 1"][0] == fired[1]
+    assert set(fired[:2]) <= set(header.causes)
+
+    assert run("conform", model, bad, "-o", output).exit_code == 1
+    header, *steps = read_records(output)
+    assert isinstance(header, Header)
+    assert header.property == "conformance of a run"
+    last = max((step.sequence for step in steps if getattr(step, "transition", None) == "Listen"), default=0)
+    assert (header.cause, header.decided) == (last, {"Heard < 1": [last, len(steps)]})
+
+
 def test_settings(run: Run, model: Path, traces: Path, tmp_path: Path) -> None:
     result = run("conform", model, traces, "--set", "Words.tokens=4")
     assert result.exit_code == 1

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from dineros.analysis.logic.budget import BudgetExceededError
 from dineros.metamodel.files import load
 from dineros.metamodel.records import Fire, Header, read_records
 from tests.cli.conftest import Run
@@ -186,6 +187,30 @@ class TestVerify:
         assert result.exit_code == 3
         assert result.stdout.startswith("unknown: ")
         assert f"({'memory' if limit[0] == '--memory' else 'time'}: more than" in result.stdout
+
+    @pytest.mark.parametrize(
+        ("formula", "status"), [("AG b <= 1", "violated"), ("EF b >= 2", "holds")], ids=["AG", "EF"]
+    )
+    @uses("ends")
+    def test_an_answer_stands_without_a_run(
+        self, run: Run, net: Path, formula: str, status: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        def path(*_: object) -> None:
+            raise BudgetExceededError("time: more than 5 s")
+
+        monkeypatch.setattr("dineros.analysis.logic.explicit_sets.ExplicitSets.path", path)
+        output = tmp_path / "trace.jsonl"
+        result = run("verify", net, "--ctl", formula, "-o", output)
+        reason = "a run showing it was not found: time: more than 5 s"
+        assert result.exit_code == (1 if status == "violated" else 0)
+        assert result.stdout.startswith(f"{status}: {formula} ({reason}); 4 states, ")
+        assert (len(lines(result)), result.stderr) == (
+            1,
+            f"{output} is not written: there is no run to show\n",
+        )
+        assert not output.exists()
+        report = json.loads(run("verify", net, "--ctl", formula, "--json").stdout)
+        assert (report["status"], report["reason"], report["witness"]) == (status, reason, None)
 
     @pytest.mark.parametrize(
         ("arguments", "says"),

@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 
 from case_study.build import build
+from dineros.analysis.sweeps import Figures, Point
+from dineros.analysis.sweeps.journal import Journal
 from dineros.metamodel import pn
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import save
@@ -122,6 +124,27 @@ def test_variants_of_a_plain_net_are_wrong_use(run: Run, cycle: Path, tmp_path: 
     result = run("sweep", cycle, "--vary", "p.tokens=1", "--signals", "none", "-o", tmp_path / "out.csv")
     assert result.exit_code == 2
     assert "this is a plain net" in result.stderr
+
+
+def test_an_interrupt_before_the_bar_moves_says_what_is_kept(
+    run: Run, cycle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add = Journal.add
+
+    def interrupted(journal: Journal, point: Point, figures: Figures) -> None:
+        add(journal, point, figures)
+        raise KeyboardInterrupt
+
+    arguments = ["sweep", cycle, "--vary", "p.tokens=1..3", "--workers", "1", "-o", tmp_path / "out.csv"]
+    monkeypatch.setattr(Journal, "add", interrupted)
+    for points in (1, 2):
+        result = run(*arguments)
+        assert (result.exit_code, result.stderr) == (
+            130,
+            f"interrupted: {points} of 3 points done and kept; run the same command again to go on\n",
+        )
+    monkeypatch.undo()
+    assert run(*arguments).stdout.endswith(": 3 points, 2 of them from the interrupted run\n")
 
 
 # A shell's background job, as CI may be, starts with interrupts ignored.

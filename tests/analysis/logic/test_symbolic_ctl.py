@@ -8,10 +8,17 @@ import pytest
 
 from case_study.build import build
 from dineros.analysis.compiled import CompiledNet, Transition
-from dineros.analysis.logic.budget import Budget
-from dineros.analysis.logic.ctl import check_ctl
+from dineros.analysis.logic.atoms import BoundAtoms
+from dineros.analysis.logic.budget import Budget, BudgetExceededError, Meter
+from dineros.analysis.logic.ctl import check_ctl, satisfying
+from dineros.analysis.logic.explicit_sets import ExplicitSets
+from dineros.analysis.logic.graph import StateGraph
+from dineros.analysis.logic.names import NetNames
+from dineros.analysis.logic.symbolic_sets import SymbolicSets
+from dineros.analysis.logic.syntax import Exists, Globally, Not
 from dineros.analysis.logic.verdict import replayed
 from dineros.analysis.subject import subject_of
+from dineros.analysis.symbolic import symbolic_state_space
 from dineros.metamodel.settings import apply
 from dineros.transformations.flatten import SignalVariant
 from tests.analysis import classic_nets as classic
@@ -39,6 +46,53 @@ def test_verdicts_equal_those_of_the_explicit_engine(seed: int) -> None:
             replayed(net, verdict.stem, verdict.loop, must_loop=False)
             counts[verdict.status] += 1
     assert min(counts.values()) >= 5
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_runs_that_last_are_those_of_the_stored_graph(seed: int) -> None:
+    rng = random.Random(seed)
+    partial = 0
+    while partial < 15:
+        net = random_net(rng)
+        formula = rng.choice(atoms_of(rng, net, with_fired=False))
+        tree = Exists(Globally(rng.choice([formula, Not(formula)])))
+        atoms = BoundAtoms(net, tree, NetNames(net))
+        graph = StateGraph(net, list(atoms.conditions.items()), Meter(Budget(states=3_000)))
+        try:
+            graph.explore()
+        except BudgetExceededError:
+            continue
+        lasting = satisfying(tree, ExplicitSets(graph))[tree]
+        space = symbolic_state_space(net, 1 << 24)
+        sets = SymbolicSets(space, atoms)
+        found = satisfying(tree, sets)[tree]
+        assert [sets.contains(found, graph.product.marking(n)) for n in range(graph.size)] == lasting.tolist()
+        partial += 0 < lasting.sum() < graph.size
+
+
+def test_far_runs_need_no_layers(monkeypatch: pytest.MonkeyPatch) -> None:
+    def layers(*_: object) -> None:
+        raise AssertionError("layers were made")
+
+    monkeypatch.setattr(SymbolicSets, "_route", layers)
+    model = build()
+    for setting in sorting(2):
+        apply(model, setting)
+    subject = subject_of(model, "none")
+    verdict = check_ctl(subject.net, "EF (Shown >= 6)", subject.names, engine="symbolic")
+    assert verdict.status == "holds"
+    assert 200 < len(verdict.stem) < 400
+
+
+def test_runs_without_steps_that_cannot_be_undone(monkeypatch: pytest.MonkeyPatch) -> None:
+    net = classic.philosophers(6)
+    formulas = ("EF deadlock", f'EG !enabled("{net.transitions[0]}")', f'EF enabled("{net.transitions[-1]}")')
+    climbed = [check_ctl(net, formula, engine="symbolic") for formula in formulas]
+    monkeypatch.setattr("dineros.analysis.logic.climbing.MOST_MARKINGS", 0)
+    for formula, other in zip(formulas, climbed, strict=True):
+        verdict = check_ctl(net, formula, engine="symbolic")
+        assert (verdict.status, bool(verdict.stem)) == (other.status, bool(other.stem))
+        replayed(net, verdict.stem, verdict.loop, must_loop=False)
 
 
 @pytest.mark.parametrize(

@@ -100,3 +100,14 @@ def test_a_journal_without_points_is_not_left_behind(tmp_path: Path) -> None:
     with journal(tmp_path / "journal"):
         pass
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_kept_is_what_the_file_holds(path: Path) -> None:
+    with journal(path) as read:
+        read.add(POINTS[3], DONE)
+        assert read.kept() == read.finished
+        with path.open("ab") as other:
+            other.write(b'{"point": "torn')
+        assert read.kept() == read.finished
+    with journal(path, limits=[None, 50.0]) as read:
+        assert set(read.kept()) == {POINTS[number].key for number in (0, 2, 3)}

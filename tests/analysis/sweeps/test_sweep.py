@@ -6,6 +6,7 @@ import csv
 import importlib.util
 import os
 import signal
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,8 @@ import pytest
 from case_study.build import build
 from dineros.analysis.statespace import state_space
 from dineros.analysis.subject import subject_of
-from dineros.analysis.sweeps import Axis, Grid, Outcome, Progress, SweepError, sweep
+from dineros.analysis.sweeps import Axis, Grid, Outcome, Progress, SweepError, SweepInterrupt, sweep
+from dineros.analysis.sweeps.journal import Journal
 from dineros.analysis.sweeps.sweep import journal_path
 from dineros.analysis.sweeps.tables import Row
 from dineros.metamodel import pn
@@ -112,6 +114,67 @@ def test_an_interrupted_sweep_goes_on_where_it_was(tmp_path: Path) -> None:
     assert outcome.resumed == 2
     assert not journal.exists()
     assert counts(outcome) == counts(sweep(cycle(), TOKENS, tmp_path / "again.csv", workers=1))
+
+
+def interrupted(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def before_a_point_is_noted(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Journal, "add", interrupted)
+
+
+def before_a_line_is_written(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Journal, "_append", interrupted)
+
+
+def before_a_line_is_on_the_disk(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(os, "fsync", interrupted)
+
+
+def after_a_point_is_noted(patch: pytest.MonkeyPatch) -> None:
+    add = Journal.add
+    patch.setattr(Journal, "add", lambda *arguments: interrupted(add(*arguments)))
+
+
+@pytest.mark.parametrize(
+    ("moment", "kept"),
+    [
+        (before_a_point_is_noted, 1),
+        (before_a_line_is_written, 1),
+        (before_a_line_is_on_the_disk, 2),
+        (after_a_point_is_noted, 2),
+    ],
+)
+def test_an_interrupt_tells_what_the_next_run_finds(
+    moment: Callable[[pytest.MonkeyPatch], None], kept: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    output = tmp_path / "sweep.csv"
+
+    def arm(progress: Progress) -> None:
+        if progress.done == 1:
+            moment(monkeypatch)
+
+    with pytest.raises(SweepInterrupt) as interrupt:
+        sweep(cycle(), TOKENS, output, workers=1, progress=arm)
+    monkeypatch.undo()
+    assert interrupt.value.progress == Progress(done=kept, points=4, resumed=0, unknown=0)
+    told: list[Progress] = []
+    outcome = sweep(cycle(), TOKENS, output, workers=1, progress=told.append)
+    assert told[0] == Progress(done=kept, points=4, resumed=kept, unknown=0)
+    assert counts(outcome) == counts(sweep(cycle(), TOKENS, tmp_path / "again.csv", workers=1))
+
+
+def test_an_interrupt_of_the_first_point_that_is_noted_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    output = tmp_path / "sweep.csv"
+    after_a_point_is_noted(monkeypatch)
+    with pytest.raises(SweepInterrupt) as interrupt:
+        sweep(cycle(), TOKENS, output, workers=1)
+    monkeypatch.undo()
+    assert interrupt.value.progress.done == 1
+    assert sweep(cycle(), TOKENS, output, workers=1).resumed == 1
 
 
 def test_a_sweep_of_another_model_does_not_take_the_points(tmp_path: Path) -> None:

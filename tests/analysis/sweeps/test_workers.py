@@ -174,7 +174,7 @@ def test_a_sweep_that_is_given_up_ends_its_processes() -> None:
     assert next(figures)[1].complete
     started = set(children(os.getpid())) - before
     assert started
-    figures.close()  # type: ignore[attr-defined]
+    figures.close()
     wait_for(lambda: not any(map(runs, started)))
 
 
