@@ -22,7 +22,9 @@
     const wide = T.textWidth(said, 10.5) + 8;
     if (x + wide < view.left - 20 || x > view.left + view.width + 20) return;
     surface.begin("cause", "cause", "first cause?");
-    const turned = x + wide > view.left + view.width; // at the right end the flag blows to the left
+    const loop = typeof data.loop === "number" ? view.dx + scale.left(data.loop) : Infinity;
+    const overLoop = x <= loop && x + wide > loop && x - wide > view.left; // whose name begins there
+    const turned = overLoop || x + wide > view.left + view.width; // the flag blows to the left
     const from = turned ? x - wide : x;
     surface.path([[x, y], [x, y + height]], { stroke: theme.cause, width: 1.8 });
     surface.rect(from, y, wide, 15, { fill: theme.back, stroke: theme.cause, width: 1.2 });
