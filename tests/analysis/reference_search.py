@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import networkx as nx
+
 from dineros.analysis.compiled import CompiledNet
 
 
@@ -34,3 +36,19 @@ def reference_search(net: CompiledNet, limit: int = 1_000_000) -> ReferenceCount
             return None
     largest = tuple(max(column) for column in zip(*seen, strict=True))
     return ReferenceCounts(len(seen), arcs, deadlocks, largest, max(map(sum, seen)))
+
+
+def reachability_graph(net: CompiledNet) -> nx.MultiDiGraph[tuple[int, ...]]:
+    """Return the markings of a bounded net, and an edge, keyed by its transition, for each firing."""
+    graph: nx.MultiDiGraph[tuple[int, ...]] = nx.MultiDiGraph()
+    start = tuple(net.initial.tolist())
+    graph.add_node(start)
+    todo = [start]
+    for marking in todo:
+        for t in range(len(net.transitions)):
+            if net.is_enabled(t, marking):
+                after = tuple(net.fire(t, marking))
+                if after not in graph:
+                    todo.append(after)
+                graph.add_edge(marking, after, t)
+    return graph

@@ -13,23 +13,13 @@ from dineros.analysis.subject import base_subject
 from dineros.analysis.symbolic import SymbolicStateSpace, symbolic_state_space
 from dineros.metamodel.settings import apply
 from tests.analysis import classic_nets as classic
-from tests.analysis.reference_search import reference_search
+from tests.analysis.reference_search import reachability_graph, reference_search
 from tests.analysis.strategies import nets
 
 
 def reference(net: CompiledNet) -> Behaviour:
     """By the components of the stored graph."""
-    graph: nx.MultiDiGraph[tuple[int, ...]] = nx.MultiDiGraph()
-    start = tuple(net.initial.tolist())
-    graph.add_node(start)
-    todo = [start]
-    for marking in todo:
-        for t in range(len(net.transitions)):
-            if net.is_enabled(t, marking):
-                after = tuple(net.fire(t, marking))
-                if after not in graph:
-                    todo.append(after)
-                graph.add_edge(marking, after, t)
+    graph = reachability_graph(net)
     ends = list(nx.attracting_components(graph))
     fired = [{t for m in end for _, _, t in graph.out_edges(m, keys=True)} for end in ends]
     not_live = tuple(t for t in range(len(net.transitions)) if not all(t in some for some in fired))

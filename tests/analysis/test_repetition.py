@@ -12,23 +12,13 @@ from dineros.analysis.linear_programs import LinearProgram
 from dineros.analysis.repetition import repeatable_transitions
 from dineros.analysis.subject import subject_of
 from tests.analysis import classic_nets as classic
-from tests.analysis.reference_search import reference_search
+from tests.analysis.reference_search import reachability_graph, reference_search
 from tests.analysis.strategies import nets
 
 
 def on_cycles(net: CompiledNet) -> set[int]:
     """Return the transitions on cycles of the stored graph."""
-    graph: nx.MultiDiGraph[tuple[int, ...]] = nx.MultiDiGraph()
-    start = tuple(net.initial.tolist())
-    graph.add_node(start)
-    todo = [start]
-    for marking in todo:
-        for t in range(len(net.transitions)):
-            if net.is_enabled(t, marking):
-                after = tuple(net.fire(t, marking))
-                if after not in graph:
-                    todo.append(after)
-                graph.add_edge(marking, after, t)
+    graph = reachability_graph(net)
     part = {m: number for number, some in enumerate(nx.strongly_connected_components(graph)) for m in some}
     return {t for source, target, t in graph.edges(keys=True) if part[source] == part[target]}
 

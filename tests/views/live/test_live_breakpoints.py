@@ -2,40 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
-import pytest
 from playwright.sync_api import Browser, Page
 
 from dineros.metamodel.files import load
 from dineros.metamodel.records import Record
-from dineros.views.live import LiveHandle, serve_live
+from dineros.views.live import LiveHandle
 from tests.views.browser import Visit, wait_until
 from tests.views.live.test_live_page import append, script, steps, wait_for_steps
 from tests.views.samples import CASE_STUDY
 from tests.views.traces.test_breakpoints import add, hits, listed
 
 NewVisit = Callable[..., Visit]
-Serve = Callable[[Path], LiveHandle]
-
-
-@pytest.fixture(autouse=True)
-def own_state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-
-
-@pytest.fixture
-def serve() -> Iterator[Serve]:
-    handles: list[LiveHandle] = []
-
-    def start(folder: Path) -> LiveHandle:
-        handles.append(serve_live(folder, load(CASE_STUDY)))
-        return handles[-1]
-
-    yield start
-    for handle in handles:
-        handle.stop()
+Serve = Callable[..., LiveHandle]
 
 
 def parts(folder: Path) -> tuple[list[Record], list[Record]]:
@@ -52,7 +33,7 @@ def following(page: Page) -> bool:
 
 def test_the_view_stops_and_the_application_goes_on(tmp_path: Path, visit: NewVisit, serve: Serve) -> None:
     second, third = parts(tmp_path / "run")
-    handle = serve(tmp_path / "run")
+    handle = serve(tmp_path / "run", load(CASE_STUDY))
     one = visit()
     page = one.page
     page.goto(handle.url)
@@ -84,7 +65,7 @@ def test_they_survive_a_reload_and_a_restart_of_the_server(
     tmp_path: Path, visit: NewVisit, serve: Serve
 ) -> None:
     second, third = parts(tmp_path / "run")
-    handle = serve(tmp_path / "run")
+    handle = serve(tmp_path / "run", load(CASE_STUDY))
     one = visit()
     page = one.page
     page.goto(handle.url)
@@ -100,7 +81,7 @@ def test_they_survive_a_reload_and_a_restart_of_the_server(
     append(tmp_path / "run", second)  # while nobody serves
     append(tmp_path / "run", third)
     before = steps(page)
-    again = serve(tmp_path / "run")
+    again = serve(tmp_path / "run", load(CASE_STUDY))
     assert again.url == handle.url
     wait_for_steps(page, before + 1)
     assert listed(page) == ["reply", "StateEnd >= 1"]
@@ -117,7 +98,7 @@ def test_they_survive_a_reload_and_a_restart_of_the_server(
 def test_set_before_the_run_begins(tmp_path: Path, visit: NewVisit, serve: Serve) -> None:
     """What is set while no model is known is kept for the model once it is."""
     folder = tmp_path / "later"
-    handle = serve(folder)
+    handle = serve(folder, load(CASE_STUDY))
     page = visit().page
     page.goto(handle.url)
     page.wait_for_selector("#connection[data-state=live]", timeout=20_000)
@@ -133,7 +114,7 @@ def test_set_before_the_run_begins(tmp_path: Path, visit: NewVisit, serve: Serve
 
 def test_two_pages_have_the_same(tmp_path: Path, browser: Browser, serve: Serve) -> None:
     parts(tmp_path / "run")
-    url = serve(tmp_path / "run").url
+    url = serve(tmp_path / "run", load(CASE_STUDY)).url
     with browser.new_context() as context:
         page, other = context.new_page(), context.new_page()
         for one in (page, other):
@@ -149,7 +130,7 @@ def test_two_pages_have_the_same(tmp_path: Path, browser: Browser, serve: Serve)
 def test_who_looks_elsewhere_is_left_there(tmp_path: Path, visit: NewVisit, serve: Serve) -> None:
     second, third = parts(tmp_path / "run")
     page = visit().page
-    page.goto(serve(tmp_path / "run").url)
+    page.goto(serve(tmp_path / "run", load(CASE_STUDY)).url)
     wait_for_steps(page, 3)
     add(page, "request")
     page.keyboard.press("Home")

@@ -4,41 +4,22 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
-import pytest
 from playwright.sync_api import Page
 
 from dineros.metamodel.files import load
 from dineros.metamodel.records import Record, encode_record
-from dineros.views.live import LiveHandle, serve_live
+from dineros.views.live import LiveHandle
 from dineros.views.traces.merging import merge
 from tests.views.browser import Visit, wait_until
 from tests.views.samples import CASE_STUDY, run
 
 NewVisit = Callable[..., Visit]
 Serve = Callable[..., LiveHandle]
-
-
-@pytest.fixture(autouse=True)
-def own_state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-
-
-@pytest.fixture
-def serve() -> Iterator[Serve]:
-    handles: list[LiveHandle] = []
-
-    def start(*arguments: object, **options: object) -> LiveHandle:
-        handles.append(serve_live(*arguments, **options))  # type: ignore[arg-type]
-        return handles[-1]
-
-    yield start
-    for handle in handles:
-        handle.stop()
 
 
 def script() -> list[Record]:
