@@ -1,7 +1,7 @@
 // The captions of arranged nodes: below them as everywhere else, unless their own lines go through there and another
 // side is free. Used by net_layout.js.
 //
-// NetCaptions.area(node)                  what a node and its captions cover: [left, top, right, bottom]
+// NetCaptions.area(node)                  the rectangle around a node and its captions: [left, top, right, bottom]
 // NetCaptions.choose(picture, plan, lines, paths)  moves captions: gives nodes `captionAt`, by how much, and a new glyph
 "use strict";
 
@@ -13,10 +13,12 @@ var NetCaptions = (function () {
     return [node.x + dx - wide / 2, top, node.x + dx + wide / 2, top + down];
   }
 
-  function area(node) {
+  const area = (node) => around(node, node.captionAt || [0, 0]);
+
+  function around(node, at) {
     const shape = [node.x - node.width / 2, node.y - node.height / 2, node.x + node.width / 2, node.y + node.height / 2];
     if (!node.room || !node.room[0]) return shape;
-    const text = caption(node, node.captionAt || [0, 0]);
+    const text = caption(node, at);
     return [Math.min(shape[0], text[0]), Math.min(shape[1], text[1]), Math.max(shape[2], text[2]), Math.max(shape[3], text[3])];
   }
 
@@ -32,8 +34,8 @@ var NetCaptions = (function () {
     const boxes = new Map(picture.boxes.map((box) => [box.id, [box.x, box.y, box.x + box.width, box.y + box.height]]));
     for (const sheet of plan.sheets.values()) {
       if (!sheet.arranged) continue;
-      const around = sheet.box ? boxes.get(sheet.id) : [0, 0, picture.width, picture.height];
-      const title = sheet.box ? [[around[0], around[1], around[0] + sheet.box.header[0], around[1] + sheet.box.header[1]]] : [];
+      const frame = sheet.box ? boxes.get(sheet.id) : [0, 0, picture.width, picture.height];
+      const title = sheet.box ? [[frame[0], frame[1], frame[0] + sheet.box.header[0], frame[1] + sheet.box.header[1]]] : [];
       const near = [
         ...lines.filter((line) => line.sheets.includes(sheet)),
         ...sheet.edges.map(({ id, sources: [source], targets: [target] }) => ({ source, target, points: paths.get(id).points })),
@@ -43,10 +45,10 @@ var NetCaptions = (function () {
         if (!node || !node.room || !node.room[0]) continue;
         const others = [...title, ...sheet.members.filter((other) => other.id !== id).map((other) => boxes.get(other.id) || area(nodes.get(other.id)))];
         const cost = (side, rank) => {
-          const text = caption(node, shift(node, side));
+          const text = caption(node, shift(node, side)), all = around(node, shift(node, side));
           const marked = (node.change || node.badge) && (side === "above" || side === "left");
-          const within = text[0] > around[0] && text[1] > around[1] && text[2] < around[2] && text[3] < around[3];
-          if (rank && (marked || !within || others.some((other) => meet(text, other)))) return Infinity;
+          const within = text[0] > frame[0] && text[1] > frame[1] && text[2] < frame[2] && text[3] < frame[3];
+          if (rank && (marked || !within || others.some((other) => meet(all, other)))) return Infinity;
           return near.reduce((sum, line) => sum + (passes(line, text) ? (line.source === id || line.target === id ? OWN : OTHER) : 0), rank);
         };
         const costs = SIDES.map(cost), best = costs.indexOf(Math.min(...costs));
