@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
-from types import TracebackType
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -46,9 +45,7 @@ class Scope:
         """Pin these nodes instead of those held so far."""
         self._pinned[self._mark :] = nodes
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         del self._pinned[self._mark :]
 
 
