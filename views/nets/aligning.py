@@ -74,7 +74,7 @@ def _aligned(items: Sequence[Box | Node], old: dict[str, Box | Node], shift: Poi
             if isinstance(moved, Box) and isinstance(was, Box):
                 moved.frame = was.frame if shift == (0.0, 0.0) else None
             own = _item(moved)
-            if any(needed_scale(own, other) > most for other in placed):
+            if any(needed_scale(own, other, 0) > most for other in placed):
                 moved = replace(moved, position=None)
                 if isinstance(moved, Box):
                     moved.frame = None

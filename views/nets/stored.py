@@ -123,23 +123,27 @@ def _overlap(one: Point, first: Reach, other: Point, second: Reach, gap: float) 
     return other[1] + second[2] + gap > one[1] - first[1]
 
 
-def needed_scale(one: Item, other: Item) -> float:
-    """Return by how much the plane must grow for two items not to overlap while they are closed."""
+def needed_scale(one: Item, other: Item, gap: float) -> float:
+    """Return by how much the plane must grow for two items to be so far apart while they are closed."""
     assert one.position is not None and other.position is not None
     dx, dy = abs(one.position[0] - other.position[0]), other.position[1] - one.position[1]
-    across = one.closed[0] + other.closed[0] + GAP
-    along = (one.closed[2] + other.closed[1] if dy > 0 else one.closed[1] + other.closed[2]) + GAP
+    across = one.closed[0] + other.closed[0] + gap
+    along = (one.closed[2] + other.closed[1] if dy > 0 else one.closed[1] + other.closed[2]) + gap
     return min(across / dx if dx else math.inf, along / abs(dy) if dy else math.inf)
 
 
 def scale_of(items: Sequence[Item]) -> float:
-    """Return by how much the plane grows so that what can be told apart does not overlap."""
+    """Return by how much the plane grows so that what can be told apart does not overlap.
+
+    Items that just get clear of each other at the limit do with a smaller gap.
+    """
     if not items:
         return 1.0
-    needs = {pair: needed_scale(*pair) for pair in itertools.combinations(items, 2)}
+    needs = {pair: needed_scale(*pair, GAP) for pair in itertools.combinations(items, 2)}
     most = sorted(max([1.0, *(need for pair, need in needs.items() if item in pair)]) for item in items)
     limit = max(MOST_SCALE, 2 * most[(len(most) - 1) // 2])
-    return max([1.0, *(need for need in needs.values() if need <= limit)])
+    clear = [min(need, limit) for pair, need in needs.items() if needed_scale(*pair, 0) <= limit]
+    return max([1.0, *clear])
 
 
 def _seat(item: Item, base: dict[Item, Point], scale: float) -> Reach:

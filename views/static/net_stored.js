@@ -35,30 +35,31 @@ var NetStored = (function () {
       (one.y < other.y ? one.y + first.down + gap > other.y - second.up : other.y + second.down + gap > one.y - first.up);
   }
 
-  // By how much the plane must grow for two items not to overlap while they are closed.
-  function neededScale(a, b) {
+  // By how much the plane must grow for two items to be so far apart while they are closed.
+  function neededScale(a, b, gap) {
     const dx = Math.abs(a.position[0] - b.position[0]), dy = b.position[1] - a.position[1];
     const first = closed(a), second = closed(b);
-    const across = (first.side + second.side + GAP) / dx;
-    const along = (dy > 0 ? first.down + second.up + GAP : second.down + first.up + GAP) / Math.abs(dy);
+    const across = (first.side + second.side + gap) / dx;
+    const along = (dy > 0 ? first.down + second.up + gap : second.down + first.up + gap) / Math.abs(dy);
     return Math.min(across, along);
   }
 
   // One scale for the whole sheet. Drawings in centimetres need a large one; a few items that were drawn nearly on
-  // top of each other do not make it larger, and stay as they were drawn.
+  // top of each other do not make it larger, and stay as they were drawn. Those that just get clear of each other at the
+  // limit do with a smaller gap.
   function scaleOf(items) {
     const pairs = [], most = items.map(() => 1);
     items.forEach((item, index) => {
       for (let other = 0; other < index; other += 1) {
-        const need = neededScale(item, items[other]);
-        pairs.push(need);
+        const need = neededScale(item, items[other], GAP);
+        pairs.push({ need, least: neededScale(item, items[other], 0) });
         most[index] = Math.max(most[index], need);
         most[other] = Math.max(most[other], need);
       }
     });
     const sorted = most.sort((a, b) => a - b);
     const limit = Math.max(MOST_SCALE, 2 * sorted[Math.floor((sorted.length - 1) / 2)]);
-    return Math.max(1, ...pairs.filter((need) => need <= limit));
+    return Math.max(1, ...pairs.filter(({ least }) => least <= limit).map(({ need }) => Math.min(need, limit)));
   }
 
   // Half of the room that a sheet gives a box: the frame it was drawn with, unless that holds other items of the sheet.
