@@ -269,9 +269,11 @@ def _plan_node(
 
 def _typing(node: NodePackage) -> list[str]:
     """Return what the module `firings` takes from `typing`."""
-    names = ["Any", "NamedTuple", "Protocol", "TypeAlias", "TypedDict", "TypeVar", "Unpack"]
+    names = ["TypeAlias", "TypedDict", "Unpack"]
     if node.transitions:
-        names.insert(1, "Literal")
+        names.insert(0, "Literal")
+    if len(node.transitions) != 1:
+        names.insert(0, "Any")
     return [*names, "overload"] if len(node.transitions) > 1 else names
 
 

@@ -6,68 +6,34 @@ A module of handlers says `from . import firings` and decorates functions with `
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Sequence
 from typing import (
     Any,
     Literal,
-    NamedTuple,
-    Protocol,
     TypeAlias,
     TypedDict,
-    TypeVar,
     Unpack,
     overload,
 )
 
+from dineros.runtime import typed_handlers
 from dineros.runtime.handlers import Given, Handler
-from dineros.runtime.policies import Policy
+from dineros.runtime.typed_handlers import (
+    Decorator,
+    HandlerOptions,
+    TypedFiring,
+    registering,
+)
 
 from . import tokens
 
-Inputs_co = TypeVar("Inputs_co", covariant=True)
-Outputs_contra = TypeVar("Outputs_contra", contravariant=True)
-Fires = TypeVar("Fires")
-
 Data: TypeAlias = tokens.SortingToken
 Changes: TypeAlias = tokens.SortingTokenChanges
+InputToken: TypeAlias = typed_handlers.InputToken[Data]
 GivenData: TypeAlias = Changes | Sequence[Changes]
 """Fields for all tokens of a place, or for each of them."""
 Outcome: TypeAlias = Changes | Given | None
 """What a handler returns: some fields, what `give` made, or nothing: the data goes on as it left it."""
-
-
-class InputToken(NamedTuple):
-    """A token that a transition takes or reads."""
-
-    id: int
-    data: Data
-
-
-class Firing(Protocol[Inputs_co, Outputs_contra]):
-    """A transition fires."""
-
-    @property
-    def transition(self) -> str:
-        """Id of the transition in the model."""
-
-    @property
-    def instance(self) -> int | None:
-        """Number of the server instance it belongs to, from 1."""
-
-    @property
-    def data(self) -> Data:
-        """A copy of the data that goes on; change it in place."""
-
-    @property
-    def inputs(self) -> Inputs_co:
-        """Copies of the tokens it takes, and of those its read arcs see, by place."""
-
-    @property
-    def still_enabled(self) -> bool:
-        """Whether it could commit now; a long handler may stop early where it could not."""
-
-    def give(self, places: Outputs_contra, /) -> Given:
-        """Return data for single output places; those not named get what they would get anyway."""
 
 
 # TReqControlL: ReqControlL -> GetReqL
@@ -83,7 +49,7 @@ class TReqControlLOutputs(TypedDict, total=False):
     GetReqL: GivenData
 
 
-TReqControlLFiring: TypeAlias = Firing[TReqControlLInputs, TReqControlLOutputs]
+TReqControlLFiring: TypeAlias = TypedFiring[Data, TReqControlLInputs, TReqControlLOutputs]
 
 
 # TStartPickL: GetResL -> PickReqL
@@ -99,7 +65,7 @@ class TStartPickLOutputs(TypedDict, total=False):
     PickReqL: GivenData
 
 
-TStartPickLFiring: TypeAlias = Firing[TStartPickLInputs, TStartPickLOutputs]
+TStartPickLFiring: TypeAlias = TypedFiring[Data, TStartPickLInputs, TStartPickLOutputs]
 
 
 # TStartPlaceL: PickResL -> PlaceReqL
@@ -115,7 +81,7 @@ class TStartPlaceLOutputs(TypedDict, total=False):
     PlaceReqL: GivenData
 
 
-TStartPlaceLFiring: TypeAlias = Firing[TStartPlaceLInputs, TStartPlaceLOutputs]
+TStartPlaceLFiring: TypeAlias = TypedFiring[Data, TStartPlaceLInputs, TStartPlaceLOutputs]
 
 
 # TReleaseL: PlaceResL -> EndReqL
@@ -131,7 +97,7 @@ class TReleaseLOutputs(TypedDict, total=False):
     EndReqL: GivenData
 
 
-TReleaseLFiring: TypeAlias = Firing[TReleaseLInputs, TReleaseLOutputs]
+TReleaseLFiring: TypeAlias = TypedFiring[Data, TReleaseLInputs, TReleaseLOutputs]
 
 
 # TReportL: EndResL -> ResultL
@@ -147,7 +113,7 @@ class TReportLOutputs(TypedDict, total=False):
     ResultL: GivenData
 
 
-TReportLFiring: TypeAlias = Firing[TReportLInputs, TReportLOutputs]
+TReportLFiring: TypeAlias = TypedFiring[Data, TReportLInputs, TReportLOutputs]
 
 
 # TReqControlR: ReqControlR -> GetReqR
@@ -163,7 +129,7 @@ class TReqControlROutputs(TypedDict, total=False):
     GetReqR: GivenData
 
 
-TReqControlRFiring: TypeAlias = Firing[TReqControlRInputs, TReqControlROutputs]
+TReqControlRFiring: TypeAlias = TypedFiring[Data, TReqControlRInputs, TReqControlROutputs]
 
 
 # TStartPickR: GetResR -> PickReqR
@@ -179,7 +145,7 @@ class TStartPickROutputs(TypedDict, total=False):
     PickReqR: GivenData
 
 
-TStartPickRFiring: TypeAlias = Firing[TStartPickRInputs, TStartPickROutputs]
+TStartPickRFiring: TypeAlias = TypedFiring[Data, TStartPickRInputs, TStartPickROutputs]
 
 
 # TStartPlaceR: PickResR -> PlaceReqR
@@ -195,7 +161,7 @@ class TStartPlaceROutputs(TypedDict, total=False):
     PlaceReqR: GivenData
 
 
-TStartPlaceRFiring: TypeAlias = Firing[TStartPlaceRInputs, TStartPlaceROutputs]
+TStartPlaceRFiring: TypeAlias = TypedFiring[Data, TStartPlaceRInputs, TStartPlaceROutputs]
 
 
 # TReleaseR: PlaceResR -> EndReqR
@@ -211,7 +177,7 @@ class TReleaseROutputs(TypedDict, total=False):
     EndReqR: GivenData
 
 
-TReleaseRFiring: TypeAlias = Firing[TReleaseRInputs, TReleaseROutputs]
+TReleaseRFiring: TypeAlias = TypedFiring[Data, TReleaseRInputs, TReleaseROutputs]
 
 
 # TReportR: EndResR -> ResultR
@@ -227,22 +193,7 @@ class TReportROutputs(TypedDict, total=False):
     ResultR: GivenData
 
 
-TReportRFiring: TypeAlias = Firing[TReportRInputs, TReportROutputs]
-
-
-Function: TypeAlias = Callable[[Fires], Outcome | Awaitable[Outcome]]
-Decorator: TypeAlias = Callable[[Function[Fires]], Function[Fires]]
-
-
-class HandlerOptions(TypedDict, total=False):
-    """How a handler runs; see `dineros.runtime.handlers.Handler`."""
-
-    name: str
-    priority: int
-    thread: bool
-    timeout: float
-    parallel: int
-    policy: Policy
+TReportRFiring: TypeAlias = TypedFiring[Data, TReportRInputs, TReportROutputs]
 
 
 HANDLERS: list[Handler] = []
@@ -253,53 +204,53 @@ HANDLERS: list[Handler] = []
 def on(
     transition: Literal["TReqControlL"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TReqControlLFiring]: ...
+) -> Decorator[TReqControlLFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TStartPickL"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TStartPickLFiring]: ...
+) -> Decorator[TStartPickLFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TStartPlaceL"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TStartPlaceLFiring]: ...
+) -> Decorator[TStartPlaceLFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TReleaseL"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TReleaseLFiring]: ...
+) -> Decorator[TReleaseLFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TReportL"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TReportLFiring]: ...
+) -> Decorator[TReportLFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TReqControlR"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TReqControlRFiring]: ...
+) -> Decorator[TReqControlRFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TStartPickR"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TStartPickRFiring]: ...
+) -> Decorator[TStartPickRFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TStartPlaceR"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TStartPlaceRFiring]: ...
+) -> Decorator[TStartPlaceRFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TReleaseR"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TReleaseRFiring]: ...
+) -> Decorator[TReleaseRFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TReportR"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TReportRFiring]: ...
-def on(transition: str, **options: Unpack[HandlerOptions]) -> Decorator[Any]:
+) -> Decorator[TReportRFiring, Outcome]: ...
+def on(transition: str, **options: Unpack[HandlerOptions]) -> Decorator[Any, Outcome]:
     """Make a function the handler of a transition, of all its server instances or of one.
 
     Parameters
@@ -310,10 +261,4 @@ def on(transition: str, **options: Unpack[HandlerOptions]) -> Decorator[Any]:
         How it runs; its name is by default the function's.
 
     """
-
-    def decorate(function: Any) -> Any:
-        known: dict[str, Any] = {"name": function.__name__, **options}
-        HANDLERS.append(Handler(transition=transition, function=function, **known))
-        return function
-
-    return decorate
+    return registering(HANDLERS, transition, options)

@@ -6,68 +6,34 @@ A module of handlers says `from . import firings` and decorates functions with `
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Sequence
 from typing import (
     Any,
     Literal,
-    NamedTuple,
-    Protocol,
     TypeAlias,
     TypedDict,
-    TypeVar,
     Unpack,
     overload,
 )
 
+from dineros.runtime import typed_handlers
 from dineros.runtime.handlers import Given, Handler
-from dineros.runtime.policies import Policy
+from dineros.runtime.typed_handlers import (
+    Decorator,
+    HandlerOptions,
+    TypedFiring,
+    registering,
+)
 
 from . import tokens
 
-Inputs_co = TypeVar("Inputs_co", covariant=True)
-Outputs_contra = TypeVar("Outputs_contra", contravariant=True)
-Fires = TypeVar("Fires")
-
 Data: TypeAlias = tokens.SortingToken
 Changes: TypeAlias = tokens.SortingTokenChanges
+InputToken: TypeAlias = typed_handlers.InputToken[Data]
 GivenData: TypeAlias = Changes | Sequence[Changes]
 """Fields for all tokens of a place, or for each of them."""
 Outcome: TypeAlias = Changes | Given | None
 """What a handler returns: some fields, what `give` made, or nothing: the data goes on as it left it."""
-
-
-class InputToken(NamedTuple):
-    """A token that a transition takes or reads."""
-
-    id: int
-    data: Data
-
-
-class Firing(Protocol[Inputs_co, Outputs_contra]):
-    """A transition fires."""
-
-    @property
-    def transition(self) -> str:
-        """Id of the transition in the model."""
-
-    @property
-    def instance(self) -> int | None:
-        """Number of the server instance it belongs to, from 1."""
-
-    @property
-    def data(self) -> Data:
-        """A copy of the data that goes on; change it in place."""
-
-    @property
-    def inputs(self) -> Inputs_co:
-        """Copies of the tokens it takes, and of those its read arcs see, by place."""
-
-    @property
-    def still_enabled(self) -> bool:
-        """Whether it could commit now; a long handler may stop early where it could not."""
-
-    def give(self, places: Outputs_contra, /) -> Given:
-        """Return data for single output places; those not named get what they would get anyway."""
 
 
 # TRetry: Unsafe -> SensorReq
@@ -83,7 +49,7 @@ class TRetryOutputs(TypedDict, total=False):
     SensorReq: GivenData
 
 
-TRetryFiring: TypeAlias = Firing[TRetryInputs, TRetryOutputs]
+TRetryFiring: TypeAlias = TypedFiring[Data, TRetryInputs, TRetryOutputs]
 
 
 # TSafe: SensorRes -> Safe
@@ -99,7 +65,7 @@ class TSafeOutputs(TypedDict, total=False):
     Safe: GivenData
 
 
-TSafeFiring: TypeAlias = Firing[TSafeInputs, TSafeOutputs]
+TSafeFiring: TypeAlias = TypedFiring[Data, TSafeInputs, TSafeOutputs]
 
 
 # TUnsafe: SensorRes -> Unsafe
@@ -115,7 +81,7 @@ class TUnsafeOutputs(TypedDict, total=False):
     Unsafe: GivenData
 
 
-TUnsafeFiring: TypeAlias = Firing[TUnsafeInputs, TUnsafeOutputs]
+TUnsafeFiring: TypeAlias = TypedFiring[Data, TUnsafeInputs, TUnsafeOutputs]
 
 
 # TStop: Safe -> SensorReq
@@ -131,7 +97,7 @@ class TStopOutputs(TypedDict, total=False):
     SensorReq: GivenData
 
 
-TStopFiring: TypeAlias = Firing[TStopInputs, TStopOutputs]
+TStopFiring: TypeAlias = TypedFiring[Data, TStopInputs, TStopOutputs]
 
 
 # TPick: PickEntry + Safe -> PickRun + Safe
@@ -149,7 +115,7 @@ class TPickOutputs(TypedDict, total=False):
     Safe: GivenData
 
 
-TPickFiring: TypeAlias = Firing[TPickInputs, TPickOutputs]
+TPickFiring: TypeAlias = TypedFiring[Data, TPickInputs, TPickOutputs]
 
 
 # TPickAbort: PickRun + Unsafe -> PickExit + Unsafe
@@ -167,7 +133,7 @@ class TPickAbortOutputs(TypedDict, total=False):
     Unsafe: GivenData
 
 
-TPickAbortFiring: TypeAlias = Firing[TPickAbortInputs, TPickAbortOutputs]
+TPickAbortFiring: TypeAlias = TypedFiring[Data, TPickAbortInputs, TPickAbortOutputs]
 
 
 # TPickSuccess: PickRun -> PickExit
@@ -183,7 +149,7 @@ class TPickSuccessOutputs(TypedDict, total=False):
     PickExit: GivenData
 
 
-TPickSuccessFiring: TypeAlias = Firing[TPickSuccessInputs, TPickSuccessOutputs]
+TPickSuccessFiring: TypeAlias = TypedFiring[Data, TPickSuccessInputs, TPickSuccessOutputs]
 
 
 # TPickFail: PickRun -> PickExit
@@ -199,7 +165,7 @@ class TPickFailOutputs(TypedDict, total=False):
     PickExit: GivenData
 
 
-TPickFailFiring: TypeAlias = Firing[TPickFailInputs, TPickFailOutputs]
+TPickFailFiring: TypeAlias = TypedFiring[Data, TPickFailInputs, TPickFailOutputs]
 
 
 # TPlace: PlaceEntry + Safe -> PlaceRun + Safe
@@ -217,7 +183,7 @@ class TPlaceOutputs(TypedDict, total=False):
     Safe: GivenData
 
 
-TPlaceFiring: TypeAlias = Firing[TPlaceInputs, TPlaceOutputs]
+TPlaceFiring: TypeAlias = TypedFiring[Data, TPlaceInputs, TPlaceOutputs]
 
 
 # TPlaceAbort: PlaceRun + Unsafe -> PlaceExit + Unsafe
@@ -235,7 +201,7 @@ class TPlaceAbortOutputs(TypedDict, total=False):
     Unsafe: GivenData
 
 
-TPlaceAbortFiring: TypeAlias = Firing[TPlaceAbortInputs, TPlaceAbortOutputs]
+TPlaceAbortFiring: TypeAlias = TypedFiring[Data, TPlaceAbortInputs, TPlaceAbortOutputs]
 
 
 # TPlaceSuccess: PlaceRun -> PlaceExit
@@ -251,7 +217,7 @@ class TPlaceSuccessOutputs(TypedDict, total=False):
     PlaceExit: GivenData
 
 
-TPlaceSuccessFiring: TypeAlias = Firing[TPlaceSuccessInputs, TPlaceSuccessOutputs]
+TPlaceSuccessFiring: TypeAlias = TypedFiring[Data, TPlaceSuccessInputs, TPlaceSuccessOutputs]
 
 
 # TPlaceFail: PlaceRun -> PlaceExit
@@ -267,22 +233,7 @@ class TPlaceFailOutputs(TypedDict, total=False):
     PlaceExit: GivenData
 
 
-TPlaceFailFiring: TypeAlias = Firing[TPlaceFailInputs, TPlaceFailOutputs]
-
-
-Function: TypeAlias = Callable[[Fires], Outcome | Awaitable[Outcome]]
-Decorator: TypeAlias = Callable[[Function[Fires]], Function[Fires]]
-
-
-class HandlerOptions(TypedDict, total=False):
-    """How a handler runs; see `dineros.runtime.handlers.Handler`."""
-
-    name: str
-    priority: int
-    thread: bool
-    timeout: float
-    parallel: int
-    policy: Policy
+TPlaceFailFiring: TypeAlias = TypedFiring[Data, TPlaceFailInputs, TPlaceFailOutputs]
 
 
 HANDLERS: list[Handler] = []
@@ -293,63 +244,63 @@ HANDLERS: list[Handler] = []
 def on(
     transition: Literal["TRetry"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TRetryFiring]: ...
+) -> Decorator[TRetryFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TSafe"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TSafeFiring]: ...
+) -> Decorator[TSafeFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TUnsafe"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TUnsafeFiring]: ...
+) -> Decorator[TUnsafeFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TStop"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TStopFiring]: ...
+) -> Decorator[TStopFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TPick", "Pick[1].TPick", "Pick[2].TPick"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TPickFiring]: ...
+) -> Decorator[TPickFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TPickAbort", "Pick[1].TPickAbort", "Pick[2].TPickAbort"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TPickAbortFiring]: ...
+) -> Decorator[TPickAbortFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TPickSuccess", "Pick[1].TPickSuccess", "Pick[2].TPickSuccess"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TPickSuccessFiring]: ...
+) -> Decorator[TPickSuccessFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TPickFail", "Pick[1].TPickFail", "Pick[2].TPickFail"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TPickFailFiring]: ...
+) -> Decorator[TPickFailFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TPlace", "Place[1].TPlace", "Place[2].TPlace"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TPlaceFiring]: ...
+) -> Decorator[TPlaceFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TPlaceAbort", "Place[1].TPlaceAbort", "Place[2].TPlaceAbort"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TPlaceAbortFiring]: ...
+) -> Decorator[TPlaceAbortFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TPlaceSuccess", "Place[1].TPlaceSuccess", "Place[2].TPlaceSuccess"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TPlaceSuccessFiring]: ...
+) -> Decorator[TPlaceSuccessFiring, Outcome]: ...
 @overload
 def on(
     transition: Literal["TPlaceFail", "Place[1].TPlaceFail", "Place[2].TPlaceFail"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TPlaceFailFiring]: ...
-def on(transition: str, **options: Unpack[HandlerOptions]) -> Decorator[Any]:
+) -> Decorator[TPlaceFailFiring, Outcome]: ...
+def on(transition: str, **options: Unpack[HandlerOptions]) -> Decorator[Any, Outcome]:
     """Make a function the handler of a transition, of all its server instances or of one.
 
     Parameters
@@ -360,10 +311,4 @@ def on(transition: str, **options: Unpack[HandlerOptions]) -> Decorator[Any]:
         How it runs; its name is by default the function's.
 
     """
-
-    def decorate(function: Any) -> Any:
-        known: dict[str, Any] = {"name": function.__name__, **options}
-        HANDLERS.append(Handler(transition=transition, function=function, **known))
-        return function
-
-    return decorate
+    return registering(HANDLERS, transition, options)

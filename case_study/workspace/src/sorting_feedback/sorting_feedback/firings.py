@@ -6,67 +6,32 @@ A module of handlers says `from . import firings` and decorates functions with `
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Sequence
 from typing import (
-    Any,
     Literal,
-    NamedTuple,
-    Protocol,
     TypeAlias,
     TypedDict,
-    TypeVar,
     Unpack,
 )
 
+from dineros.runtime import typed_handlers
 from dineros.runtime.handlers import Given, Handler
-from dineros.runtime.policies import Policy
+from dineros.runtime.typed_handlers import (
+    Decorator,
+    HandlerOptions,
+    TypedFiring,
+    registering,
+)
 
 from . import tokens
 
-Inputs_co = TypeVar("Inputs_co", covariant=True)
-Outputs_contra = TypeVar("Outputs_contra", contravariant=True)
-Fires = TypeVar("Fires")
-
 Data: TypeAlias = tokens.SortingToken
 Changes: TypeAlias = tokens.SortingTokenChanges
+InputToken: TypeAlias = typed_handlers.InputToken[Data]
 GivenData: TypeAlias = Changes | Sequence[Changes]
 """Fields for all tokens of a place, or for each of them."""
 Outcome: TypeAlias = Changes | Given | None
 """What a handler returns: some fields, what `give` made, or nothing: the data goes on as it left it."""
-
-
-class InputToken(NamedTuple):
-    """A token that a transition takes or reads."""
-
-    id: int
-    data: Data
-
-
-class Firing(Protocol[Inputs_co, Outputs_contra]):
-    """A transition fires."""
-
-    @property
-    def transition(self) -> str:
-        """Id of the transition in the model."""
-
-    @property
-    def instance(self) -> int | None:
-        """Number of the server instance it belongs to, from 1."""
-
-    @property
-    def data(self) -> Data:
-        """A copy of the data that goes on; change it in place."""
-
-    @property
-    def inputs(self) -> Inputs_co:
-        """Copies of the tokens it takes, and of those its read arcs see, by place."""
-
-    @property
-    def still_enabled(self) -> bool:
-        """Whether it could commit now; a long handler may stop early where it could not."""
-
-    def give(self, places: Outputs_contra, /) -> Given:
-        """Return data for single output places; those not named get what they would get anyway."""
 
 
 # TShowResult: Feedback -> Shown
@@ -82,22 +47,7 @@ class TShowResultOutputs(TypedDict, total=False):
     Shown: GivenData
 
 
-TShowResultFiring: TypeAlias = Firing[TShowResultInputs, TShowResultOutputs]
-
-
-Function: TypeAlias = Callable[[Fires], Outcome | Awaitable[Outcome]]
-Decorator: TypeAlias = Callable[[Function[Fires]], Function[Fires]]
-
-
-class HandlerOptions(TypedDict, total=False):
-    """How a handler runs; see `dineros.runtime.handlers.Handler`."""
-
-    name: str
-    priority: int
-    thread: bool
-    timeout: float
-    parallel: int
-    policy: Policy
+TShowResultFiring: TypeAlias = TypedFiring[Data, TShowResultInputs, TShowResultOutputs]
 
 
 HANDLERS: list[Handler] = []
@@ -107,7 +57,7 @@ HANDLERS: list[Handler] = []
 def on(
     transition: Literal["TShowResult"],
     **options: Unpack[HandlerOptions],
-) -> Decorator[TShowResultFiring]:
+) -> Decorator[TShowResultFiring, Outcome]:
     """Make a function the handler of a transition, of all its server instances or of one.
 
     Parameters
@@ -118,10 +68,4 @@ def on(
         How it runs; its name is by default the function's.
 
     """
-
-    def decorate(function: Any) -> Any:
-        known: dict[str, Any] = {"name": function.__name__, **options}
-        HANDLERS.append(Handler(transition=transition, function=function, **known))
-        return function
-
-    return decorate
+    return registering(HANDLERS, transition, options)
