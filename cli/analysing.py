@@ -86,6 +86,18 @@ def memory_option(function: F) -> F:
     return option(function)
 
 
+def question_engine_option(function: F) -> F:
+    """Add `--engine`: who answers a question."""
+    option = click.option(
+        "--engine",
+        type=click.Choice(["auto", "tina"]),
+        default="auto",
+        show_default=True,
+        help="The engines of DiNeROS, or TINA where it is on the PATH.",
+    )
+    return option(function)
+
+
 def question_options(function: F) -> F:
     """Add the options of commands that ask one question about a net and show how it comes about."""
     for option in (json_option, settings_option, memory_option, variant_options, trace_option):

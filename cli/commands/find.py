@@ -15,6 +15,7 @@ from dineros.cli.analysing import (
     exploring,
     load_subject,
     memory_budget,
+    question_engine_option,
     question_options,
     reading_formula,
     say_witness,
@@ -42,12 +43,21 @@ if TYPE_CHECKING:
     show_default=True,
     help="Breadth first finds a shortest way, depth first often a long one sooner.",
 )
+@question_engine_option
+@click.option(
+    "--timeout",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="SECONDS",
+    help="Give up after so long; with --engine tina.",
+)
 @question_options
 def find(
     model: Path,
     enabled: str | None,
     marking: str | None,
     order: Order,
+    engine: str,
+    timeout: float | None,
     output: Path | None,
     signals: str,
     overflow: str,
@@ -57,6 +67,7 @@ def find(
 ) -> int:
     """Find a way to a marking: a shortest one, unless the search goes depth first or on a reduced net.
 
+    With --engine tina the way is one that TINA's programs sift and pathto tell, replayed; it may be longer.
     Exit status 0: found; 1: proved unreachable; 3: unknown.
     """
     from dineros.analysis.findings import witness_of
@@ -64,16 +75,25 @@ def find(
 
     if (enabled is None) == (marking is None):
         raise click.UsageError("give either --enabled or --marking")
+    if timeout is not None and engine != "tina":
+        raise click.UsageError("--timeout goes with --engine tina")
     subject = load_subject(model, settings, signals, overflow)
     budget = memory_budget(memory)
-    with exploring() as progress:
-        if enabled is not None:
-            with reading_formula("--enabled"):
-                answer = find_enabled(subject.net, enabled, subject.names, budget, progress, order)
+    with exploring() as progress, reading_formula("--marking" if enabled is None else "--enabled"):
+        if engine == "tina":
+            from dineros.analysis import tina
+
+            limits = (order, timeout, budget)
+            if enabled is not None:
+                answer = tina.find_enabled(subject.net, enabled, subject.names, *limits)
+            else:
+                assert marking is not None
+                answer = tina.find_marking(subject.net, marking, subject.names, *limits)
+        elif enabled is not None:
+            answer = find_enabled(subject.net, enabled, subject.names, budget, progress, order)
         else:
             assert marking is not None
-            with reading_formula("--marking"):
-                answer = find_marking(subject.net, marking, subject.names, budget, progress, order)
+            answer = find_marking(subject.net, marking, subject.names, budget, progress, order)
     witness = witness_of(subject, answer.trace) if answer.trace is not None else None
     report = {
         "model": str(model),

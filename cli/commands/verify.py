@@ -14,6 +14,7 @@ from dineros.cli.analysing import (
     exploring,
     load_subject,
     memory_budget,
+    question_engine_option,
     question_options,
     reading_formula,
     say_witness,
@@ -49,6 +50,7 @@ from dineros.cli.quick_start import start_quickly
     help="Give up after so long.",
 )
 @cache_option
+@question_engine_option
 @question_options
 def verify(
     model: Path,
@@ -57,6 +59,7 @@ def verify(
     weak: tuple[str, ...],
     strong: tuple[str, ...],
     timeout: float | None,
+    engine: str,
     output: Path | None,
     signals: str,
     overflow: str,
@@ -69,7 +72,8 @@ def verify(
 
     Atoms are `Shown >= 2`, `A + 2*B < 3`, `enabled(T)`, `fired(T)`, `signal(S)` and `deadlock`. A run that
     ends in a deadlock stays there for ever. Exit status 0: holds; 1: violated; 3: unknown. An answer for
-    which no run is found in time stands without one, and says so.
+    which no run is found in time stands without one, and says so. With --engine tina, TINA's programs tina
+    and selt answer for LTL; the run that selt shows is replayed.
     """
     start_quickly()
     orders = orders_beside(model, no_cache)
@@ -77,19 +81,30 @@ def verify(
     from dineros.analysis.logic.budget import Budget
     from dineros.analysis.logic.ctl import check_ctl
     from dineros.analysis.logic.ltl import verify_ltl
+    from dineros.metamodel.errors import DinerosError
 
     if (ltl is None) == (ctl is None):
         raise click.UsageError("give either --ltl or --ctl")
     if ctl is not None and (weak or strong):
         raise click.UsageError("fairness goes with --ltl")
+    if ctl is not None and engine == "tina":
+        raise DinerosError(
+            "--ctl cannot go with --engine tina: its program selt verifies LTL only",
+            hint="leave out --engine, or say it in LTL",
+        )
     subject = load_subject(model, settings, signals, overflow)
     for option, names in (("--fair", weak), ("--strongly-fair", strong)):
         with reading_formula(option):
             for name in names:
                 subject.names.transitions(name)
-    budget = Budget(memory_budget(memory), seconds=timeout)
+    limit = memory_budget(memory)
+    budget = Budget(limit, seconds=timeout)
     with exploring() as progress, reading_formula("--ltl" if ctl is None else "--ctl"):
-        if ltl is not None:
+        if ltl is not None and engine == "tina":
+            from dineros.analysis import tina
+
+            verdict = tina.verify(subject.net, ltl, subject.names, weak, strong, timeout, limit)
+        elif ltl is not None:
             verdict = verify_ltl(subject.net, ltl, subject.names, weak, strong, budget, progress)
         else:
             assert ctl is not None

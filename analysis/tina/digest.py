@@ -1,35 +1,20 @@
-"""State spaces counted by TINA, where the user has it on the PATH.
-
-The net goes out as a ``.net`` file, ``tina -R -q`` builds its marking graph, and the digest that it prints
-is read back. What is run and read is as TINA's manual describes it; this project has no copy of TINA to try
-it with.
-
-References
-----------
-B. Berthomieu, P.-O. Ribet, F. Vernadat, *The tool TINA: construction of abstract state spaces for Petri nets
-and time Petri nets*, International Journal of Production Research 42(14), 2004.
-"""
+"""State spaces counted by TINA: the digest that ``tina -R`` prints, read back."""
 
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 
 from dineros.analysis.compiled import CompiledNet
-from dineros.metamodel.errors import DinerosError
+from dineros.analysis.tina.programs import Printed, TinaError, workplace
 
 #: Rows of the digest, such as ``#      states      12     5     ?     0     12``.
 _ROW = re.compile(r"^#\s*(states|transitions)\s+(\d+)\s+\S+\s+\S+\s+(\S+)\s+\S+\s*$", re.MULTILINE)
 #: The size of the net as TINA has read it: ``# net N, 6 places, 6 transitions, 14 arcs``.
 _SIZE = re.compile(r"(\d+) places, (\d+) transitions")
-
-
-class TinaError(DinerosError):
-    """TINA is not there, failed, or printed what cannot be read."""
+#: What TINA found of the net: ``# bounded, not live, reversible``. Anything else promises no bound.
+_BOUNDED = re.compile(r"^#\s*bounded\b", re.MULTILINE)
+_HINT = "this may be a version of TINA that is not known here; use another engine"
 
 
 @dataclass(frozen=True)
@@ -52,23 +37,6 @@ class TinaCounts:
     is_bounded: bool
 
 
-def tool(name: str = "tina") -> Path:
-    """Return where a tool of TINA is.
-
-    Raises
-    ------
-    TinaError
-        It is not on the PATH.
-    """
-    found = shutil.which(name)
-    if found is None:
-        raise TinaError(
-            f"{name} is not on the PATH",
-            hint="TINA is to be had from its authors at LAAS; or use another engine",
-        )
-    return Path(found)
-
-
 def count(net: CompiledNet, seconds: float | None = None) -> TinaCounts:
     """Let TINA build the marking graph of a net.
 
@@ -84,39 +52,28 @@ def count(net: CompiledNet, seconds: float | None = None) -> TinaCounts:
     TinaError
         TINA is not there, failed, took too long, or read another net than was written.
     """
-    from dineros.analysis.nets import to_model
-    from dineros.metamodel.files import save
+    with workplace(net, seconds) as place:
+        # -R: the marking graph; -q: nothing but the digest.
+        return read_counts(net, place.run("tina", "-R", "-q", "net.net"))
 
-    program = tool()
-    with tempfile.TemporaryDirectory(prefix="dineros-tina-") as folder:
-        path = Path(folder) / "net.net"
-        save(to_model(net, "net"), path)
-        try:
-            # -R: the marking graph; -q: nothing but the digest.
-            answer = subprocess.run(
-                [str(program), "-R", "-q", str(path)],
-                capture_output=True,
-                text=True,
-                errors="replace",
-                timeout=seconds,
-                check=False,
-                cwd=folder,
-            )
-        except subprocess.TimeoutExpired:
-            raise TinaError(f"tina took more than {seconds:g} s") from None
-        except OSError as error:
-            raise TinaError(f"{program} does not run: {error.strerror}") from None
-    printed = answer.stdout + "\n" + answer.stderr
-    if answer.returncode:
-        last = next((line for line in reversed(printed.splitlines()) if line.strip()), "no message")
-        raise TinaError(f"tina failed with exit status {answer.returncode}: {last.strip()}")
-    size = _SIZE.search(printed)
+
+def read_counts(net: CompiledNet, printed: Printed) -> TinaCounts:
+    """Read the counts of a net off what ``tina`` printed.
+
+    Raises
+    ------
+    TinaError
+        There is no digest, or it is that of another net.
+    """
+    text = printed.output + "\n" + printed.errors
+    size = _SIZE.search(text)
     if size and (int(size[1]), int(size[2])) != (len(net.places), len(net.transitions)):
         raise TinaError(
             f"tina has read {size[1]} places and {size[2]} transitions,"
-            f" where the net has {len(net.places)} and {len(net.transitions)}"
+            f" where the net has {len(net.places)} and {len(net.transitions)}",
+            hint=_HINT,
         )
-    return read_digest(printed)
+    return read_digest(text)
 
 
 def read_digest(printed: str) -> TinaCounts:
@@ -139,13 +96,13 @@ def read_digest(printed: str) -> TinaCounts:
     """
     rows = {kind: (int(number), dead) for kind, number, dead in _ROW.findall(printed)}
     if not {"states", "transitions"} <= rows.keys():
-        raise TinaError("what tina printed holds no digest with states and transitions")
+        raise TinaError("what tina printed holds no digest with states and transitions", hint=_HINT)
     dead = rows["states"][1]
     return TinaCounts(
         rows["states"][0],
         rows["transitions"][0],
         int(dead) if dead.isdigit() else None,
-        re.search(r"\b(unbounded|not bounded)\b", printed) is None,
+        _BOUNDED.search(printed) is not None,
     )
 
 

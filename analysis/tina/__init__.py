@@ -1,0 +1,30 @@
+"""TINA of LAAS as an engine, where the user has it on the PATH: counting, reachability, LTL.
+
+The net goes out as a ``.net`` file; ``tina``, ``sift``, ``selt`` and ``pathto`` are run on it, and what they
+print is read back. What is run and read is as TINA's manual describes it; this project has no copy of TINA to
+try it with. What cannot be read ends in a `TinaError`, never in a guess.
+
+References
+----------
+B. Berthomieu, P.-O. Ribet, F. Vernadat, *The tool TINA: construction of abstract state spaces for Petri nets
+and time Petri nets*, International Journal of Production Research 42(14), 2004. Manual pages ``tina``,
+``sift``, ``selt``, ``pathto`` and ``formats`` of TINA 3.7.
+"""
+
+from dineros.analysis.tina.digest import TinaCounts, count, differences, read_digest
+from dineros.analysis.tina.programs import TinaError, TinaTimeoutError, tool
+from dineros.analysis.tina.questions import find_condition, find_enabled, find_marking, verify
+
+__all__ = [
+    "TinaCounts",
+    "TinaError",
+    "TinaTimeoutError",
+    "count",
+    "differences",
+    "find_condition",
+    "find_enabled",
+    "find_marking",
+    "read_digest",
+    "tool",
+    "verify",
+]

@@ -1,0 +1,184 @@
+"""TINA's programs: where they are, and one run of one of them on files of a folder of its own."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from dineros.analysis.compiled import CompiledNet
+from dineros.metamodel.errors import DinerosError
+
+LONGEST_ARGUMENT = 100_000
+"""Bytes of one argument of a program; Linux takes 128 KiB."""
+
+
+class TinaError(DinerosError):
+    """TINA is not there, failed, or printed what cannot be read."""
+
+
+class TinaTimeoutError(TinaError):
+    """A program of TINA took longer than it may."""
+
+
+def tool(name: str = "tina") -> Path:
+    """Return where a tool of TINA is.
+
+    Raises
+    ------
+    TinaError
+        It is not on the PATH.
+    """
+    found = shutil.which(name)
+    if found is None:
+        raise TinaError(
+            f"{name} is not on the PATH",
+            hint="TINA is to be had from its authors at LAAS; or use another engine",
+        )
+    return Path(found)
+
+
+@dataclass(frozen=True)
+class Printed:
+    """What a program printed.
+
+    Attributes
+    ----------
+    output, errors : str
+        On standard output and on standard error.
+    """
+
+    output: str
+    errors: str
+
+
+@dataclass(frozen=True)
+class Workplace:
+    """A folder with nets as files, where programs of TINA run.
+
+    Attributes
+    ----------
+    folder : Path
+        The folder; programs run in it and get names without folders.
+    until : float or None
+        When `time.monotonic` has come so far, time has run out.
+    seconds : float or None
+        How long that was in all, for messages.
+    memory : int or None
+        Bytes of address space of each program.
+    """
+
+    folder: Path
+    until: float | None = None
+    seconds: float | None = None
+    memory: int | None = None
+
+    def save(self, net: CompiledNet, name: str) -> None:
+        """Write a net as a file of a name that ends with ``.net``."""
+        from dineros.analysis.nets import to_model
+        from dineros.metamodel.files import save
+
+        save(to_model(net, "net"), self.folder / name)
+
+    def run(self, name: str, *arguments: str) -> Printed:
+        """Run a program.
+
+        Raises
+        ------
+        TinaTimeoutError
+            It took too long.
+        TinaError
+            It is not there, does not run, or failed.
+        """
+        program = tool(name)
+        if any(len(os.fsencode(argument)) > LONGEST_ARGUMENT for argument in arguments):
+            raise TinaError(
+                f"the formula is too long for the command line of {name}", hint="use another engine"
+            )
+        try:
+            # A session of its own: what the program starts (selt starts a converter) ends with it.
+            process = subprocess.Popen(
+                [str(program), *arguments],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                encoding="utf-8",
+                errors="replace",
+                cwd=self.folder,
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise TinaError(
+                f"{program} does not run: {error.strerror}", hint="see whether TINA is installed as it should"
+            ) from None
+        try:
+            self._limit(process)
+            left = None if self.until is None else max(self.until - time.monotonic(), 0.01)
+            output, errors = process.communicate(timeout=left)
+        except subprocess.TimeoutExpired:
+            raise TinaTimeoutError(
+                f"{name} took more than {self.seconds:g} s", hint="give it more time, or use another engine"
+            ) from None
+        finally:
+            _end(process)
+        if process.returncode:
+            raise TinaError(
+                f"{name} failed with exit status {process.returncode}: {_last_line(output, errors)}",
+                hint="or it had too little memory; another engine may answer",
+            )
+        return Printed(output, errors)
+
+    def _limit(self, process: subprocess.Popen[str]) -> None:
+        if self.memory is not None and hasattr(resource, "prlimit"):  # Linux only
+            with suppress(ProcessLookupError):  # it may have ended already
+                resource.prlimit(process.pid, resource.RLIMIT_AS, (self.memory, self.memory))
+
+
+@contextmanager
+def workplace(
+    net: CompiledNet, seconds: float | None = None, memory: int | None = None
+) -> Iterator[Workplace]:
+    """Make a folder that holds a net as ``net.net``, and leave nothing of it behind.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    seconds : float, optional
+        How long all programs together may take from now.
+    memory : int, optional
+        Bytes that each program may use.
+    """
+    until = None if seconds is None else time.monotonic() + seconds
+    with tempfile.TemporaryDirectory(prefix="dineros-tina-") as folder:
+        place = Workplace(Path(folder), until, seconds, memory)
+        place.save(net, "net.net")
+        yield place
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    """End a program and what it started, if any of it still runs."""
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    for stream in (process.stdout, process.stderr):
+        if stream is not None:
+            stream.close()
+
+
+def _last_line(output: str, errors: str) -> str:
+    """Return the last line that says something: an error if there is one."""
+    for text in (errors, output):
+        for line in reversed(text.splitlines()):
+            if line.strip():
+                return line.strip()[:200]
+    return "no message"

@@ -1,0 +1,219 @@
+"""Questions about a net that TINA's programs answer: is a marking reachable, does an LTL formula hold.
+
+Nothing is believed that can be checked: a path or a counterexample is replayed on our net, and what the
+programs make of runs that end is tried first (`dineros.analysis.tina.trial`). An answer without a path rests
+on TINA, on that trial, and on how its manual is read here.
+"""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.explicit import Order
+from dineros.analysis.goals import Answer
+from dineros.analysis.logic.atoms import BoundAtoms, Step, resolved_transitions
+from dineros.analysis.logic.lasso import holds_on_lasso
+from dineros.analysis.logic.names import Names
+from dineros.analysis.logic.parser import parse
+from dineros.analysis.logic.syntax import Enabled, Formula, Name
+from dineros.analysis.logic.verdict import Verdict
+from dineros.analysis.tina.digest import read_counts
+from dineros.analysis.tina.formulas import PARTIAL, always, fair_text, formula_text, not_
+from dineros.analysis.tina.paths import lasso, read_sequence, to_goal
+from dineros.analysis.tina.programs import Printed, TinaTimeoutError, Workplace, workplace
+from dineros.analysis.tina.trial import ask, try_reachability, try_temporal
+from dineros.analysis.witness import replay
+
+#: How sift tells at which state it stopped: the manual numbers states, and leaves open how one is told.
+_STATE = re.compile(r"\bstate\s+(\d+)\b")
+
+
+def find_enabled(
+    net: CompiledNet,
+    name: str,
+    names: Names,
+    order: Order = "breadth-first",
+    seconds: float | None = None,
+    memory: int | None = None,
+) -> Answer:
+    """Find a trace that ends with a transition of a name, by ``sift`` and ``pathto``.
+
+    Raises
+    ------
+    FormulaError
+        No transition has the name.
+    TinaError
+        A program is not there, failed, or answered what cannot be read or is not so.
+    """
+    wanted = names.transitions(name)
+    answer = find_condition(net, Enabled(Name(name)), names, order, seconds, memory)
+    if answer.trace is None:
+        return answer
+    last = replay(net, answer.trace)[-1]
+    return replace(answer, trace=(*answer.trace, next(t for t in wanted if net.is_enabled(t, last))))
+
+
+def find_marking(
+    net: CompiledNet,
+    text: str,
+    names: Names,
+    order: Order = "breadth-first",
+    seconds: float | None = None,
+    memory: int | None = None,
+) -> Answer:
+    """Find a trace to a marking that fulfils a condition, by ``sift`` and ``pathto``.
+
+    Raises
+    ------
+    FormulaError
+        The text is no condition on markings, or names something unknown.
+    TinaError
+        A program is not there, failed, or answered what cannot be read or is not so.
+    """
+    return find_condition(net, parse(text, "state"), names, order, seconds, memory)
+
+
+def find_condition(
+    net: CompiledNet,
+    condition: Formula,
+    names: Names,
+    order: Order = "breadth-first",
+    seconds: float | None = None,
+    memory: int | None = None,
+) -> Answer:
+    """Find a trace to a marking that fulfils a condition.
+
+    ``sift`` explores until it meets one, and writes the graph that it has seen; ``selt`` tells whether one
+    is in there and whether the graph is whole; ``pathto``, or else a counterexample of ``selt``, leads there.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    condition : Formula
+        A condition without temporal operators.
+    names : Names
+        What its names stand for.
+    order : {"breadth-first", "depth-first"}
+        How ``sift`` goes.
+    seconds : float, optional
+        How long all programs together may take; there is no end to an unbounded net.
+    memory : int, optional
+        Bytes that each program may use.
+
+    Raises
+    ------
+    FormulaError
+        A name is unknown.
+    TinaError
+        A program is not there, failed, or answered what cannot be read or is not so.
+    """
+    atoms = BoundAtoms(net, condition, names)
+    goal = formula_text(net, condition, atoms)
+
+    def is_goal(marking: list[int]) -> bool:
+        return holds_on_lasso(condition, [], [Step(tuple(marking), None)], atoms.is_true)
+
+    with workplace(net, seconds, memory) as place:
+        try:
+            try_reachability(place)
+            way = "-bf" if order == "breadth-first" else "-df"
+            printed = place.run("sift", "-R", way, "net.net", "found.ktz", "-f", not_(goal))
+            if ask(place, "found.ktz", always(not_(goal))):
+                if ask(place, "found.ktz", always(not_(PARTIAL))):
+                    return Answer("unreachable")
+                return Answer("unknown", reason="sift stopped before it had seen all markings")
+            trace, program = _path(net, place, printed, goal)
+        except TinaTimeoutError:
+            return Answer("unknown", reason=f"time: more than {seconds:g} s")
+    return Answer("reachable", to_goal(net, trace, is_goal, program))
+
+
+def verify(
+    net: CompiledNet,
+    formula: str | Formula,
+    names: Names,
+    weak: Iterable[str] = (),
+    strong: Iterable[str] = (),
+    seconds: float | None = None,
+    memory: int | None = None,
+) -> Verdict:
+    """Decide whether all fair runs of a net satisfy an LTL formula, by ``tina`` and ``selt``.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    formula : str or Formula
+        The formula.
+    names : Names
+        What its names stand for.
+    weak, strong : iterable of str
+        Names of fair transitions, each transition of a name on its own.
+    seconds : float, optional
+        How long all programs together may take.
+    memory : int, optional
+        Bytes that each program may use.
+
+    Raises
+    ------
+    FormulaError
+        The text is no LTL formula, or names something unknown.
+    TinaError
+        A program is not there, failed, or answered what cannot be read or is not so.
+    """
+    began = time.perf_counter()
+    tree = parse(formula) if isinstance(formula, str) else formula
+    atoms = BoundAtoms(net, tree, names)
+    weakly, strongly = _fair(names, weak), _fair(names, strong)
+    text = fair_text(net, formula_text(net, tree, atoms), weakly, strongly)
+    states = 0
+
+    def verdict(status: str, stem: Sequence[int] = (), loop: Sequence[int] = (), reason: str = "") -> Verdict:
+        spent = time.perf_counter() - began
+        return Verdict(status, tuple(stem), tuple(loop), states, spent, reason)  # type: ignore[arg-type]
+
+    with workplace(net, seconds, memory) as place:
+        try:
+            try_temporal(place)
+            counts = read_counts(net, place.run("tina", "-R", "net.net", "net.ktz"))
+            states = counts.states
+            if not counts.is_bounded:
+                return verdict("unknown", reason="tina does not find the net bounded")
+            if ask(place, "net.ktz", text):
+                return verdict("holds")
+            shown = _counterexample(place, "net.ktz", text)
+        except TinaTimeoutError:
+            return verdict("unknown", reason=f"time: more than {seconds:g} s")
+    if shown is None:
+        return verdict("violated", reason="selt shows no run")
+    stem, loop = lasso(net, read_sequence(net, shown, "selt"), tree, atoms, weakly, strongly)
+    return verdict("violated", stem, loop)
+
+
+def _path(net: CompiledNet, place: Workplace, printed: Printed, goal: str) -> tuple[list[int], str]:
+    """Return a firing sequence to the state at which sift stopped, and which program wrote it."""
+    states = set(_STATE.findall(printed.output))
+    if len(states) == 1:
+        program, text = "pathto", place.run("pathto", states.pop(), "-t", "found.ktz").output
+    else:
+        program, text = "selt", _counterexample(place, "found.ktz", always(not_(goal))) or ""
+    return [t for row in read_sequence(net, text, program) for t in row], program
+
+
+def _counterexample(place: Workplace, graph: str, text: str) -> str | None:
+    """Let selt write a counterexample; None where it writes none."""
+    place.run("selt", graph, "-f", text, "-q", "-s", "-wp", "0", "-S", "example.scn")
+    try:
+        shown = (place.folder / "example.scn").read_text("utf-8", errors="replace")
+    except FileNotFoundError:
+        return None
+    return shown if shown.strip() else None
+
+
+def _fair(names: Names, wanted: Iterable[str]) -> list[int]:
+    return list(dict.fromkeys(t for name in wanted for t in resolved_transitions(names, Name(name))))
