@@ -344,10 +344,10 @@ class Execution:
                     tokens={structure.places[place]: sorted(ids) for place, ids in released.items()},
                 )
 
-    def halt(self, reason: str) -> None:
-        """Fire nothing more until `proceed`."""
+    def halt(self, reason: str, level: int = logging.ERROR) -> None:
+        """Fire nothing more until `proceed`; the reason is logged at a level of `logging`."""
         if self.halted is None:
-            LOG.error("the node halts: %s", reason)
+            LOG.log(level, "the node halts: %s", reason)
             self.halted = reason
 
     def proceed(self) -> None:

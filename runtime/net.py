@@ -14,6 +14,7 @@ A program loads a net, registers its handlers, and runs it::
 
 from __future__ import annotations
 
+import logging
 import random
 import threading
 import time
@@ -239,7 +240,7 @@ class Net:
 
     def halt(self, reason: str = "halted by the program") -> None:
         """Fire nothing more until `proceed`; tokens and signals still arrive."""
-        self._core.loop.submit(lambda: self._core.execution.halt(reason))
+        self._core.loop.submit(lambda: self._core.execution.halt(reason, logging.INFO))
 
     def proceed(self) -> None:
         """Fire again after a halt."""

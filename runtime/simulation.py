@@ -240,32 +240,3 @@ class LocalApplication:
             self.close()
         else:
             self.stop()
-
-
-def run_local(
-    models: Iterable[rtm.RuntimeModel],
-    setup: Callable[[LocalApplication], object],
-    until: Callable[[LocalApplication], bool],
-    *,
-    seed: int | None = None,
-    timeout: float | None = None,
-    policy: Policy | None = None,
-    recorder: Callable[[str], Recorder] | None = None,
-) -> Outcome:
-    """Run an application in simulated time until a condition holds.
-
-    Parameters
-    ----------
-    models : iterable of rtm.RuntimeModel
-        One per node.
-    setup : callable
-        Registers handlers, selections and simulators with the application before it starts.
-    until, timeout
-        As for `LocalApplication.run`.
-    seed, policy, recorder
-        As for `LocalApplication`.
-    """
-    application = LocalApplication(models, seed=seed, policy=policy, recorder=recorder)
-    setup(application)
-    with application:
-        return application.run(until, timeout)

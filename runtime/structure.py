@@ -120,7 +120,6 @@ class _Reading:
         self.transitions: dict[tuple[pn.Node, int], int] = {}
         self.place_ids: list[str] = []
         self.transition_ids: list[str] = []
-        self.originals: list[tuple[pn.Place, ...]] = []
 
     def structure(self) -> Structure:
         placed = list(self._walk())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import tempfile
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dineros.cli.console import say, say_json, summarise, warn
-from dineros.cli.options import command, json_option, model_argument, settings_option
+from dineros.cli.options import command, invocation, json_option, model_argument, settings_option
 
 if TYPE_CHECKING:
     from dineros.cli.running.applications import Application
@@ -120,7 +121,10 @@ def run(
             stack.enter_context(_page(folder, application))
         if local or simulate:
             from dineros.cli.running.local import run_in_process
+            from dineros.runtime.application.logs import logs_to, terminal_handler
 
+            level = logging.INFO if invocation().verbosity > 0 else logging.WARNING
+            stack.enter_context(logs_to(terminal_handler(), level))
             ending = run_in_process(application, wanted, observer, is_simulated=simulate)
         else:
             from dineros.cli.running.ros import RosOptions, run_on_ros

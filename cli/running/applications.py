@@ -44,11 +44,6 @@ class Application:
         """What it is called."""
         return str(self.source)
 
-    @property
-    def is_workspace(self) -> bool:
-        """Whether it is a generated workspace, whose packages have their handlers."""
-        return self.system is None
-
     def condition(self, text: str) -> Condition:
         """Return a condition on its places and signals.
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from dineros.metamodel.errors import DinerosError, Location, near_matches
-from dineros.metamodel.records import schema
 from dineros.metamodel.records.schema import EVENTS, SCHEMA, Header, Record, StoredToken
+from dineros.metamodel.token_data import Value
 
 Converter = Callable[[Any], Any]
 
@@ -195,7 +195,7 @@ _LAYOUTS: dict[str, tuple[tuple[str, Converter, Any], ...]] = {}
 
 
 def _new_layout(kind: type[Record]) -> tuple[tuple[str, Converter, Any], ...]:
-    hints = typing.get_type_hints(kind, vars(schema))
+    hints = typing.get_type_hints(kind, None, {"Value": Value})  # the values of tokens are recursive
     return tuple(
         (
             field.name,

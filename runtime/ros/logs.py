@@ -1,59 +1,115 @@
-"""What the engine logs, among the logs of ROS."""
+"""What handlers and the engine log, among the logs of ROS: console, log files and ``/rosout``."""
 
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
+from dineros.runtime.application.logs import OwnLogs, logs_to
 from dineros.runtime.ros.session import RosError
 
-LEVELS = {
-    "debug": logging.DEBUG,
-    "info": logging.INFO,
-    "warn": logging.WARNING,
-    "error": logging.ERROR,
-    "fatal": logging.CRITICAL,
-}
+LEVELS = ("debug", "info", "warn", "error", "fatal")
+"""Names of ROS's levels; their numbers are those of Python's."""
 
 
-class _RosHandler(logging.Handler):
-    """Passes records on to the logger of a ROS node: the console, ROS's log files, ``/rosout``."""
+class RosHandler(logging.Handler):
+    """Passes records on to the logger of a ROS node, each under the place in the code where it was written.
 
-    def __init__(self, logger: Any) -> None:
+    What the engine and the root logger write, and a logger with the name of the node, goes to the node's
+    own logger; what comes from a logger ``camera`` goes to the child ``NODE.camera``.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The node.
+    """
+
+    def __init__(self, node: Any) -> None:
         super().__init__()
-        self._logger = logger
+        from rclpy.impl.implementation_singleton import rclpy_implementation
+
+        # The methods of rclpy's loggers look for their caller, and find only this class.
+        self._log = rclpy_implementation.rclpy_logging_rcutils_log
+        self._logger = node.get_logger()
+        # As long as there is such an object, /rosout takes what is logged under its name.
+        self._children: dict[str, Any] = {}
 
     def emit(self, record: logging.LogRecord) -> None:
         """Log a record."""
-        text = self.format(record)
-        if record.levelno >= logging.CRITICAL:
-            self._logger.fatal(text)
-        elif record.levelno >= logging.ERROR:
-            self._logger.error(text)
-        elif record.levelno >= logging.WARNING:
-            self._logger.warning(text)
-        elif record.levelno >= logging.INFO:
-            self._logger.info(text)
-        else:
-            self._logger.debug(text)
+        try:
+            severity = min(max(record.levelno // 10 * 10, logging.DEBUG), logging.CRITICAL)
+            name = self._named(record.name).name
+            texts = (self.format(record), record.funcName or "", record.pathname)
+            self._log(severity, name, *map(_writable, texts), record.lineno)
+        except Exception:
+            self.handleError(record)
+
+    def _named(self, name: str) -> Any:
+        """Return the ROS logger for a logger of Python."""
+        if name in ("root", "dineros", self._logger.name) or name.startswith("dineros."):
+            return self._logger
+        if name not in self._children:
+            below = name.removeprefix(f"{self._logger.name}.")
+            self._children[name] = self._logger.get_child(_writable(below))
+        return self._children[name]
+
+    def close(self) -> None:
+        """Let the children go."""
+        self._children.clear()
+        super().close()
 
 
-def follow_logs(node: Any, level: str) -> None:
-    """Let a ROS node log what the engine logs, from a level on.
+@contextmanager
+def ros_logs(node: Any, level: str, arguments: Sequence[str] = (), package: str = "") -> Iterator[None]:
+    """Have a ROS node log all that is logged with Python's `logging`, as long as the block lasts.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The node.
+    level : str
+        The level from which on it logs, where the arguments of ROS do not tell.
+    arguments : sequence of str
+        The arguments of ROS; ``--log-level NODE.camera:=debug`` sets the level of the logger ``camera``.
+    package : str
+        The package of the handlers, which is no library even where it is installed as one.
 
     Raises
     ------
     RosError
         There is no such level.
     """
-    from rclpy.impl.logging_severity import LoggingSeverity
+    from rclpy.logging import get_logger_effective_level, get_logging_severity_from_string
 
     if level not in LEVELS:
         raise RosError(f"there is no log level {level!r}", hint=f"take one of {', '.join(LEVELS)}")
-    node.get_logger().set_level(LoggingSeverity[level.upper()])
-    logger = logging.getLogger("dineros")
-    for handler in [known for known in logger.handlers if isinstance(known, _RosHandler)]:
-        logger.removeHandler(handler)
-    logger.setLevel(LEVELS[level])
-    logger.addHandler(_RosHandler(node.get_logger()))
-    logger.propagate = False
+    logger, told = node.get_logger(), _told_levels(arguments)
+    if not any(not name or f"{logger.name}.".startswith(f"{name}.") for name in told):
+        logger.set_level(get_logging_severity_from_string(level.upper()))
+    # Python asks its own loggers first, whether a record is worth making.
+    for name in told:
+        if name.startswith(f"{logger.name}."):
+            for each in (name, name.removeprefix(f"{logger.name}.")):
+                logging.getLogger(each).setLevel(int(get_logger_effective_level(name)))
+    handler = RosHandler(node)
+    handler.addFilter(OwnLogs(package))
+    with logs_to(handler, int(logger.get_effective_level())):
+        yield
+
+
+def _told_levels(arguments: Sequence[str]) -> list[str]:
+    """Return the loggers whose levels the arguments of ROS tell; empty: that of all others."""
+    found, words, is_ros = [], iter(arguments), False
+    for word in words:
+        if word in ("--ros-args", "--"):
+            is_ros = word == "--ros-args"
+        elif is_ros and word == "--log-level":
+            found.append(next(words, "").rpartition(":=")[0])
+    return found
+
+
+def _writable(text: str) -> str:
+    """Return a text in which what C and UTF-8 cannot carry is escaped."""
+    return text.encode("utf-8", "backslashreplace").decode().replace("\0", "\\x00")

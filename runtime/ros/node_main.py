@@ -10,6 +10,7 @@ start.
 from __future__ import annotations
 
 import argparse
+import functools
 import logging
 import signal
 import sys
@@ -22,11 +23,12 @@ from typing import Any
 from dineros.metamodel import rtm
 from dineros.metamodel.elements import label
 from dineros.metamodel.errors import DinerosError
-from dineros.runtime.application.handler_files import load_handler_file
+from dineros.runtime.application.handler_files import HandlerFile, load_handler_file
+from dineros.runtime.application.logs import FORMAT
 from dineros.runtime.journal import JournalRecorder, resume_journal
 from dineros.runtime.net import Net, load_runtime_model
 from dineros.runtime.recording import Checkpoint
-from dineros.runtime.ros.logs import follow_logs
+from dineros.runtime.ros.logs import ros_logs
 from dineros.runtime.ros.parameters import JOURNAL, LOG_LEVEL, RESUME, SEED, declare
 from dineros.runtime.ros.running import RosNode
 from dineros.runtime.ros.session import Session
@@ -65,7 +67,7 @@ def run_node(
     int
         The exit status: 0, 1 where the node failed, 2 where it could not start.
     """
-    logging.basicConfig(format="[%(levelname)s] [%(name)s]: %(message)s")
+    logging.basicConfig(format=FORMAT)
     ending = threading.Event()
     former = {number: signal.signal(number, lambda *_: ending.set()) for number in _ENDING}
     try:
@@ -112,30 +114,32 @@ def _run(
         **options,
     )
     try:
-        follow_logs(session.node, str(declare(session.node, LOG_LEVEL)))
-
-        def make() -> RosNode:
-            return _make_node(model, register, session, origin)
-
-        if lifecycle:
-            session.node.manage(make)
-            session.start(session.node.work)
-        else:
-            running = make()
-            running.start()
-        while not ending.is_set() and not session.join(timeout=0):
-            ending.wait(0.2)
-        if lifecycle:
-            session.end()
-            session.join()
-            session.node.finish()
-        else:
-            running.stop("signal" if session.failure is None else "failure")
+        level = str(declare(session.node, LOG_LEVEL))
+        with ros_logs(session.node, level, arguments, register.__module__.partition(".")[0]):
+            _work(session, lambda: _make_node(model, register, session, origin), lifecycle, ending)
     finally:
         session.close()
     if session.failure is not None:
         return 2 if isinstance(session.failure, DinerosError) and not lifecycle else 1
     return 0
+
+
+def _work(session: Session, make: Callable[[], RosNode], lifecycle: bool, ending: threading.Event) -> None:
+    """Have a node work until the process is told to end, or the node fails."""
+    if lifecycle:
+        session.node.manage(make)
+        session.start(session.node.work)
+    else:
+        running = make()
+        running.start()
+    while not ending.is_set() and not session.join(timeout=0):
+        ending.wait(0.2)
+    if lifecycle:
+        session.end()
+        session.join()
+        session.node.finish()
+    else:
+        running.stop("signal" if session.failure is None else "failure")
 
 
 def _make_node(
@@ -172,10 +176,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(given[:at])
     try:
         model = load_runtime_model(options.model)
-        register = load_handler_file(options.handlers).configure if options.handlers else _nothing
     except DinerosError as error:
         print(error, file=sys.stderr)
         return 2
+
+    @functools.cache
+    def handlers() -> HandlerFile:
+        return load_handler_file(options.handlers)
+
+    def register(net: Net) -> None:
+        """Load the handlers where what they log is heard already."""
+        if options.handlers is not None:
+            handlers().configure(net)
+
     return run_node(
         model,
         register,
@@ -184,10 +197,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         settings=options.settings,
         lifecycle=options.lifecycle,
     )
-
-
-def _nothing(net: Net) -> None:
-    """Leave a net as it is."""
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import signal
 import subprocess
@@ -48,6 +49,36 @@ def test_until_a_condition_holds(run: Run, spoken: Path, way: str) -> None:
     assert "conformance: conforms, " in result.stdout
     assert "6 firings, 0 drops, 0 errors, 0 restarts" in result.stdout
     assert (spoken.parent / "said.txt").read_text() == "said\n" * 3
+
+
+LOGGING = """
+import asyncio, logging
+LOG = logging.getLogger("talk")
+def configure(net):
+    if net.id == "talker":
+        net.signal("Button").set(True)
+        @net.handler("Say")
+        def say(firing):
+            LOG.debug("a debug")
+            LOG.info("an info")
+            LOG.warning("a warning")
+            asyncio.new_event_loop().close()  # which asyncio logs
+"""
+
+
+@pytest.mark.parametrize("way", ["--local", "--simulate"])
+def test_what_handlers_log_is_shown_once(run: Run, spoken: Path, way: str) -> None:
+    spoken.with_name("handlers.py").write_text(LOGGING, encoding="utf-8")
+    arguments = ("run", spoken, way, "--until", "Noted >= 3", "--timeout", 60)
+    for options in ([], ["-q"]):
+        assert run(*arguments, *options).stderr == "[WARNING] [talk]: a warning\n" * 3
+    shown = "[INFO] [talk]: an info\n[WARNING] [talk]: a warning\n"
+    assert run(*arguments, "-v").stderr == f"read {spoken}\n" + shown * 3
+    spoken.with_name("handlers.py").write_text(
+        LOGGING + 'LOG.setLevel(logging.DEBUG)\nlogging.basicConfig(level="DEBUG")\n', encoding="utf-8"
+    )
+    assert run(*arguments).stderr == f"[DEBUG] [talk]: a debug\n{shown}" * 3
+    logging.getLogger("talk").setLevel(logging.NOTSET)
 
 
 def test_json_and_traces_that_conform(run: Run, spoken: Path) -> None:

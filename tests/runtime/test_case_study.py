@@ -10,7 +10,7 @@ import pytest
 from dineros.metamodel.settings import apply
 from dineros.runtime import Candidates, Enabled, Firing, Net
 from dineros.runtime.recording import ListRecorder
-from dineros.runtime.simulation import LocalApplication, run_local
+from dineros.runtime.simulation import LocalApplication
 from dineros.transformations.split import split
 from tests.runtime.tiny import case_study
 
@@ -104,19 +104,16 @@ def parts() -> list[Any]:
 @pytest.mark.parametrize("visits", [False, True])
 def test_all_objects_are_sorted(seed: int, visits: bool) -> None:
     recorders: dict[str, ListRecorder] = {}
-    cells: list[Cell] = []
     total = sum(COLORS.values())
-    outcome = run_local(
-        parts(),
-        lambda application: cells.append(Cell(application, visits=visits)),
-        lambda application: application.count("feedback", "Shown") == total,
-        seed=seed,
-        timeout=200,
-        recorder=lambda node: recorders.setdefault(node, ListRecorder()),
+    application = LocalApplication(
+        parts(), seed=seed, recorder=lambda node: recorders.setdefault(node, ListRecorder())
     )
+    cell = Cell(application, visits=visits)
+    with application:
+        outcome = application.run(lambda each: each.count("feedback", "Shown") == total, timeout=200)
     assert outcome == "reached"
-    assert Counter(shown["color"] for shown in cells[0].shown) == {"red": 3, "blue": 2, "green": 3}
-    assert all(shown["pickSuccess"] or shown["errors"] for shown in cells[0].shown)
+    assert Counter(shown["color"] for shown in cell.shown) == {"red": 3, "blue": 2, "green": 3}
+    assert all(shown["pickSuccess"] or shown["errors"] for shown in cell.shown)
     events = Counter(str(record["event"]) for recorder in recorders.values() for record in recorder.records)
     assert not {"error", "drop", "timeout"} & set(events)
     check_safety(recorders["executor"].records)

@@ -35,5 +35,5 @@ def assign_bob(firing: firings.TAssignBobFiring) -> firings.Outcome:
 @firings.on("TClose")
 def close(firing: firings.TCloseFiring) -> firings.Outcome:
     """Arrived -> Closed + Slots: somebody is where they should be."""
-    LOG.info("%(robot)s arrived at %(x)g, %(y)g", firing.data)
+    LOG.debug("%(robot)s arrived at %(x)g, %(y)g", firing.data)
     return {}

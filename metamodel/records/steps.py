@@ -1,0 +1,178 @@
+"""The records that change the marking: firings, signals, tokens that pass between nodes and channels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from dineros.metamodel.records.base import Data, Record, StoredToken
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step(Record):
+    """A record that changes the marking.
+
+    Attributes
+    ----------
+    transition : str or None
+        Transition of the flattened net, in a witness; that which fired, in a `Fire`.
+    change : dict of str to int
+        Tokens gained or lost, by place.
+    text : str or None
+        What happens in the words of the model, in a witness.
+    """
+
+    transition: str | None = None
+    change: dict[str, int] = field(default_factory=dict)
+    text: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fire(Step):
+    """A transition fires.
+
+    Attributes
+    ----------
+    taken : dict of str to list of int
+        Ids of the tokens taken from each place.
+    made : dict of str to list of StoredToken
+        Tokens put on each place.
+    handlers : list of str
+        Names of the handlers that ran, in order.
+    duration : float or None
+        Seconds from the selection to the commit.
+    """
+
+    event = "fire"
+
+    transition: str = field()  # the default of `Step` does not hold
+    taken: dict[str, list[int]] = field(default_factory=dict)
+    made: dict[str, list[StoredToken]] = field(default_factory=dict)
+    handlers: list[str] = field(default_factory=list)
+    duration: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Signal(Step):
+    """A signal changes; `source` says who changed it."""
+
+    event = "signal"
+
+    signal: str
+    value: bool
+    source: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChannelStep(Step):
+    """A token passes between a place of a node net and a channel.
+
+    Attributes
+    ----------
+    channel : str
+        Id of the topic or service channel.
+    place : str
+        The place of the node net.
+    token : int or None
+        Id of the token that leaves or arrives; only in runs.
+    message : str or None
+        Id of the message, ``NODE/PLACE/NUMBER``; a response has that of its request. Only in runs.
+    """
+
+    channel: str
+    place: str
+    token: int | None = None
+    message: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Publish(ChannelStep):
+    """A token leaves for a topic."""
+
+    event = "publish"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Take(ChannelStep):
+    """A token arrives from a topic, carrying `data`."""
+
+    event = "take"
+
+    data: Data = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ServiceStep(ChannelStep):
+    """A step of a service call; `client` is the client's id, `instance` the server instance, from 1."""
+
+    client: str | None = None
+    instance: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Request(ServiceStep):
+    """A client's token leaves as a request."""
+
+    event = "request"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Serve(ServiceStep):
+    """A request, carrying `data`, arrives at a server instance."""
+
+    event = "serve"
+
+    data: Data = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reply(ServiceStep):
+    """A server instance's token leaves as a response."""
+
+    event = "reply"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Response(ServiceStep):
+    """A response, carrying `data`, arrives at the client that asked."""
+
+    event = "response"
+
+    data: Data = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drop(Step):
+    """Messages are lost because a queue is full.
+
+    Attributes
+    ----------
+    channel : str
+        Id of the topic channel.
+    queue : {"publisher", "dispatcher", "subscriber"}
+        Which queue.
+    place : str or None
+        Place of the publisher's or subscriber's port.
+    token : int or None
+        Id of the token that leaves the publisher's place and is lost at once.
+    count : int
+        How many were lost.
+    """
+
+    event = "drop"
+
+    channel: str
+    queue: Literal["publisher", "dispatcher", "subscriber"]
+    place: str | None = None
+    token: int | None = None
+    count: int = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Transfer(Step):
+    """Of a witness only: a silent step inside a channel; `stage` is its place there."""
+
+    event = "transfer"
+
+    channel: str
+    stage: str
