@@ -67,14 +67,15 @@ def test_the_committed_api_is_up_to_date() -> None:
 
 
 def test_a_stale_api_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    home = tmp_path / "metamodel"
     for name in generate.METAMODELS:
-        (tmp_path / name).mkdir()
+        (home / name).mkdir(parents=True)
         text = (FOLDER / name / "__init__.py").read_bytes()
-        (tmp_path / name / "__init__.py").write_bytes(text + (b"# edited\n" if name == "sym" else b""))
+        (home / name / "__init__.py").write_bytes(text + (b"# edited\n" if name == "sym" else b""))
     for file in FOLDER.glob("*.ecore"):
-        (tmp_path / file.name).write_bytes(file.read_bytes())
-    (tmp_path.parent / "pyproject.toml").write_bytes((FOLDER.parent / "pyproject.toml").read_bytes())
-    monkeypatch.setattr(generate, "HOME", tmp_path)
+        (home / file.name).write_bytes(file.read_bytes())
+    (tmp_path / "pyproject.toml").write_bytes((FOLDER.parent / "pyproject.toml").read_bytes())
+    monkeypatch.setattr(generate, "HOME", home)
     assert generate.main(["--check"]) == 1
     assert "metamodel/sym/__init__.py is stale" in capsys.readouterr().err
 
