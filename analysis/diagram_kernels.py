@@ -17,9 +17,9 @@ from __future__ import annotations
 from numba import njit
 
 POOL_TOP, POOL_LIMIT, NODES, CREATED, BUCKET_MASK, CACHE_MASK, FAILED, STACK, HAVE, RESULT, MISSES = range(11)
-#: Values of FAILED: the store was found full when a node was to be made, or within an operation on two sets,
-#: whose buffer then holds what was made and nothing else.
-NO_ROOM, UNFINISHED = 1, 2
+#: Values of FAILED: the store was found full when a node was to be made, or within an operation on sets,
+#: whose buffer then holds what was made and nothing else; a set of boxes was met that is not known yet.
+NO_ROOM, UNFINISHED, UNKNOWN = 1, 2, 3
 #: Of a saturation run: what tells its results apart in the cache, whether it fires one event only, and the
 #: node whose image is to be computed next.
 FIRED_KEY, CLOSED_KEY, STILL, PUSHED = range(11, 15)
@@ -29,9 +29,10 @@ FIRST_NODE = 8
 HEADER = 4
 MARK = 1 << 24
 
-#: Third word of a cache entry: one of these operations, whose operands are two nodes; or 0 or a node, for
-#: the image of a node under a relation (see `saturation_kernels`).
-UNION, INTERSECTION, DIFFERENCE = -1, -2, -3
+#: Third word of a cache entry: one of these operations, whose operands are two nodes (EXCLUSION: a node and
+#: the negated number of a set of boxes); or 0 or a node, for the image of a node under a relation (see
+#: `saturation_kernels`).
+UNION, INTERSECTION, DIFFERENCE, EXCLUSION = -1, -2, -3, -4
 
 
 @njit(cache=True)
@@ -97,8 +98,8 @@ def combine(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """Union, intersection or difference of two sets; 0 with FAILED set when the store is full.
 
-    ``pending[k]`` holds the pair of level k under way and the local state reached; the recursion is
-    unrolled because Numba loads self-recursive functions from its cache broken.
+    ``pending[k]`` holds the pair of level k under way, the local state reached and the lowest one; the
+    recursion is unrolled because Numba loads self-recursive functions from its cache broken.
 
     All nodes made belong to the result. So that another try goes on from them, they must survive garbage
     collection when the store is full: they hang on the buffer, from which all else is removed then.
@@ -146,6 +147,7 @@ def combine(  # type: ignore[no-untyped-def]
                     pending[level, 0] = a
                     pending[level, 1] = b
                     pending[level, 2] = i
+                    pending[level, 3] = min(first_a, first_b)
                     a, b = child, other
                     level -= 1
                     i = min(mem[a + 2], mem[b + 2])
@@ -158,7 +160,7 @@ def combine(  # type: ignore[no-untyped-def]
         node = make_node(mem, heads, control, free, level, buffer, start, min(first_a, first_b), high)
         if control[FAILED]:
             control[FAILED] = UNFINISHED
-            _keep_made(mem, base, buffer, pending, level, min(first_a, first_b), high, top)
+            _keep_made(base, buffer, pending, level, min(first_a, first_b), high, top)
             return 0
         slot = slot_of(a, b, operation, control[CACHE_MASK])
         cache[slot] = a
@@ -174,13 +176,83 @@ def combine(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _keep_made(mem, base, buffer, pending, level, low, high, top):  # type: ignore[no-untyped-def]
+def exclude(  # type: ignore[no-untyped-def]
+    a, boxes, mem, heads, cache, control, free, base, buffer, pending, state_class, row, following, offset
+):  # fmt: skip
+    """What of a set is in none of the boxes; with FAILED set, 0 or a set of boxes (see `box_sets`).
+
+    Going down, the set of boxes that may still hold the vector changes with each local state: entry
+    ``row[boxes] + state_class[...]`` of `following` is the set one level down, 0 where no box is left, -1
+    where a box holds the vector whatever is below. With FAILED = UNKNOWN the result is a set without a row.
+    `offset` tells the sets of one call from those of another in the cache.
+
+    ``pending[k]`` holds node and set of level k under way, the local state reached and the lowest one.
+    """
+    if row[boxes] < 0:
+        control[FAILED] = UNKNOWN
+        return boxes
+    top = level = mem[a + 1]
+    i = mem[a + 2]
+    while True:
+        first = mem[a + 2]
+        high = first + mem[a + 3]
+        start = base[level]
+        descend = False
+        while i < high:
+            child = mem[a + HEADER + i - first]
+            if child != 0:
+                below = following[row[boxes] + state_class[start + i]]
+                if below < 0:
+                    child = 0
+                elif below > 0:
+                    key = -1 - offset - below
+                    slot = slot_of(child, key, EXCLUSION, control[CACHE_MASK])
+                    if cache[slot] == child and cache[slot + 1] == key and cache[slot + 2] == EXCLUSION:
+                        child = cache[slot + 3]
+                    else:
+                        if row[below] < 0:
+                            control[FAILED] = UNKNOWN
+                            return below
+                        control[MISSES] += 1
+                        pending[level, 0] = a
+                        pending[level, 1] = boxes
+                        pending[level, 2] = i
+                        pending[level, 3] = first
+                        a, boxes = child, below
+                        level -= 1
+                        i = mem[a + 2]
+                        descend = True
+                        break
+            buffer[start + i] = child
+            i += 1
+        if descend:
+            continue
+        node = make_node(mem, heads, control, free, level, buffer, start, first, high)
+        if control[FAILED]:
+            control[FAILED] = UNFINISHED
+            _keep_made(base, buffer, pending, level, first, high, top)
+            return 0
+        key = -1 - offset - boxes
+        slot = slot_of(a, key, EXCLUSION, control[CACHE_MASK])
+        cache[slot] = a
+        cache[slot + 1] = key
+        cache[slot + 2] = EXCLUSION
+        cache[slot + 3] = node
+        if level == top:
+            return node
+        level += 1
+        a, boxes, i = pending[level, 0], pending[level, 1], pending[level, 2]
+        buffer[base[level] + i] = node
+        i += 1
+
+
+@njit(cache=True)
+def _keep_made(base, buffer, pending, level, low, high, top):  # type: ignore[no-untyped-def]
     """Remove all from the buffer but the children of nodes under way, from `level` up to `top`."""
     buffer[: base[level] + low] = 0
     done = base[level] + high
     for k in range(level + 1, top + 1):
-        first = min(mem[pending[k, 0] + 2], mem[pending[k, 1] + 2])
-        buffer[done : base[k] + first] = 0
+        buffer[done : base[k] + pending[k, 3]] = 0
         done = base[k] + pending[k, 2]
     buffer[done:] = 0
 

@@ -98,7 +98,7 @@ class Diagram:
         self.heads: Int32Array = np.zeros(first_buckets, dtype=np.int32)
         self.cache: Int32Array = np.zeros(first_cache * 4, dtype=np.int32)
         self.scratch: Int32Array = np.zeros(total, dtype=np.int32)
-        self.pending: Int64Array = np.zeros((self.top + 2, 3), dtype=np.int64)
+        self.pending: Int64Array = np.zeros((self.top + 2, 4), dtype=np.int64)
         self.work: Int32Array = np.zeros(total, dtype=np.int32)
         self.changed: Int64Array = np.zeros(total, dtype=np.int64)
         self.frame: Int64Array = np.zeros((self.top + 2, machine.FRAME_SIZE), dtype=np.int64)
@@ -125,6 +125,7 @@ class Diagram:
         self.frame[:] = 0
         self.root = 0
         self.pinned: list[int] = []
+        self.sets_of_boxes = 0
         self.collections = 0
         self.peak_nodes = 0
         self.complete = False
