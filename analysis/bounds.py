@@ -71,8 +71,11 @@ def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant]) -> list[Boun
 def bounds_like(net: CompiledNet, bounds: Iterable[Bound | None]) -> list[int | None]:
     """Bounds of another net of the same structure by the same weightings, each checked again."""
     answers: list[int | None] = []
+    valid: dict[int, bool] = {}  # most places share their weighting with others
     for place, bound in enumerate(bounds):
-        if bound is None or _grows(net, bound.weights):
+        if bound is not None and id(bound.weights) not in valid:
+            valid[id(bound.weights)] = not _grows(net, bound.weights)
+        if bound is None or not valid[id(bound.weights)]:
             answers.append(None)
         else:
             answers.append(_total(net, bound.weights) // bound.weights[place])
@@ -92,7 +95,8 @@ def _total(net: CompiledNet, weights: dict[int, int]) -> int:
 
 
 def _grows(net: CompiledNet, weights: dict[int, int]) -> bool:
-    return any(sum(weights.get(p, 0) * tokens for p, tokens in change.items()) > 0 for change in net.delta)
+    changing = {t for p in weights for t in net.changing[p]}
+    return any(sum(weights.get(p, 0) * tokens for p, tokens in net.delta[t].items()) > 0 for t in changing)
 
 
 def _flowing_to(

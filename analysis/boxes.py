@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 from math import prod
 
@@ -59,19 +60,29 @@ class BoxNet:
     bounds : tuple of int
         Largest number of tokens assumed per place (of all places); proved, or a cap to be checked when
         firing.
-    kept : tuple of int
-        Places whose tokens are stored.
     determined : dict
         Dropped place -> how to recover it.
-    events : tuple of Event
-        Over kept places; events whose guard can never hold are left out.
+    events_of : tuple of tuple of Event
+        By transition: its events, over kept places; events whose guard can never hold are left out.
+    touching : dict
+        Place -> transitions; an event of another transition never names the place.
     """
 
     net: CompiledNet
     bounds: tuple[int, ...]
-    kept: tuple[int, ...]
     determined: dict[int, Determined]
-    events: tuple[Event, ...]
+    events_of: tuple[tuple[Event, ...], ...]
+    touching: dict[int, frozenset[int]]
+
+    @cached_property
+    def kept(self) -> tuple[int, ...]:
+        """Places whose tokens are stored."""
+        return tuple(p for p in range(len(self.net.places)) if p not in self.determined)
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """All events, in the order of their transitions."""
+        return tuple(event for events in self.events_of for event in events)
 
     def drop(self, flow: PlaceInvariant, place: int, largest_growth: int) -> BoxNet | None:
         """The same net without `place`, determined by an exact invariant over otherwise kept places.
@@ -80,26 +91,35 @@ class BoxNet:
         additional events.
         """
         sign = flow.weights[place]
-        if abs(sign) != 1 or not flow.exact or set(flow.weights) - {place} - set(self.kept):
+        if abs(sign) != 1 or not flow.exact or any(p in self.determined for p in flow.weights):
             return None
         rule = Determined(flow.constant * sign, {p: -w * sign for p, w in flow.weights.items() if p != place})
-        events: list[Event] = []
         growth = 0
-        for event in self.events:
-            if place not in event.guard:
+        events_of = list(self.events_of)
+        for transition in self.touching[place]:
+            events: list[Event] = []
+            for event in events_of[transition]:
                 change = {p: tokens for p, tokens in event.change.items() if p != place}
-                events.append(replace(event, change=change) if place in event.change else event)
-                continue
-            boxes = _split(event.guard, place, rule, self.bounds)
-            if boxes is None:
-                return None
-            growth += max(0, len(boxes) - 1)
+                boxes = [event.guard]
+                if place in event.guard:
+                    split = _split(event.guard, place, rule, self.bounds)
+                    if split is None:
+                        return None
+                    boxes = split
+                    growth += max(0, len(boxes) - 1)
+                events.extend(Event(transition, box, change) for box in boxes)
+            events_of[transition] = tuple(events)
             if growth > largest_growth:
                 return None
-            change = {p: tokens for p, tokens in event.change.items() if p != place}
-            events.extend(Event(event.transition, box, change) for box in boxes)
-        kept = tuple(p for p in self.kept if p != place)
-        return replace(self, kept=kept, determined={**self.determined, place: rule}, events=tuple(events))
+        touching = dict(self.touching)
+        for p in rule.factors:
+            touching[p] |= touching[place]
+        return replace(
+            self,
+            determined={**self.determined, place: rule},
+            events_of=tuple(events_of),
+            touching=touching,
+        )
 
     def over_kept(self, flow: PlaceInvariant) -> PlaceInvariant:
         """The same invariant written over kept places."""
@@ -141,16 +161,21 @@ class BoxNet:
 
 def box_net(net: CompiledNet, bounds: Sequence[int]) -> BoxNet:
     """The net with every place kept."""
-    events = []
+    events_of: list[tuple[Event, ...]] = []
+    touching: list[set[int]] = [set() for _ in net.places]
     for transition, change in enumerate(net.delta):
         guard = {p: (weight, bounds[p]) for p, weight in net.pre.row(transition)}
         for p, weight in net.inhibitor.row(transition):
             low, high = guard.get(p, (0, bounds[p]))
             guard[p] = (low, min(high, weight - 1))
         guard = {p: interval for p, interval in guard.items() if interval != (0, bounds[p])}
-        if all(low <= high for low, high in guard.values()):
-            events.append(Event(transition, guard, dict(change)))
-    return BoxNet(net, tuple(bounds), tuple(range(len(net.places))), {}, tuple(events))
+        can_fire = all(low <= high for low, high in guard.values())
+        events_of.append((Event(transition, guard, dict(change)),) if can_fire else ())
+        for p in (*guard, *change):
+            touching[p].add(transition)
+    return BoxNet(
+        net, tuple(bounds), {}, tuple(events_of), {p: frozenset(ts) for p, ts in enumerate(touching)}
+    )
 
 
 def drop_determined(

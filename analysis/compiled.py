@@ -156,6 +156,15 @@ class CompiledNet:
         return tuple(changes)
 
     @cached_property
+    def changing(self) -> tuple[tuple[int, ...], ...]:
+        """Transitions by place whose tokens they change."""
+        rows: list[list[int]] = [[] for _ in self.places]
+        for transition, change in enumerate(self.delta):
+            for place in change:
+                rows[place].append(transition)
+        return tuple(map(tuple, rows))
+
+    @cached_property
     def incidence(self) -> Int64Array:
         """Incidence matrix, shape (places, transitions): tokens a firing adds to each place."""
         matrix = np.zeros((len(self.places), len(self.transitions)), dtype=np.int64)

@@ -7,8 +7,9 @@ own.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
 from operator import add
 from typing import NamedTuple
 
@@ -70,11 +71,11 @@ class Encoding:
         home = self.level_of()
         answers: list[dict[int, Sequence[bool]]] = []
         for box in self.boxes.guard_boxes(guard):
-            touched = {home[place] for place in box}
-            masks: dict[int, Sequence[bool]] = {
-                k: tuple(_holds(self.levels[k], state, box) for state in self.levels[k].states)
-                for k in touched
-            }
+            masks: dict[int, Sequence[bool]] = {}
+            for k in {home[place] for place in box}:
+                level = self.levels[k]
+                asked = [(at, *box[p]) for at, p in enumerate(level.places) if p in box]
+                masks[k] = tuple(_holds(state, asked) for state in level.states)
             answers.append(masks)
         return answers
 
@@ -137,13 +138,20 @@ def _groups(boxes: BoxNet, flows: Sequence[PlaceInvariant]) -> list[tuple[int, .
     """Disjoint groups of places with at most one token together, largest first."""
     free = set(boxes.kept)
     groups: list[tuple[int, ...]] = []
-    while True:
-        best = max(flows, key=lambda y: len(free & y.weights.keys()), default=None)
-        group = tuple(sorted(free & best.weights.keys())) if best else ()
+    # What is free of a flow only shrinks: a size that still holds when it comes up is the largest.
+    sizes = [(-len(flow.weights), number) for number, flow in enumerate(flows)]
+    heapify(sizes)
+    while sizes:
+        size, number = heappop(sizes)
+        group = tuple(sorted(free & flows[number].weights.keys()))
         if len(group) < 2:
-            return groups
+            continue
+        if -len(group) != size:
+            heappush(sizes, (-len(group), number))
+            continue
         groups.append(group)
         free.difference_update(group)
+    return groups
 
 
 def _level(net: CompiledNet, bounds: Sequence[int], group: tuple[int, ...]) -> Level:
@@ -155,10 +163,9 @@ def _level(net: CompiledNet, bounds: Sequence[int], group: tuple[int, ...]) -> L
     return Level(group, tuple(states), initial)
 
 
-def _holds(level: Level, state: tuple[int, ...], box: Box) -> bool:
-    return all(
-        box[p][0] <= tokens <= box[p][1] for p, tokens in zip(level.places, state, strict=True) if p in box
-    )
+def _holds(state: tuple[int, ...], asked: Iterable[tuple[int, int, int]]) -> bool:
+    """Whether a local state is within intervals: (position in the level, fewest, most)."""
+    return all(low <= state[at] <= high for at, low, high in asked)
 
 
 def _local_events(boxes: BoxNet, levels: Sequence[Level]) -> list[LocalEvent]:
@@ -190,10 +197,10 @@ def _part_of(event: Event, level: Level) -> tuple[tuple[tuple[int, int] | None, 
 
 
 def _table(level: Level, position: dict[tuple[int, ...], int], part: _Local) -> tuple[int, ...]:
-    box = {p: interval for p, interval in zip(level.places, part.guard, strict=True) if interval is not None}
+    asked = [(at, *interval) for at, interval in enumerate(part.guard) if interval is not None]
     # A target outside the local states breaks a proved bound, so the guard elsewhere forbids it.
     return tuple(
-        position.get(tuple(map(add, state, part.gain)), -1) if _holds(level, state, box) else -1
+        position.get(tuple(map(add, state, part.gain)), -1) if _holds(state, asked) else -1
         for state in level.states
     )
 

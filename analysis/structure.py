@@ -7,8 +7,10 @@ only bounds: y . m never grows; it is called a *bounding weighting* here.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from heapq import heappop, heappush
 from math import gcd
 from typing import NamedTuple
 
@@ -92,8 +94,8 @@ def semiflows(
         Leave out transitions that only consume: what they would change can only shrink the sum, so that the
         results still bound the places (``exact`` says which of them are invariants all the same).
     limit
-        Intermediate rows at which rows with the largest supports are given up; the result is then a part of
-        all.
+        Intermediate rows beyond the number of places at which rows with the largest supports are given up;
+        the result is then a part of all.
 
     References
     ----------
@@ -103,16 +105,15 @@ def semiflows(
     changes = [
         {} if bounding and all(tokens < 0 for tokens in change.values()) else change for change in net.delta
     ]
-    initial = net.initial.tolist()
-    rows: list[_Row] = []
-    for p in range(len(net.places)):
-        if largest_constant is None or initial[p] <= largest_constant:
-            residual = {t: change[p] for t, change in enumerate(changes) if p in change}
-            rows.append(_Row(residual, {p: 1}, 1 << p, initial[p]))
-    tally = _Tally(len(changes))
-    tally.add(rows)
-    while (t := tally.cheapest()) is not None:
-        rows = _eliminate(rows, t, tally, initial, largest_constant, limit)
+    residuals: list[dict[int, int]] = [{} for _ in net.places]
+    for number, change in enumerate(changes):
+        for p, tokens in change.items():
+            residuals[p][number] = tokens
+    rows = _Rows(net.initial.tolist(), largest_constant, len(net.places) + limit)
+    for p, residual in enumerate(residuals):
+        rows.add(_Row(residual, {p: 1}, 1 << p))
+    while (t := rows.cheapest()) is not None:
+        rows.eliminate(t)
     dropped = [change for change, kept in zip(net.delta, changes, strict=True) if not kept]
     found = [_invariant(net, row.weights, dropped) for row in rows]
     return sorted(found, key=lambda y: (len(y.weights), y.constant, sorted(y.weights)))
@@ -124,67 +125,98 @@ class _Row(NamedTuple):
     residual: dict[int, int]
     weights: dict[int, int]
     support: int
-    constant: int
 
 
-class _Tally:
-    """How many rows each transition still raises and lowers, kept while rows come and go."""
+class _Rows:
+    """The weightings under way, found by the transitions that change them and by their lowest place.
 
-    def __init__(self, transitions: int) -> None:
-        self._lowered = [0] * transitions
-        self._raised = [0] * transitions
-        self._open: set[int] = set()
+    Elimination looks at few rows of many: without the indices, nets of thousands of places take minutes.
+    """
 
-    def add(self, rows: Iterable[_Row], count: int = 1) -> None:
-        """Count rows in; with ``count=-1`` count them out."""
-        for row in rows:
-            for t, tokens in row.residual.items():
-                (self._raised if tokens > 0 else self._lowered)[t] += count
-                if count > 0:
-                    self._open.add(t)
+    def __init__(self, initial: list[int], largest_constant: int | None, limit: int) -> None:
+        self._initial = initial
+        self._largest_constant = largest_constant
+        self._limit = limit
+        self._rows: dict[int, _Row] = {}
+        self._made = 0
+        self._raised: defaultdict[int, set[int]] = defaultdict(set)
+        self._lowered: defaultdict[int, set[int]] = defaultdict(set)
+        self._by_lowest_place: defaultdict[int, set[int]] = defaultdict(set)
+        #: (rows that elimination adds, transition); an entry is stale when the number is another one by now.
+        self._costs: list[tuple[int, int]] = []
+
+    def __iter__(self) -> Iterator[_Row]:
+        return iter(self._rows.values())
+
+    def add(self, row: _Row) -> None:
+        """Put a row in, unless its constant is too large."""
+        if not self._is_affordable(row.weights):
+            return
+        number = self._made
+        self._made += 1
+        self._rows[number] = row
+        self._by_lowest_place[min(row.weights)].add(number)
+        for t, tokens in row.residual.items():
+            (self._raised if tokens > 0 else self._lowered)[t].add(number)
+            heappush(self._costs, (self._cost(t), t))
 
     def cheapest(self) -> int | None:
-        """Take the transition whose elimination adds the fewest rows; None when none is left."""
-        lowered, raised = self._lowered, self._raised
-        t = min(self._open, key=lambda t: (lowered[t] * raised[t] - lowered[t] - raised[t], t), default=None)
-        self._open.discard(-1 if t is None else t)
-        return t
+        """Return the transition whose elimination adds the fewest rows; None when none is left."""
+        while self._costs:
+            cost, t = heappop(self._costs)
+            if (self._raised[t] or self._lowered[t]) and cost == self._cost(t):
+                return t
+        return None
 
-
-def _eliminate(
-    rows: list[_Row], t: int, tally: _Tally, initial: list[int], largest_constant: int | None, limit: int
-) -> list[_Row]:
-    positive = [row for row in rows if row.residual.get(t, 0) > 0]
-    negative = [row for row in rows if row.residual.get(t, 0) < 0]
-    if not positive and not negative:
-        return rows
-    result = [row for row in rows if t not in row.residual]
-    tally.add(positive, -1)
-    tally.add(negative, -1)
-    made: dict[int, _Row] = {}
-    for one in positive:
-        for other in negative:
-            a, b = -other.residual[t], one.residual[t]
-            residual = _combine(one.residual, a, other.residual, b)
-            weights = _combine(one.weights, a, other.weights, b)
-            common = gcd(*residual.values(), *weights.values())
-            if common > 1:
-                residual = {key: value // common for key, value in residual.items()}
-                weights = {key: value // common for key, value in weights.items()}
-            constant = sum(initial[p] * weight for p, weight in weights.items())
-            if largest_constant is None or constant <= largest_constant:
+    def eliminate(self, t: int) -> None:
+        """Replace the rows that a transition changes by the combinations that it does not change."""
+        positive = [self._take(number) for number in sorted(self._raised[t])]
+        negative = [self._take(number) for number in sorted(self._lowered[t])]
+        made: dict[int, _Row] = {}
+        for one in positive:
+            for other in negative:
                 support = one.support | other.support
-                made.setdefault(support, _Row(residual, weights, support, constant))
-    supports = [row.support for row in result] if made else []
-    for support in sorted(made, key=lambda bits: (bits.bit_count(), bits)):
-        if len(result) >= limit:
-            break
-        # Only rows of minimal support can lead to minimal semiflows.
-        if not any(other & support == other for other in supports):
-            supports.append(support)
-            result.append(made[support])
-            tally.add([made[support]])
-    return result
+                if support in made:
+                    continue
+                a, b = -other.residual[t], one.residual[t]
+                residual = _combine(one.residual, a, other.residual, b)
+                weights = _combine(one.weights, a, other.weights, b)
+                common = gcd(*residual.values(), *weights.values())
+                if common > 1:
+                    residual = {key: value // common for key, value in residual.items()}
+                    weights = {key: value // common for key, value in weights.items()}
+                if self._is_affordable(weights):
+                    made[support] = _Row(residual, weights, support)
+        for support in sorted(made, key=lambda bits: (bits.bit_count(), bits)):
+            if len(self._rows) >= self._limit:
+                break
+            # Only rows of minimal support can lead to minimal semiflows.
+            if not self._holds_part_of(made[support]):
+                self.add(made[support])
+
+    def _holds_part_of(self, row: _Row) -> bool:
+        return any(
+            self._rows[number].support & row.support == self._rows[number].support
+            for place in row.weights
+            for number in self._by_lowest_place[place]
+        )
+
+    def _is_affordable(self, weights: dict[int, int]) -> bool:
+        return self._largest_constant is None or (
+            sum(self._initial[p] * weight for p, weight in weights.items()) <= self._largest_constant
+        )
+
+    def _take(self, number: int) -> _Row:
+        row = self._rows.pop(number)
+        self._by_lowest_place[min(row.weights)].discard(number)
+        for t, tokens in row.residual.items():
+            (self._raised if tokens > 0 else self._lowered)[t].discard(number)
+            heappush(self._costs, (self._cost(t), t))
+        return row
+
+    def _cost(self, t: int) -> int:
+        lowered, raised = len(self._lowered[t]), len(self._raised[t])
+        return lowered * raised - lowered - raised
 
 
 def _combine(one: dict[int, int], a: int, other: dict[int, int], b: int) -> dict[int, int]:
