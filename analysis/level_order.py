@@ -36,21 +36,26 @@ TRIAL_MEMORY = 1 << 28
 LEAST_TRIAL_MEMORY = 1 << 24
 TRIAL_CACHE = 1 << 16
 TRIAL_BUCKETS = 1 << 14
-#: Share of the first search spent on making starts rather than on improving the best.
+#: Share of a climb's first search spent on making starts rather than on improving the best; at least so much.
 START_SHARE = 0.25
+START_WORK = 75_000
+#: Effort from which on an instance tells orders apart.
+LEAST_EFFORT = 300
 #: What making a candidate and setting it up costs, in cache misses of saturation.
 TRIAL_WORK = 1_000
 #: Effort allowed to the first starts, and how many starts are tried before it is doubled.
 FIRST_EFFORT = 2_000
 STARTS_PER_LIMIT = 12
-#: Work of a climb after which another one begins, how many there are, and the largest marking of a place in
-#: the instance that decides between them.
+#: Work of a climb after which another one begins, how many there are, and how many times the largest marking
+#: is larger in the instance that decides between them.
 CLIMB_WORK = 8_000_000
 CLIMBS = 4
-DECIDING_MARKING = 4
+DECIDING_FACTOR = 4
+#: Most that the effort on the net itself is taken to be larger than on that instance.
+LARGEST_GROWTH = 8
 
 
-def scaled_down(net: CompiledNet, largest: int = 1) -> CompiledNet:
+def scaled_down(net: CompiledNet, largest: int) -> CompiledNet:
     """The same net with every marking and weight above `largest` lowered to it."""
 
     def scale(arcs: ArcTable) -> ArcTable:
@@ -101,21 +106,31 @@ class OrderSearch:
         self.order = force_order(events, range(len(encoding.levels)))
         self.work = 0
 
-    def improve(self, work: int, patience: int | None = None) -> None:
-        """Search on, for about so many cache misses of saturation; no clock decides.
-
-        With `patience`, stop when the search has cost so many times what its best order costs.
-        """
+    def improve(self, work: int) -> None:
+        """Search on, for about so many cache misses of saturation; no clock decides."""
         if work == 0 or len(self.order) < 3:
             return
         climb = self._next_climb()
         before = climb.work
-        climb.improve(work, patience)
+        climb.improve(work)
         self.work += climb.work - before
         if len(self._climbs) == 1:
             self.order = climb.order
         else:
             self._decide(climb)
+
+    def is_promising(self, work: int) -> bool:
+        """Whether the best order may do with so many cache misses on the net itself.
+
+        An order that needs more than its share of them on the deciding instance is not worth a run.
+        """
+        largest, most = DECIDING_FACTOR * self._scaled[0], self._largest_marking
+        if most <= largest:
+            return True
+        self._deciding.restart(self.order)
+        finished = self._deciding.run(effort_limit=int(work / min((most / largest) ** 2, LARGEST_GROWTH)))
+        self.work += self._deciding.effort
+        return finished
 
     def _next_climb(self) -> _Climb:
         """Return the last climb while it is short, then a new one, then, when there are enough, the best."""
@@ -123,7 +138,7 @@ class OrderSearch:
             return self._climbs[-1]
         if len(self._climbs) == CLIMBS and self._best is not None:
             return self._best
-        self._climbs.append(_Climb(self._trial, self._events, self.order, self._seed + len(self._climbs)))
+        self._climbs.append(_Climb(self._scaled[1], self._events, self.order, self._seed + len(self._climbs)))
         return self._climbs[-1]
 
     def _decide(self, latest: _Climb) -> None:
@@ -138,12 +153,31 @@ class OrderSearch:
                 self._best, self._least, self.order = climb, self._deciding.effort, climb.order
 
     @cached_property
-    def _trial(self) -> Diagram:
-        return _scaled_diagram(self._encoding, 1, self._memory)
+    def _scaled(self) -> tuple[int, Diagram]:
+        """The largest marking of the trials' instance, and that instance.
+
+        It is the smallest that tells orders apart: where hardly any effort is needed, the best is chance.
+        """
+        largest = 1
+        while True:
+            small = _scaled_down(self._encoding, largest)
+            trial = Diagram(small, range(len(small.levels)), self._memory, TRIAL_CACHE, TRIAL_BUCKETS)
+            trial.restart(self.order)
+            is_easy = trial.run(effort_limit=LEAST_EFFORT)
+            self.work += trial.effort + TRIAL_WORK
+            if not is_easy or largest >= self._largest_marking:
+                return largest, trial
+            largest *= 2
 
     @cached_property
     def _deciding(self) -> Diagram:
-        return _scaled_diagram(self._encoding, DECIDING_MARKING, self._memory)
+        small = _scaled_down(self._encoding, DECIDING_FACTOR * self._scaled[0])
+        return Diagram(small, range(len(small.levels)), self._memory)
+
+    @property
+    def _largest_marking(self) -> int:
+        net = self._encoding.boxes.net
+        return max(int(part.max(initial=1)) for part in (net.initial, net.pre.weight, net.post.weight))
 
 
 def force_order(events: EventTables, start: Sequence[int]) -> list[int]:
@@ -153,13 +187,12 @@ def force_order(events: EventTables, start: Sequence[int]) -> list[int]:
     return [int(level) for level in order]
 
 
-def _scaled_diagram(encoding: Encoding, largest: int, memory: int) -> Diagram:
-    """Return the scaled-down instance, ready to run."""
+def _scaled_down(encoding: Encoding, largest: int) -> Encoding:
+    """Return the encoding of the scaled-down net, or of the net itself where the levels do not fit that."""
     try:
-        small = encode_like(encoding, scaled_down(encoding.boxes.net, largest))
+        return encode_like(encoding, scaled_down(encoding.boxes.net, largest))
     except ValueError:
-        small = encoding
-    return Diagram(small, range(len(small.levels)), memory, TRIAL_CACHE, TRIAL_BUCKETS)
+        return encoding
 
 
 class _Climb:
@@ -178,6 +211,8 @@ class _Climb:
         self._events = events
         self._random = random.Random(seed)
         self._limit = FIRST_EFFORT
+        self._start, self._tried = order, 0
+        self._start_work: int | None = None
         self.order = order
         self.effort: int | None = None
         self.work = 0
@@ -191,30 +226,26 @@ class _Climb:
                 spans_of[level].append(span)
         return spans_of
 
-    def improve(self, work: int, patience: int | None = None) -> None:
-        """Search on, for about so many cache misses of saturation; no clock decides.
-
-        With `patience`, stop when the search has cost so many times what its best order costs.
-        """
+    def improve(self, work: int) -> None:
+        """Search on, for about so many cache misses of saturation; no clock decides."""
         limit = self.work + work
-        if self.effort is None:
-            self._find_start(self.work + int(work * START_SHARE), limit)
+        if self._start_work is None:
+            self._start_work = max(int(work * START_SHARE), START_WORK)
+        self._find_start(min(self._start_work, limit), limit)
         while self.work < limit:
-            if patience is not None and self.effort is not None:
-                limit = min(limit, patience * (self.effort + TRIAL_WORK))
             self._try(self._neighbour())
 
     def _find_start(self, share: int, limit: int) -> None:
         """Random starts under a small limit of effort that doubles until one of them stays within it."""
-        order = self.order
         while self.work < (share if self.effort is not None else limit):
-            for _ in range(STARTS_PER_LIMIT):
-                self._try(order)
-                self._try(order[::-1])
-                order = list(range(len(self.order)))
-                self._random.shuffle(order)
-                order = force_order(self._events, order)
-            self._limit *= 2
+            self._try(self._start)
+            self._try(self._start[::-1])
+            self._start = list(range(len(self.order)))
+            self._random.shuffle(self._start)
+            self._start = force_order(self._events, self._start)
+            self._tried += 1
+            if self._tried % STARTS_PER_LIMIT == 0:
+                self._limit *= 2
 
     def _try(self, order: list[int]) -> None:
         limit = self._limit if self.effort is None else self.effort + 1

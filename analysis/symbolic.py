@@ -19,24 +19,28 @@ from dineros.analysis.vector_sets import VectorSets
 DEFAULT_MEMORY = 2 << 30
 #: Rounds of (work of the order search, work of saturation), in cache misses: easy nets pay for little search,
 #: hard ones get more. Millions take a third of a second. No clock decides, so that every run is the same.
-#: The first round searches nothing: it takes the order of the FORCE heuristic as it is.
+#: The first round searches nothing: it takes the order of the FORCE heuristic as it is. The second one tries
+#: a handful of others, since a run that goes on for long under a bad order costs more than these do.
 ROUNDS = (
-    (0, 400_000),
+    (0, 250_000),
+    (50_000, 400_000),
     (300_000, 800_000),
-    (2_000_000, 1_500_000),
-    (6_000_000, 3_000_000),
-    (12_000_000, 4_000_000),
-    (12_000_000, 5_000_000),
-    (12_000_000, 10_000_000),
-    (24_000_000, 30_000_000),
+    (2_000_000, 2_500_000),
+    (6_000_000, 4_000_000),
+    (12_000_000, 6_000_000),
+    (12_000_000, 8_000_000),
+    (12_000_000, 15_000_000),
+    (24_000_000, 40_000_000),
     (60_000_000, None),
 )
+#: How many rounds on is the work allowed to an order again that a search could not better.
+UNCHANGED_ROUNDS = 1
+#: The round from which on orders are not run that cost too much on a smaller instance.
+FIRST_DOUBT = 2
 #: Work allowed to an order that is known from an earlier run, before another one is searched for.
 KNOWN_ORDER_WORK = 30_000_000
 #: Work of a search from which on its order is worth keeping.
-WORTH_KEEPING = ROUNDS[1][0] + ROUNDS[2][0]
-#: How many times the cost of saturating the small instance the first search may cost.
-FIRST_PATIENCE = 25
+WORTH_KEEPING = sum(work for work, _ in ROUNDS[:4])
 #: Orders tried with which memory runs out.
 MEMORY_TRIES = 2
 FIRST_CAP = 4
@@ -290,17 +294,25 @@ def _with_encoding(
     diagram = Diagram(encoding, range(len(encoding.levels)), memory)
     search = OrderSearch(encoding, diagram.events, seed, memory // 8)
     order = _known_order(net, encoding, known) if known is not None else None
-    failures, trusted = 0, order
+    failures = 0
+    limit: int | None = KNOWN_ORDER_WORK
     searched = time.perf_counter() - began
-    for search_work, run_work in ROUNDS:
+    for number, (search_work, run_work) in enumerate(ROUNDS):
         began = time.perf_counter()
         if order is None:
-            search.improve(search_work, FIRST_PATIENCE if search.work == 0 else None)
+            last, limit = diagram.order, run_work
+            search.improve(search_work)
             order = search.order
+            if number and tuple(order) == last:
+                limit = ROUNDS[min(number + UNCHANGED_ROUNDS, len(ROUNDS) - 1)][1]
+            if number >= FIRST_DOUBT and limit is not None and not search.is_promising(limit):
+                order = None
         searched += time.perf_counter() - began
+        if order is None:
+            continue
         began = time.perf_counter()
         diagram.restart(order)
-        if diagram.run(progress, run_work if order is not trusted else KNOWN_ORDER_WORK):
+        if diagram.run(progress, limit):
             break
         failures += diagram.out_of_memory
         if failures == MEMORY_TRIES:
