@@ -38,10 +38,36 @@ def climb(
         See `dineros.analysis.repetition`.
     """
     route: list[int] = []
+    changes = [frozenset(change.items()) for change in net.delta]
+    inverses = {frozenset((place, -tokens) for place, tokens in change) for change in changes}
+    switches = frozenset(t for t, change in enumerate(changes) if change in inverses)
     while not is_goal(start):
-        came: dict[Marking, tuple[Marking, int] | None] = {start: None}
-        queue, end = [start], None
-        for marking in queue:
+        part = _up(net, start, is_near, is_goal, repeatable, switches)
+        if part is None:
+            return None
+        for transition in part:
+            start = tuple(net.fire(transition, start))
+        route += part
+    return tuple(route)
+
+
+def _up(
+    net: CompiledNet,
+    start: Marking,
+    is_near: Callable[[Marking], bool],
+    is_goal: Callable[[Marking], bool],
+    repeatable: frozenset[int],
+    switches: frozenset[int],
+) -> list[int] | None:
+    """Return a way to the next firing that cannot be undone, or to a goal, with as few switches as possible.
+
+    A switch is a transition that another one undoes, as signals go on and off: n of them alone make up to 2^n
+    markings, of which one or two steps away there are few.
+    """
+    came: dict[Marking, tuple[Marking, int] | None] = {start: None}
+    now, later = [start], list[Marking]()
+    while now:
+        for marking in now:
             for transition in range(len(net.transitions)):
                 if not net.is_enabled(transition, marking):
                     continue
@@ -50,16 +76,17 @@ def climb(
                     continue
                 came[after] = marking, transition
                 if transition not in repeatable or is_goal(after):
-                    end = after
-                    break
-                queue.append(after)
-            if end is not None or len(came) > MOST_MARKINGS:
-                break
-        if end is None:
-            return None
-        start, part = end, []
-        while (before := came[end]) is not None:
-            end, transition = before
-            part.append(transition)
-        route += reversed(part)
-    return tuple(route)
+                    return _way_to(after, came)
+                (later if transition in switches else now).append(after)
+            if len(came) > MOST_MARKINGS:
+                return None
+        now, later = later, []
+    return None
+
+
+def _way_to(marking: Marking, came: dict[Marking, tuple[Marking, int] | None]) -> list[int]:
+    way = []
+    while (before := came[marking]) is not None:
+        marking, transition = before
+        way.append(transition)
+    return way[::-1]
