@@ -68,7 +68,8 @@ format: install ## Format the code, mend what ruff can
 
 .PHONY: benchmark
 benchmark: install ## Run every benchmark
-	@for script in benchmarks/[!_]*.py; do echo "== $$script"; $(python) "$$script"; done
+	@for script in benchmarks/[!_]*.py; do \
+		name=benchmarks.$$(basename "$$script" .py); echo "== $$name"; $(python) -m "$$name"; done
 
 .PHONY: lock
 lock: install ## Write constraints.txt anew

@@ -20,6 +20,7 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from decimal import Decimal
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -34,24 +35,40 @@ NETS: dict[str, Callable[[], CompiledNet]] = {
     "philosophers-12": lambda: classic.philosophers(12),
     "philosophers-20": lambda: classic.philosophers(20),
     "philosophers-100": lambda: classic.philosophers(100),
+    "philosophers-1000": lambda: classic.philosophers(1_000),
     "kanban-5": lambda: classic.kanban(5),
     "kanban-50": lambda: classic.kanban(50),
+    "kanban-200": lambda: classic.kanban(200),
     "fms-5": lambda: classic.flexible_manufacturing(5),
     "fms-10": lambda: classic.flexible_manufacturing(10),
+    "fms-20": lambda: classic.flexible_manufacturing(20),
+    "fms-100": lambda: classic.flexible_manufacturing(100),
     "round-robin-10": lambda: classic.round_robin_mutex(10),
     "round-robin-14": lambda: classic.round_robin_mutex(14),
+    "round-robin-100": lambda: classic.round_robin_mutex(100),
+    "round-robin-200": lambda: classic.round_robin_mutex(200),
     "swimming-pool-1": lambda: classic.swimming_pool(1),
     "swimming-pool-2": lambda: classic.swimming_pool(2),
+    "swimming-pool-5": lambda: classic.swimming_pool(5),
+    "swimming-pool-10": lambda: classic.swimming_pool(10),
 }
 for _variant in SIGNAL_VARIANTS:
     for _n in (1, 3, 5, 10):
         NETS[f"case-study-{_variant}-{_n}"] = partial(reference_case_study, (_n, _n, _n), _variant)
 #: What the explicit engine takes minutes for.
 LONG = ["case-study-io-1", "case-study-fully-1"]
-#: Beyond the explicit engine.
-HUGE = ("philosophers-20", "philosophers-100", "kanban-50", "fms-10")
-EXPLICIT = [name for name in NETS if not name.startswith("case-study") and name not in HUGE]
-EXPLICIT += ["case-study-none-1", "case-study-input-1", *LONG]
+#: Classic nets that the explicit engine counts too.
+SMALL = (
+    "philosophers-10",
+    "philosophers-12",
+    "kanban-5",
+    "fms-5",
+    "round-robin-10",
+    "round-robin-14",
+    "swimming-pool-1",
+    "swimming-pool-2",
+)
+EXPLICIT = [*SMALL, "case-study-none-1", "case-study-input-1", *LONG]
 MEMORY = 8 << 30
 COLUMNS = (
     "net",
@@ -93,20 +110,14 @@ def count(net: CompiledNet, engine: str) -> tuple[int | None, int | None, int | 
 def measure(name: str, engine: str) -> str:
     """One row of the table."""
     net = NETS[name]()
-    # The kernels for markings of this width, without the search.
-    for warm in (
-        classic.philosophers(3),
-        net if engine in ("explicit-1", "explicit-2", "depth-first") else None,
-    ):
-        if warm is not None:
-            _warm(warm, engine)
+    warm_up(net, engine)
     load = os.getloadavg()[0]
     used, began = resource.getrusage(resource.RUSAGE_SELF), time.perf_counter()
     markings, arcs, deadlocks, complete = count(net, engine)
     seconds = time.perf_counter() - began
     now = resource.getrusage(resource.RUSAGE_SELF)
     processor = now.ru_utime + now.ru_stime - used.ru_utime - used.ru_stime
-    rate = f"{(markings or 0) / seconds / 1e6:.3g}"
+    rate = f"{Decimal(markings or 0) / Decimal(seconds) / 10**6:.3g}"
     cells = (
         name,
         engine,
@@ -122,20 +133,22 @@ def measure(name: str, engine: str) -> str:
     return f"| {' | '.join(cells)} |" + ("" if complete else " incomplete")
 
 
-def _warm(net: CompiledNet, engine: str) -> None:
+def warm_up(net: CompiledNet, engine: str) -> None:
+    """Load the kernels of an engine, the explicit ones for markings as wide as those of a net."""
     if engine in ("symbolic", "reduced"):
-        count(net, engine)
+        count(classic.philosophers(3), engine)
         return
     from dineros.analysis.explicit import explore
 
     order = "depth-first" if engine == "depth-first" else "breadth-first"
-    explore(net, states=1, memory=1 << 24, order=order)  # type: ignore[arg-type]
+    for small in (classic.philosophers(3), net):
+        explore(small, states=1, memory=1 << 24, order=order)  # type: ignore[arg-type]
 
 
 def _number(value: int | None) -> str:
     if value is None:
         return ""
-    return f"{value:,}" if value < 10**11 else f"{value:.4g}"
+    return f"{value:,}" if value < 10**11 else f"{Decimal(value):.3e}"
 
 
 def machine() -> str:
