@@ -55,12 +55,24 @@ class LocalEvent:
 
 @dataclass(frozen=True)
 class Encoding:
-    """What the symbolic engine needs of a net, before any order of the levels."""
+    """What the symbolic engine needs of a net, before any order of the levels.
+
+    Attributes
+    ----------
+    boxes : BoxNet
+    levels : tuple of Level
+    events : tuple of LocalEvent
+    bounds : tuple of (Bound or None)
+        By place.
+    flows : tuple of tuple of int
+        Levels that hold the places of a semiflow, where these are several.
+    """
 
     boxes: BoxNet
     levels: tuple[Level, ...]
     events: tuple[LocalEvent, ...]
     bounds: tuple[Bound | None, ...]
+    flows: tuple[tuple[int, ...], ...]
 
     def level_of(self) -> dict[int, int]:
         """Kept place -> level."""
@@ -110,7 +122,10 @@ def encode(net: CompiledNet, caps: Sequence[int | None] | None = None) -> Encodi
     boxes = drop_determined(boxes, exact, LARGEST_GROWTH, alone)
     groups += [(place,) for place in boxes.kept if place in alone]
     levels = tuple(_level(net, known, group) for group in groups)
-    return Encoding(boxes, levels, tuple(_local_events(boxes, levels)), tuple(bounds))
+    home = {place: k for k, level in enumerate(levels) for place in level.places}
+    spans = (tuple(sorted({home[p] for p in boxes.over_kept(flow).weights})) for flow in exact)
+    shared = tuple(span for span in spans if len(span) > 1)
+    return Encoding(boxes, levels, tuple(_local_events(boxes, levels)), tuple(bounds), shared)
 
 
 def encode_like(encoding: Encoding, net: CompiledNet) -> Encoding:
@@ -131,7 +146,7 @@ def encode_like(encoding: Encoding, net: CompiledNet) -> Encoding:
             raise ValueError(f"place {net.places[place]!r} cannot be dropped in the other net")
         boxes = smaller
     levels = tuple(_level(net, known, level.places) for level in encoding.levels)
-    return Encoding(boxes, levels, tuple(_local_events(boxes, levels)), encoding.bounds)
+    return Encoding(boxes, levels, tuple(_local_events(boxes, levels)), encoding.bounds, encoding.flows)
 
 
 def _groups(boxes: BoxNet, flows: Sequence[PlaceInvariant]) -> list[tuple[int, ...]]:
