@@ -93,6 +93,16 @@ def slot_of(a, b, c, mask):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def remember(a, b, c, result, cache, control):  # type: ignore[no-untyped-def]
+    """Put a result into the cache under three keys."""
+    slot = slot_of(a, b, c, control[CACHE_MASK])
+    cache[slot] = a
+    cache[slot + 1] = b
+    cache[slot + 2] = c
+    cache[slot + 3] = result
+
+
+@njit(cache=True)
 def combine(  # type: ignore[no-untyped-def]
     a, b, operation, mem, heads, cache, control, free, base, buffer, pending
 ):  # fmt: skip
@@ -162,11 +172,7 @@ def combine(  # type: ignore[no-untyped-def]
             control[FAILED] = UNFINISHED
             _keep_made(base, buffer, pending, level, min(first_a, first_b), high, top)
             return 0
-        slot = slot_of(a, b, operation, control[CACHE_MASK])
-        cache[slot] = a
-        cache[slot + 1] = b
-        cache[slot + 2] = operation
-        cache[slot + 3] = node
+        remember(a, b, operation, node, cache, control)
         if level == top:
             return node
         level += 1
@@ -232,12 +238,7 @@ def exclude(  # type: ignore[no-untyped-def]
             control[FAILED] = UNFINISHED
             _keep_made(base, buffer, pending, level, first, high, top)
             return 0
-        key = -1 - offset - boxes
-        slot = slot_of(a, key, EXCLUSION, control[CACHE_MASK])
-        cache[slot] = a
-        cache[slot + 1] = key
-        cache[slot + 2] = EXCLUSION
-        cache[slot + 3] = node
+        remember(a, -1 - offset - boxes, EXCLUSION, node, cache, control)
         if level == top:
             return node
         level += 1

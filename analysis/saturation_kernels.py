@@ -36,6 +36,7 @@ from dineros.analysis.diagram_kernels import (
     UNION,
     combine,
     make_node,
+    remember,
     slot_of,
 )
 
@@ -241,25 +242,16 @@ def _known_closure(node, constraint, cache, control):  # type: ignore[no-untyped
 
 
 @njit(cache=True)
-def _remember(node, second, third, result, cache, control):  # type: ignore[no-untyped-def]
-    slot = slot_of(node, second, third, control[CACHE_MASK])
-    cache[slot] = node
-    cache[slot + 1] = second
-    cache[slot + 2] = third
-    cache[slot + 3] = result
-
-
-@njit(cache=True)
 def _finish(k, result, frame, cache, control):  # type: ignore[no-untyped-def]
     """Give the result of a level to the level above, and remember what it is the image of."""
     node, relation, constraint = frame[k, NODE], frame[k, RELATION], frame[k, CONSTRAINT]
     if frame[k, OPENED] != 0:
-        _remember(frame[k, OPENED], constraint, control[CLOSED_KEY], result, cache, control)
+        remember(frame[k, OPENED], constraint, control[CLOSED_KEY], result, cache, control)
         frame[k, OPENED] = 0
     if node != 0:
         second = relation + control[FIRED_KEY] if relation != 0 else constraint
         third = constraint if relation != 0 else control[CLOSED_KEY]
-        _remember(node, second, third, result, cache, control)
+        remember(node, second, third, result, cache, control)
     control[RESULT] = result
     control[HAVE] = 1
     control[STACK] = k + 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -35,7 +35,7 @@ ROUNDS = (
 )
 #: How many rounds on is the work allowed to an order again that a search could not better.
 UNCHANGED_ROUNDS = 1
-#: The round from which on orders are not run that cost too much on a smaller instance.
+#: The round from which on an order that costs too much on a smaller instance is not run.
 FIRST_DOUBT = 2
 #: Work allowed to an order that is known from an earlier run, before another one is searched for.
 KNOWN_ORDER_WORK = 30_000_000
@@ -293,39 +293,44 @@ def _with_encoding(
     began = time.perf_counter()
     diagram = Diagram(encoding, range(len(encoding.levels)), memory)
     search = OrderSearch(encoding, diagram.events, seed, memory // 8)
-    order = _known_order(net, encoding, known) if known is not None else None
+    searched = seconds = 0.0
     failures = 0
-    limit: int | None = KNOWN_ORDER_WORK
-    searched = time.perf_counter() - began
-    for number, (search_work, run_work) in enumerate(ROUNDS):
-        began = time.perf_counter()
-        if order is None:
-            last, limit = diagram.order, run_work
-            search.improve(search_work)
-            order = search.order
-            if number and tuple(order) == last:
-                limit = ROUNDS[min(number + UNCHANGED_ROUNDS, len(ROUNDS) - 1)][1]
-            if number >= FIRST_DOUBT and limit is not None and not search.is_promising(limit):
-                order = None
-        searched += time.perf_counter() - began
-        if order is None:
-            continue
-        began = time.perf_counter()
+    for order, limit in _attempts(search, _known_order(net, encoding, known)):
+        started = time.perf_counter()
+        searched += started - began
         diagram.restart(order)
-        if diagram.run(progress, limit):
-            break
+        is_complete = diagram.run(progress, limit)
+        began = time.perf_counter()
+        seconds = began - started
         failures += diagram.out_of_memory
-        if failures == MEMORY_TRIES:
+        if is_complete or failures == MEMORY_TRIES:
             break
-        order = None
-    seconds = time.perf_counter() - began
     reason = "" if diagram.complete else "memory"
     return SymbolicStateSpace(
         net, diagram.complete, reason, encoding, diagram, search.work, searched, seconds
     )
 
 
-def _known_order(net: CompiledNet, encoding: Encoding, known: Sequence[Sequence[str]]) -> list[int] | None:
+def _attempts(search: OrderSearch, known: list[int] | None) -> Iterator[tuple[list[int], int | None]]:
+    """Orders worth a run, each with the work allowed to it: what is known, then ever more searched for."""
+    if known is not None:
+        yield known, KNOWN_ORDER_WORK
+    last = None
+    for number, (search_work, _) in enumerate(ROUNDS):
+        search.improve(search_work)
+        order = search.order
+        ahead = UNCHANGED_ROUNDS if order == last else 0
+        limit = ROUNDS[min(number + ahead, len(ROUNDS) - 1)][1]
+        if number < FIRST_DOUBT or limit is None or search.is_promising(limit):
+            last = order
+            yield order, limit
+
+
+def _known_order(
+    net: CompiledNet, encoding: Encoding, known: Sequence[Sequence[str]] | None
+) -> list[int] | None:
+    if known is None:
+        return None
     by_places = {tuple(net.places[p] for p in level.places): k for k, level in enumerate(encoding.levels)}
     order = [by_places.get(tuple(group), -1) for group in known]
     return order if sorted(order) == list(range(len(encoding.levels))) else None

@@ -95,10 +95,12 @@ def main(words: list[str]) -> int:
                 process = context.Process(target=measure, args=(name, engine))
                 process.start()
                 process.join(LIMIT)
-                if process.exitcode != 0:
+                if process.exitcode is None:
                     process.terminate()
                     process.join()
                     print(f"| {name} | {engine} | | | none in {LIMIT} s | |", flush=True)
+                elif process.exitcode:
+                    print(f"| {name} | {engine} | | | failed | |", flush=True)
     return 0
 
 

@@ -41,6 +41,7 @@ from dineros.analysis.logic.syntax import (
 from dineros.analysis.tina.programs import LONGEST_ARGUMENT, TinaError
 
 TRUE, FALSE = "T", "F"
+_AND, _OR = "/\\", "\\/"
 PARTIAL = "L.sub"
 """Holds in states of a marking graph that were not explored further."""
 
@@ -101,7 +102,7 @@ def enabled_text(net: CompiledNet, transition: int) -> str:
     bans = [
         f"(S.{quoted(net.places[place])} <= {weight - 1})" for place, weight in net.inhibitor.row(transition)
     ]
-    return _joined("/\\", [*needs, *bans], TRUE)
+    return _joined(_AND, [*needs, *bans], TRUE)
 
 
 def fair_text(net: CompiledNet, text: str, weak: Sequence[int], strong: Sequence[int]) -> str:
@@ -119,9 +120,6 @@ def fair_text(net: CompiledNet, text: str, weak: Sequence[int], strong: Sequence
 def quoted(name: str) -> str:
     """Return a name of the net as an identifier."""
     return name if _PLAIN.fullmatch(name) else "{" + re.sub(r"([{}\\])", r"\\\1", name) + "}"
-
-
-_AND, _OR = "/\\", "\\/"
 
 
 def _part(net: CompiledNet, part: Formula, operands: list[str], atoms: BoundAtoms) -> str:
