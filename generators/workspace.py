@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from dineros.generators import dependencies
 from dineros.generators.application import Application, NodePackage, Transition, application_of
 from dineros.generators.comparison import Comparison, WorkspaceError, compare
 from dineros.generators.manifest import Manifest, NodeEntry, read_manifest, write_manifest
@@ -154,7 +155,10 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
     }
     _plan_interfaces(application, templates, common, generated)
     for node in application.nodes:
-        _plan_node(node, templates, common, generated, developer)
+        path = workspace / "src" / node.package / dependencies.FILE
+        own = dependencies.read_dependencies(path, node.package)
+        own = own.without(("rclpy", *node.message_packages))
+        _plan_node(node, templates, {**common, "dependencies": own}, generated, developer)
     _plan_bringup(application, templates, common, generated, developer)
     scripts = _scripts(workspace, options, application, known)
     _plan_tests(scripts, application, templates, common, generated)
@@ -244,6 +248,7 @@ def _plan_node(
         ("tokens.py", f"{module}/tokens.py"),
         ("conftest.py", f"{root}/conftest.py"),
         ("test_node.py", f"{root}/test/test_{node.package}.py"),
+        ("test_package.pyi", f"{root}/test/__init__.pyi"),
     ):
         generated[path] = templates.render(f"node/{template}.j2", **context)
     comment = templates.render("node/runtime_model.xml.j2", **context).strip()
@@ -264,6 +269,9 @@ def _plan_node(
     )
     developer[f"{root}/test/conftest.py"] = DeveloperFile(
         templates.render("node/test_conftest.py.j2", **context), node=node.id, package=node.package
+    )
+    developer[f"{root}/{dependencies.FILE}"] = DeveloperFile(
+        templates.render("node/dependencies.toml.j2", **context), node=node.id, package=node.package
     )
 
 

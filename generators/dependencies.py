@@ -1,0 +1,93 @@
+"""What a node's handlers need beside what is generated, declared in ``dependencies.toml``.
+
+The file is the developers'; what stands in it goes into the package's ``package.xml`` and ``setup.py``, which
+are generated.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from dineros.metamodel.errors import DinerosError, Location, near_matches
+from dineros.metamodel.files.reading import read_bytes
+
+FILE = "dependencies.toml"
+SIZE_LIMIT = 1024 * 1024
+
+# Names of ROS packages (REP 144) and keys of rosdep, such as libstdc++-dev.
+_KEY = re.compile(r"[A-Za-z0-9][A-Za-z0-9+._-]*")
+_LINE = re.compile(r" \(at line (\d+), column (\d+)\)$")
+
+
+class DependenciesError(DinerosError):
+    """A file of dependencies says something that packages cannot depend on."""
+
+
+@dataclass(frozen=True)
+class Dependencies:
+    """What handlers need; the names are those of ``package.xml`` (REP 149) and setuptools.
+
+    Attributes
+    ----------
+    exec_depend, test_depend : tuple of str
+        ROS packages, or keys of rosdep: what handlers import, and what only their tests do.
+    install_requires : tuple of str
+        Distributions of the Python package index, as pip takes them (PEP 508).
+    """
+
+    exec_depend: tuple[str, ...] = ()
+    test_depend: tuple[str, ...] = ()
+    install_requires: tuple[str, ...] = ()
+
+    def without(self, exec_depend: tuple[str, ...]) -> Dependencies:
+        """Return those that a package does not have anyway; what it runs with, its tests have as well."""
+        own = tuple(name for name in dict.fromkeys(self.exec_depend) if name not in exec_depend)
+        known = {*exec_depend, *own, "python3-pytest"}
+        tests = tuple(name for name in dict.fromkeys(self.test_depend) if name not in known)
+        return Dependencies(own, tests, tuple(dict.fromkeys(self.install_requires)))
+
+
+def read_dependencies(path: Path, package: str) -> Dependencies:
+    """Read what the handlers of a package need; nothing where there is no such file.
+
+    Raises
+    ------
+    DependenciesError
+        It is no TOML, has another key, or names what cannot be depended on; with its line where it has one.
+    ModelFileError
+        It cannot be read.
+    """
+    if not path.exists():
+        return Dependencies()
+    try:
+        values = tomllib.loads(read_bytes(path, SIZE_LIMIT).decode())
+    except UnicodeDecodeError as error:
+        raise DependenciesError("is not written in UTF-8", location=Location(path)) from error
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        found = _LINE.search(str(error))
+        location = Location(path, int(found[1]), int(found[2])) if found else Location(path)
+        message = f"is no TOML: {_LINE.sub('', str(error))}"
+        raise DependenciesError(message, location=location, hint="see https://toml.io") from error
+    known = [field.name for field in fields(Dependencies)]
+    for key, names in values.items():
+        if key not in known:
+            hint = near_matches(key, known) or f"there are {', '.join(known)}"
+            raise DependenciesError(f"has an unknown key {key!r:.100}", location=Location(path), hint=hint)
+        if not isinstance(names, list):
+            raise DependenciesError(f"{key} is no list", location=Location(path), hint=f'{key} = ["NAME"]')
+        for name in names:
+            problem = _problem(key, name, package)
+            if problem:
+                raise DependenciesError(f"{key} has {name!r:.100}, {problem}", location=Location(path))
+    return Dependencies(**{key: tuple(names) for key, names in values.items()})
+
+
+def _problem(key: str, name: object, package: str) -> str | None:
+    if not isinstance(name, str) or not name.strip() or not name.isprintable():
+        return "which is no name"
+    if key != "install_requires" and not _KEY.fullmatch(name):
+        return "which is no name of a ROS package or key of rosdep"
+    return "the package itself" if name == package else None
