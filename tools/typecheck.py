@@ -4,12 +4,16 @@ The import package ``dineros`` has no folder of its own: ``pyproject.toml`` maps
 which mypy cannot read. So each run first makes links ``build/typed/dineros/<room>``, and names the true files
 in what it prints. New files are seen at once, without a new installation.
 
-Usage: ``.venv/bin/python tools/typecheck.py [MYPY-OPTION...]``
+For the same reason no type checker sees an editable installation. A folder ``dineros-stubs`` beside the
+installed packages says where their types are (PEP 561), so that code of others is checked against them.
+
+Usage: ``.venv/bin/python tools/typecheck.py [MYPY-OPTION...]``; ``--link`` alone makes the links only
 """
 
 import os
 import shutil
 import sys
+import sysconfig
 import tomllib
 from pathlib import Path
 
@@ -42,23 +46,41 @@ def link_rooms(root: Path) -> dict[str, str]:
     return rooms
 
 
+def show_to_others(root: Path, site_packages: Path) -> None:
+    """Let type checkers find the rooms from anywhere, as those of an installed wheel; Python does not see it.
+
+    Parameters
+    ----------
+    root
+        The project's root, its links made.
+    site_packages
+        Folder of the environment that the project is installed in.
+    """
+    link = site_packages / "dineros-stubs"
+    link.unlink(missing_ok=True)
+    link.symlink_to(root / LINKS / "dineros", target_is_directory=True)
+
+
 def main(options: list[str]) -> int:
     """Check all rooms, and the folders beside them that hold Python files.
 
     Parameters
     ----------
     options
-        Options for mypy.
+        Options for mypy, or ``--link``.
 
     Returns
     -------
     int
         Mypy's exit status.
     """
-    from mypy import api
-
     os.chdir(ROOT)
     rooms = link_rooms(ROOT)
+    show_to_others(ROOT, Path(sysconfig.get_path("purelib")))
+    if options == ["--link"]:
+        return 0
+    from mypy import api
+
     beside = [folder for folder in BESIDE if any(Path(folder).rglob("*.py"))]
     report, errors, status = api.run([*options, *rooms, *beside])
     for link, folder in rooms.items():

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -13,34 +11,13 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import pytest
-
-from dineros.generators.building import build_interfaces, missing_tools
 from tests.case_study.conftest import WORKSPACE
 
 ROOT = WORKSPACE.parents[1]
 MODEL = ROOT / "case_study/sorting.sym.xmi"
-BUILT = ROOT / "build/tests/sorting_workspace"
 PATIENCE = 120.0
 
 Seen = Callable[[], bool]
-
-
-@pytest.fixture(scope="module")
-def workspace() -> Path:
-    """A copy of the workspace whose interfaces are built, once for all runs of the tests."""
-    if missing_tools():
-        if os.environ.get("CI"):
-            pytest.fail(f"CI is set: {missing_tools()} must be there")
-        pytest.skip(f"without {', '.join(missing_tools())}")
-    BUILT.parent.mkdir(parents=True, exist_ok=True)
-    with BUILT.with_suffix(".lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        shutil.rmtree(BUILT / "src", ignore_errors=True)
-        outputs = shutil.ignore_patterns("build", "install", "log", "__pycache__")
-        shutil.copytree(WORKSPACE, BUILT, ignore=outputs, dirs_exist_ok=True)
-        build_interfaces(BUILT)
-    return BUILT
 
 
 class Run:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 from click.testing import CliRunner
 
 from dineros.cli.main import main
-from tests.case_study.conftest import WORKSPACE
+from dineros.runtime.ros.environment import ros_environment
+from tests.case_study.conftest import ROOT, WORKSPACE, documented_commands, in_fresh_shell
+from tests.support.type_checker import strict_mypy
 
-ROOT = WORKSPACE.parents[1]
 PACKAGES = sorted(path for path in (WORKSPACE / "src").iterdir() if (path / "setup.py").is_file())
 
 
@@ -30,20 +32,45 @@ def test_handwritten_and_generated_code_pass_ruff() -> None:
     assert done.returncode == 0, done.stdout
 
 
-def test_types(tmp_path: Path) -> None:
-    """Checked as in an editor: the packages of the workspace find each other; ROS has no types."""
-    paths = [ROOT / "build/typed", *PACKAGES]
-    environment = {**os.environ, "MYPYPATH": os.pathsep.join(map(str, paths))}
-    command = [sys.executable, "-m", "mypy", "--strict", "--allow-untyped-calls", "--no-error-summary"]
-    options = ["--namespace-packages", "--explicit-package-bases", "--follow-imports=silent"]
-    options += ["--ignore-missing-imports", "--disable-error-code=import-untyped"]
-    packages = [word for package in PACKAGES for word in ("-p", package.name)]
-    done = subprocess.run(
-        [*command, *options, "--cache-dir", str(tmp_path), *packages],
-        env=environment,
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+def test_types_as_its_developers_check_them(tmp_path: Path) -> None:
+    """With what `make install` leaves, in the workspace's folder, without any configuration."""
+    shutil.copytree(WORKSPACE / "src", tmp_path / "src", ignore=shutil.ignore_patterns("__pycache__"))
+    packages = [f"src/{path.name}/{path.name}" for path in PACKAGES]
+    assert len(packages) == 8
+    assert strict_mypy(tmp_path, *packages) == "Success: no issues found in 43 source files\n"
+    # A whole package: its set-up, tests and launch files as well.
+    for package in ("sorting_controller", "sorting_bringup"):
+        assert strict_mypy(tmp_path, f"src/{package}").startswith("Success: ")
+    handlers = tmp_path / "src/sorting_controller/sorting_controller/handlers.py"
+    with handlers.open("a", encoding="utf-8") as file:
+        file.write("\n\ndef slip(firing: firings.TReportLFiring) -> firings.Outcome:\n")
+        file.write('    return {"pickSucces": True}\n')
+    said = strict_mypy(tmp_path, "src/sorting_controller/sorting_controller")
+    assert 'handlers.py:27: error: Incompatible return value type (got "dict[str, bool]"' in said
+    assert said.endswith("Found 1 error in 1 file (checked 6 source files)\n")
+
+
+def test_what_handlers_need_is_declared() -> None:
+    """The executor and the sensorics import the cell, of a package that nobody generated."""
+    for name in ("executor", "sensorics"):
+        package = ElementTree.parse(WORKSPACE / f"src/sorting_{name}/package.xml").getroot()
+        assert "sorting_cell" in [each.text for each in package.iterfind("exec_depend")]
+
+
+def test_colcon_builds_and_tests_it_as_its_readme_says(workspace: Path, tmp_path: Path) -> None:
+    installed = workspace / "install"
+    for package in (*(path.name for path in PACKAGES), "sorting_interfaces"):
+        share = installed / package / "share"
+        assert (share / package / "package.xml").is_file()
+        assert (share / "ament_index/resource_index/packages" / package).is_file()
+    assert (installed / "sorting_executor/lib/sorting_executor/executor").is_file()
+    assert (installed / "sorting_bringup/share/sorting_bringup/launch/sorting.launch.py").is_file()
+    assert len([*(installed / "sorting_executor").rglob("node.rtm.xmi")]) == 1
+
+    commands = [line for line in documented_commands() if line != "colcon build"]
+    assert "colcon test && colcon test-result --verbose" in commands
+    variables = ros_environment(tmp_path, 60, "memory", {})
+    done = in_fresh_shell(commands, workspace, **variables)
     assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.endswith("Summary: 29 tests, 0 errors, 0 failures, 0 skipped\n")
+    assert "WARNING" not in done.stderr

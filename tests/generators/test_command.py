@@ -38,7 +38,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
 def test_a_workspace_from_nothing_and_again(run: Run) -> None:
     assert run("--check").exit_code == 1
     first = run()
-    assert (first.exit_code, first.stdout) == (0, "ws: 65 new files, 0 changed\n")
+    assert (first.exit_code, first.stdout) == (0, "ws: 71 new files, 0 changed\n")
     assert (run().stdout, run("--check").stdout) == ("ws: up to date\n", "ws: up to date\n")
     assert run("--check").exit_code == 0
 

@@ -17,11 +17,12 @@ from click.testing import CliRunner, Result
 
 from dineros.cli.main import main
 from dineros.generators import Options, check, generate
-from dineros.generators.building import build_interfaces, build_workspace, environment, missing_tools
+from dineros.generators.building import build_interfaces, environment, missing_tools
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import load
 from dineros.metamodel.records import read_trace
+from tests.support.type_checker import strict_mypy
 
 ROOT = Path(__file__).resolve().parents[2]
 FLEET = ROOT / "docs/examples/fleet"
@@ -101,6 +102,11 @@ def test_the_handlers_fit_the_workspace(workspace: Path) -> None:
     tests = [f"src/{package}" for package in PACKAGES]
     result = program(workspace, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *tests)
     assert "23 passed" in result.stdout, result.stdout
+
+
+def test_the_handlers_pass_mypy(workspace: Path) -> None:
+    packages = [f"src/{package}/{package}" for package in (*PACKAGES, "fleet_bringup")]
+    assert strict_mypy(workspace, *packages) == "Success: no issues found in 38 source files\n"
 
 
 IN_PROCESS = """
@@ -190,19 +196,16 @@ def test_a_trace_of_another_model_or_marking_is_refused(workspace: Path, tmp_pat
 
 @needs_compiler
 def test_it_is_built_and_runs_on_ros(workspace: Path, tmp_path: Path) -> None:
-    """One build for all: colcon builds every package, and the nodes then run from their sources."""
-    build_workspace(workspace)
-    for package in (*PACKAGES, "fleet_bringup", "fleet_interfaces"):
-        share = workspace / "install" / package / "share"
-        assert (share / package / "package.xml").is_file()
-        assert (share / "ament_index/resource_index/packages" / package).is_file()
-    assert (workspace / "install/fleet_map/lib/fleet_map/map_server").is_file()
-    assert (workspace / "install/fleet_bringup/share/fleet_bringup/launch/fleet.launch.py").is_file()
-    assert len([*(workspace / "install/fleet_map").rglob("node.rtm.xmi")]) == 1
+    """One build for all: the interfaces; the nodes run from their sources."""
+    installed = build_interfaces(workspace)
+    assert installed == workspace / "install/fleet_interfaces"
+    assert (installed / "share/fleet_interfaces/package.xml").is_file()
 
-    installed = workspace / "install/fleet_interfaces"
     before = (installed / "share").stat().st_ino
     assert build_interfaces(workspace) == installed
+    for settings in (["--set", "Orders.tokens=4"], []):  # which change no interface
+        assert command("generate", FLEET / "fleet.sym.xmi", "-o", workspace, *settings).exit_code == 0
+        build_interfaces(workspace)
     assert (installed / "share").stat().st_ino == before, "built twice"
     runs_on_ros(workspace, tmp_path)
 

@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 
 from tools.lock import pins
-from tools.typecheck import link_rooms
+from tools.typecheck import link_rooms, show_to_others
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -57,3 +57,14 @@ def test_links_show_the_rooms_and_forget_old_ones(tmp_path: Path) -> None:
     assert not old.exists()
     link_rooms(tmp_path)
     assert (tmp_path / "views/new.py").exists(), "links are removed, never what they show"
+
+
+def test_type_checkers_of_others_see_the_rooms(tmp_path: Path) -> None:
+    (tmp_path / "pyproject.toml").write_text('[tool.setuptools.package-dir]\n"dineros.views" = "views"\n')
+    (tmp_path / "views").mkdir()
+    (tmp_path / "views/py.typed").touch()
+    (tmp_path / "site").mkdir()
+    for _ in range(2):  # also where an earlier installation left its link
+        link_rooms(tmp_path)
+        show_to_others(tmp_path, tmp_path / "site")
+        assert (tmp_path / "site/dineros-stubs/views/py.typed").is_file()

@@ -1,3 +1,4 @@
+# mypy: disable-error-code="import-untyped"
 """Installs the simulated cell as a ROS package."""
 
 from setuptools import setup
@@ -6,11 +7,13 @@ setup(
     name="sorting_cell",
     version="0.1.0",
     packages=["sorting_cell"],
+    package_data={"sorting_cell": ["py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/sorting_cell"]),
         ("share/sorting_cell", ["package.xml"]),
     ],
     install_requires=["setuptools"],
     zip_safe=True,
+    extras_require={"test": ["pytest"]},
     entry_points={"console_scripts": ["cell = sorting_cell.simulator:main"]},
 )

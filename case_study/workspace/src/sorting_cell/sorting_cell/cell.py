@@ -7,7 +7,7 @@ what the sensor sees.
 from __future__ import annotations
 
 import json
-from typing import Protocol
+from typing import Any, Protocol
 
 from dineros.runtime.net import Net
 
@@ -45,6 +45,13 @@ def connect(net: Net) -> Cell:
     return _local or RosCell(net)
 
 
+def latched() -> Any:
+    """Return the quality of service of both topics: whoever starts late gets the last message."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+
+    return QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # type: ignore[no-untyped-call]
+
+
 class RosCell:
     """The cell over ROS topics, through the node that the handlers run in.
 
@@ -55,15 +62,13 @@ class RosCell:
     """
 
     def __init__(self, net: Net) -> None:
-        from rclpy.qos import DurabilityPolicy, QoSProfile
-        from std_msgs.msg import Bool, String
+        from std_msgs.msg import Bool, String  # type: ignore[import-untyped]
 
-        latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         node = net.ros_node
         self._text = String
         self._human = False
-        self._commands = node.create_publisher(String, COMMAND_TOPIC, latched)
-        self._subscription = node.create_subscription(Bool, HUMAN_TOPIC, self._see, latched)
+        self._commands = node.create_publisher(String, COMMAND_TOPIC, latched())
+        self._subscription = node.create_subscription(Bool, HUMAN_TOPIC, self._see, latched())
 
     @property
     def is_human_inside(self) -> bool:

@@ -13,12 +13,11 @@ from typing import Any
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.utilities import try_shutdown
-from std_msgs.msg import Bool, String
-from std_srvs.srv import SetBool
+from std_msgs.msg import Bool, String  # type: ignore[import-untyped]
+from std_srvs.srv import SetBool  # type: ignore[import-untyped]
 
-from sorting_cell.cell import COMMAND_TOPIC, HUMAN_TOPIC
+from sorting_cell.cell import COMMAND_TOPIC, HUMAN_TOPIC, latched
 from sorting_cell.world import Visit, World
 
 PERIOD = 0.05
@@ -88,12 +87,11 @@ class Simulator:
     def __init__(
         self, world: Callable[[Callable[[str, str, bool], None], Callable[[str], None]], World]
     ) -> None:
-        latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self.ros = rclpy.create_node("cell")
+        self.ros: Any = rclpy.create_node("cell")
         self._setters = {name: SignalSetter(self.ros, name) for name in ("executor", "selector", "sensorics")}
-        self._human = self.ros.create_publisher(Bool, HUMAN_TOPIC, latched)
-        self._commands = self.ros.create_subscription(String, COMMAND_TOPIC, self._command, latched)
-        self.world = world(self._set, self.ros.get_logger().info)
+        self._human = self.ros.create_publisher(Bool, HUMAN_TOPIC, latched())
+        self._commands = self.ros.create_subscription(String, COMMAND_TOPIC, self._command, latched())
+        self.world = world(self._set, self.ros.get_logger().info)  # type: ignore[no-untyped-call]
         self.world.start()
         self._seen: bool | None = None
         self._last = time.monotonic()

@@ -3,11 +3,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import pytest
+from sorting_cell.cell import use_local
+from sorting_cell.world import World
 
 from sorting_sensorics import tokens
+
+
+@pytest.fixture(autouse=True)
+def cell() -> Iterator[World]:
+    """Have the handlers use a simulated cell in this process: the tests run without ROS."""
+    world = World(lambda node, signal, value: None)
+    use_local(world)
+    yield world
+    use_local(None)
 
 
 @pytest.fixture
