@@ -66,7 +66,7 @@ def read_dependencies(path: Path, package: str) -> Dependencies:
         values = tomllib.loads(read_bytes(path, SIZE_LIMIT).decode())
     except UnicodeDecodeError as error:
         raise DependenciesError("is not written in UTF-8", location=Location(path)) from error
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # ValueError: also a number of thousands of digits
         found = _LINE.search(str(error))
         location = Location(path, int(found[1]), int(found[2])) if found else Location(path)
         message = f"is no TOML: {_LINE.sub('', str(error))}"

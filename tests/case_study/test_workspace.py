@@ -67,6 +67,8 @@ def test_colcon_builds_and_tests_it_as_its_readme_says(workspace: Path, tmp_path
     assert (installed / "sorting_bringup/share/sorting_bringup/launch/sorting.launch.py").is_file()
     assert len([*(installed / "sorting_executor").rglob("node.rtm.xmi")]) == 1
 
+    guide = (ROOT / "docs/generators.md").read_text(encoding="utf-8")
+    assert all(f"\n{line}\n" in guide for line in documented_commands())
     commands = [line for line in documented_commands() if line != "colcon build"]
     assert "colcon test && colcon test-result --verbose" in commands
     variables = ros_environment(tmp_path, 60, "memory", {})

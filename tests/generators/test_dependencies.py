@@ -81,6 +81,7 @@ def test_they_reach_the_package_and_stay(cook: Path, tmp_path: Path) -> None:
         (r'install_requires = ["a\nb"]', r"install_requires has 'a\nb', which is no name"),
         ('exec_depend = ["kitchen_cook"]', "exec_depend has 'kitchen_cook', the package itself"),
         (f"exec_depend = {'[' * 9999}", "dependencies.toml: is no TOML: "),
+        (f"exec_depend = {'9' * 9999}", "dependencies.toml: is no TOML: "),
         ("# \udcff", "is not written in UTF-8"),
     ],
 )
