@@ -49,7 +49,7 @@ def test_a_fault_leaves_the_old_file_and_nothing_else(
     path = tmp_path / "a"
     path.write_bytes(b"old")
 
-    def fail(*_: object) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise kind(28, "No space left on device")
 
     monkeypatch.setattr(f"dineros.metamodel.files.atomic.os.{fault}", fail)
@@ -67,7 +67,7 @@ def test_a_killed_process_leaves_the_old_file(tmp_path: Path, moment: str) -> No
     program = (
         "import os, signal, sys\n"
         "from dineros.metamodel.files import atomic\n"
-        f"atomic.os.{moment} = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
+        f"atomic.os.{moment} = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)\n"
         "atomic.write_atomically(sys.argv[1], b'new' * 1000)\n"
     )
     done = subprocess.run([sys.executable, "-c", program, str(path)], check=False)
