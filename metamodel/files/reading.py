@@ -59,6 +59,8 @@ def open_plain(
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         if isinstance(error, OSError) and error.errno == errno.ELOOP and not follow_links:
             raise linked(location) from error
+        if isinstance(error, OSError) and error.errno == errno.ENXIO:  # a pipe to write to that nobody reads
+            raise ModelFileError("is not a plain file", location=location) from error
         raise _cannot(flags, location, error) from error
     try:
         mode = os.fstat(descriptor).st_mode

@@ -79,7 +79,6 @@ def load_handler_file(path: Path) -> HandlerFile:
     HandlerFileError
         There is no such file, it fails, or defines no ``configure(net)``.
     """
-    path = path.resolve()
     if path.suffix != ".py":
         raise HandlerFileError(
             "is no Python file", location=Location(path), hint="name a file such as handlers.py"
@@ -88,6 +87,7 @@ def load_handler_file(path: Path) -> HandlerFile:
         source = read_bytes(path)
     except ModelFileError as error:
         raise HandlerFileError(error.message, location=error.location, hint=error.hint) from None
+    path = path.resolve()
     module = ModuleType(f"dineros_handlers_{path.stem}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module
