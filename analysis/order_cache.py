@@ -10,17 +10,23 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dineros.analysis.compiled import CompiledNet
 
+if TYPE_CHECKING:
+    from dineros.metamodel.files.confined import ConfinedFolder
+
 Order = Sequence[Sequence[str]]
 
-FOLDER, FILE = ".dineros", "orders.json"
+PLACE = ".dineros/orders.json"
 #: Orders kept in a file; the oldest go first.
 MOST_ORDERS = 64
+#: Bytes of a file; it comes with the folder of the model, from whomever that is.
+SIZE_LIMIT = 4 << 20
 
 
 def structure_key(net: CompiledNet) -> str:
@@ -48,7 +54,7 @@ class OrderCache:
     @property
     def path(self) -> Path:
         """The file with the orders."""
-        return self.model.parent / FOLDER / FILE
+        return self.model.parent / PLACE
 
     def order(self, net: CompiledNet) -> Order | None:
         """Return the order kept for a net of this structure; a file that cannot be read has none."""
@@ -60,23 +66,36 @@ class OrderCache:
 
     def keep(self, net: CompiledNet, order: Order) -> None:
         """Keep an order; where the folder cannot be written, nothing happens."""
-        from dineros.metamodel.errors import DinerosError
-        from dineros.metamodel.files.atomic import write_atomically
+        from dineros.metamodel.errors import ModelFileError
 
         orders = self._read()
         key = structure_key(net)
         orders.pop(key, None)
         orders[key] = [list(group) for group in order]
         latest = dict(list(orders.items())[-MOST_ORDERS:])
-        try:
-            self.path.parent.mkdir(exist_ok=True)
-            write_atomically(self.path, (json.dumps(latest) + "\n").encode())
-        except (OSError, DinerosError):
-            return
+        content = _encoded(latest)
+        while len(content) > SIZE_LIMIT and latest:
+            latest.pop(next(iter(latest)))
+            content = _encoded(latest)
+        with suppress(ModelFileError):
+            self._folder.write(PLACE, content)
 
     def _read(self) -> dict[str, Any]:
+        from dineros.metamodel.errors import DinerosError
+        from dineros.metamodel.json_text import decode_json
+
         try:
-            found = json.loads(self.path.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            found = decode_json(self._folder.read(PLACE, SIZE_LIMIT) or b"{}")
+        except DinerosError:
             return {}
         return found if isinstance(found, dict) else {}
+
+    @property
+    def _folder(self) -> ConfinedFolder:
+        from dineros.metamodel.files.confined import ConfinedFolder
+
+        return ConfinedFolder(self.model.parent)
+
+
+def _encoded(orders: dict[str, Any]) -> bytes:
+    return (json.dumps(orders) + "\n").encode()

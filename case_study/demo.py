@@ -84,7 +84,7 @@ def main() -> int:
     run = IN_PROCESS if lacking else ON_ROS
     for title, command in [*VERIFYING, *GENERATING, run, *AFTERWARDS]:
         print(f"\n== {title}\n$ dineros {command}", flush=True)
-        arguments = [sys.executable, "-m", "dineros.cli.main", *shlex.split(command)]
+        arguments = [sys.executable, "-P", "-m", "dineros.cli.main", *shlex.split(command)]
         status = subprocess.run(arguments, cwd=ROOT, check=False).returncode
         if status:
             print(f"exit status {status}", file=sys.stderr)

@@ -40,14 +40,14 @@ def load_rules(path: Path) -> list[type[Rule]]:
 
 def _run(path: Path) -> ModuleType:
     from dineros.metamodel.errors import DinerosError, Location
+    from dineros.metamodel.files.reading import read_bytes
 
-    try:
-        source = path.read_bytes()
-    except OSError as error:
-        raise DinerosError(f"cannot be read: {error.strerror}", location=Location(path)) from error
+    source = read_bytes(path)
     module = ModuleType(f"rules in {path.name}")
     module.__file__ = str(path)
-    sys.path.insert(0, str(path.parent))
+    # At the end: a `resource.py` beside the rules must not take the place of Python's.
+    before = list(sys.path)
+    sys.path.append(str(path.parent))
     try:
         exec(compile(source, str(path), "exec"), module.__dict__)
     except DinerosError:
@@ -61,5 +61,5 @@ def _run(path: Path) -> ModuleType:
         text = f"{type(error).__name__}: {error}"
         raise DinerosError(text, location=Location(path, lines[-1] if lines else None)) from error
     finally:
-        sys.path.remove(str(path.parent))
+        sys.path[:] = before
     return module

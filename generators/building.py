@@ -25,9 +25,11 @@ from lxml import etree
 from dineros.generators.comparison import WorkspaceError
 from dineros.generators.manifest import Manifest, read_manifest
 from dineros.metamodel.errors import DinerosError, Location
-from dineros.metamodel.files.atomic import write_atomically
+from dineros.metamodel.files.confined import ConfinedFolder
+from dineros.metamodel.files.reading import read_bytes
 
 STAMP = ".built-from"
+LOG = "log/dineros_build.txt"
 JOBS = 2
 # What a package.xml tells people (REP 149).
 _DESCRIPTIONS = ("description", "maintainer", "author", "license", "url")
@@ -70,13 +72,12 @@ def build_interfaces(workspace: Path, *, jobs: int = JOBS) -> Path:
     manifest = manifest_of(workspace)
     package = manifest.interfaces
     installed = workspace / "install" / package
-    wanted = _fingerprint(workspace / "src" / package)
-    stamp = installed / STAMP
-    if stamp.is_file() and stamp.read_text(encoding="utf-8") == wanted:
+    wanted = _fingerprint(workspace, package)
+    folder, stamp = ConfinedFolder(workspace), f"install/{package}/{STAMP}"
+    if folder.read(stamp) == wanted.encode():
         return installed
-    if installed.is_dir():  # what was renamed or removed would stay
-        shutil.rmtree(installed)
-        shutil.rmtree(workspace / "build" / package, ignore_errors=True)
+    for place in ("install", "build"):  # what was renamed or removed would stay
+        folder.remove_tree(f"{place}/{package}")
     colcon(workspace, ["--packages-select", package], jobs=jobs)
     remember(workspace)
     return installed
@@ -88,8 +89,8 @@ def remember(workspace: Path) -> None:
     `build_interfaces` then leaves them as they are.
     """
     package = manifest_of(workspace).interfaces
-    wanted = _fingerprint(workspace / "src" / package)
-    write_atomically(workspace / "install" / package / STAMP, wanted.encode())
+    wanted = _fingerprint(workspace, package)
+    ConfinedFolder(workspace).write(f"install/{package}/{STAMP}", wanted.encode())
 
 
 def colcon(workspace: Path, arguments: Sequence[str] = (), *, jobs: int = JOBS) -> None:
@@ -108,15 +109,14 @@ def colcon(workspace: Path, arguments: Sequence[str] = (), *, jobs: int = JOBS) 
             hint="install dineros[ros-build], g++ and cmake, or run in process with 'dineros run --local'",
         )
     found = importlib.util.find_spec("colcon_core") is not None
-    program = [sys.executable, "-m", "colcon"] if found else ["colcon"]
-    log = workspace / "log" / "dineros_build.txt"
-    log.parent.mkdir(parents=True, exist_ok=True)
+    program = [sys.executable, "-P", "-m", "colcon"] if found else ["colcon"]
+    log = workspace / LOG
     command = [*program, "build", *arguments]
     setup = _wheels_setup(workspace) if found else None
     if setup:  # the environment is the one that developers source
         command = ["sh", "-c", '. "$0" && exec "$@"', setup, *command]
     variables = {**os.environ, "MAKEFLAGS": f"-j{jobs}", "CMAKE_BUILD_PARALLEL_LEVEL": str(jobs)}
-    with log.open("wb") as output:
+    with os.fdopen(ConfinedFolder(workspace).start(LOG), "wb") as output:
         status = _run(command, workspace, variables, output.fileno())
     if status:
         raise BuildError(
@@ -164,13 +164,13 @@ def manifest_of(workspace: Path) -> Manifest:
     return manifest
 
 
-def _fingerprint(package: Path) -> str:
+def _fingerprint(workspace: Path, package: str) -> str:
     """Return a hash of all that the build of a package depends on: no comments, no descriptions."""
     digest = hashlib.sha256(f"{sys.version} {sysconfig.get_platform()} {sys.prefix}".encode())
-    for path in sorted(package.rglob("*")):
-        if path.is_file():
-            digest.update(f"\0{path.relative_to(package).as_posix()}\0".encode())
-            digest.update(_meaning(path.name, path.read_bytes()))
+    folder, root = ConfinedFolder(workspace), f"src/{package}"
+    for path in folder.files(root):
+        digest.update(f"\0{path.removeprefix(f'{root}/')}\0".encode())
+        digest.update(_meaning(Path(path).name, folder.read(path) or b""))
     return digest.hexdigest()
 
 
@@ -240,7 +240,7 @@ def _run(command: Sequence[str], folder: Path, environment: Mapping[str, str], o
 
 def _first_error(log: Path) -> str:
     """Return the line of a build's log that says most."""
-    lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
+    lines = read_bytes(log, follow_links=False).decode("utf-8", "replace").splitlines()
     for line in lines:
         if "error" in line.lower() and "stderr" not in line.lower():
             return line.strip()[:200]

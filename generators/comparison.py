@@ -14,7 +14,8 @@ from dineros.generators import handwritten
 from dineros.generators.manifest import DeveloperEntry, Manifest, StubEntry, hash_of
 from dineros.generators.notices import Change, Edit, Notice
 from dineros.generators.plan import DeveloperFile, Plan
-from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.files.confined import ConfinedFolder
 
 
 class WorkspaceError(DinerosError):
@@ -53,8 +54,8 @@ def compare(workspace: Path, plan: Plan, known: Manifest | None) -> Comparison:
 
     Raises
     ------
-    WorkspaceError
-        A file cannot be read.
+    ModelFileError
+        A file cannot be read, or a symbolic link leads out of the workspace.
     DeveloperFileError
         A developer's file is no Python.
     """
@@ -63,7 +64,7 @@ def compare(workspace: Path, plan: Plan, known: Manifest | None) -> Comparison:
     notices: list[Notice] = []
     edits: list[Edit] = []
     for path, content in plan.generated.items():
-        present = _read(workspace / path)
+        present = ConfinedFolder(workspace).read(path)
         if present is None:
             changes.append(Change(path, "restored" if path in before.generated else "new", content=content))
         elif present != content:
@@ -95,7 +96,7 @@ def _remove(
     notices: list[Notice],
 ) -> None:
     """Take away a file that is generated no longer, unless somebody edited it."""
-    present = _read(workspace / path)
+    present = ConfinedFolder(workspace).read(path)
     if present is None or path in plan.developer:
         return
     if before.is_ours(path, present):
@@ -111,7 +112,7 @@ def _compare_developers(
     entries = {}
     for path, file in plan.developer.items():
         known = before.developer.get(path)
-        present = _read(workspace / path)
+        present = ConfinedFolder(workspace).read(path)
         if present is None:
             changes.append(Change(path, "restored" if known else "new", content=file.content))
             entries[path] = DeveloperEntry(file.node, _stubs(file), hash_of(file.content))
@@ -119,7 +120,7 @@ def _compare_developers(
             entries[path] = _extend(workspace, path, file, known, present, changes)
             notices.extend(handwritten.handler_notices(workspace / path, path, file, known, plan, present))
     for path, entry in before.developer.items():
-        present = _read(workspace / path)
+        present = ConfinedFolder(workspace).read(path)
         if path in plan.developer or present is None:
             continue
         if hash_of(present) == entry.written:
@@ -165,12 +166,3 @@ def _edit(path: str, content: bytes, present: bytes, was_generated: bool) -> Edi
     lines = difflib.unified_diff(old, new, f"{path} (generated)", f"{path} (yours)")
     difference = "".join(line if line.endswith("\n") else f"{line}\n" for line in lines)
     return Edit(path, message, difference)
-
-
-def _read(path: Path) -> bytes | None:
-    try:
-        return path.read_bytes()
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    except OSError as error:
-        raise WorkspaceError(f"cannot be read: {error.strerror}", location=Location(path)) from error

@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 from dineros.metamodel.errors import DinerosError, Location, near_matches
-from dineros.metamodel.files.reading import read_bytes
+from dineros.metamodel.files.confined import ConfinedFolder
 
 FILE = "dependencies.toml"
 SIZE_LIMIT = 1024 * 1024
@@ -50,7 +50,7 @@ class Dependencies:
         return Dependencies(own, tests, tuple(dict.fromkeys(self.install_requires)))
 
 
-def read_dependencies(path: Path, package: str) -> Dependencies:
+def read_dependencies(workspace: Path, package: str) -> Dependencies:
     """Read what the handlers of a package need; nothing where there is no such file.
 
     Raises
@@ -60,10 +60,13 @@ def read_dependencies(path: Path, package: str) -> Dependencies:
     ModelFileError
         It cannot be read.
     """
-    if not path.exists():
+    relative = f"src/{package}/{FILE}"
+    path = workspace / relative
+    content = ConfinedFolder(workspace).read(relative, SIZE_LIMIT)
+    if content is None:
         return Dependencies()
     try:
-        values = tomllib.loads(read_bytes(path, SIZE_LIMIT).decode())
+        values = tomllib.loads(content.decode())
     except UnicodeDecodeError as error:
         raise DependenciesError("is not written in UTF-8", location=Location(path)) from error
     except (ValueError, RecursionError) as error:  # ValueError: also a number of thousands of digits

@@ -92,16 +92,15 @@ class Module:
     newline: str
 
 
-def read_module(path: Path, content: bytes | None = None) -> Module:
-    """Read a developer's module.
+def read_module(path: Path, content: bytes) -> Module:
+    """Read a developer's module, of which the file holds these bytes.
 
     Raises
     ------
     DeveloperFileError
-        The file cannot be read, or is no Python; with line.
+        It is no Python, or in no encoding that is known; with line.
     """
     try:
-        content = path.read_bytes() if content is None else content
         encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)
         text = content.decode(encoding)
         newline = "\r\n" if text.count("\r\n") > text.count("\n") / 2 else "\n"
@@ -111,7 +110,7 @@ def read_module(path: Path, content: bytes | None = None) -> Module:
         raise DeveloperFileError(
             f"is no Python: {error.msg}", location=Location(path, error.lineno), hint="mend it first"
         ) from error
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         raise DeveloperFileError(f"cannot be read: {error}", location=Location(path)) from error
 
 

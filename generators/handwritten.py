@@ -12,6 +12,7 @@ from dineros.generators.manifest import DeveloperEntry, Manifest
 from dineros.generators.notices import Notice
 from dineros.generators.plan import DeveloperFile, Plan
 from dineros.metamodel.errors import near_matches
+from dineros.metamodel.files.confined import ConfinedFolder
 
 FIRINGS = "firings"
 """The generated module that a module of handlers imports."""
@@ -124,9 +125,10 @@ def token_notices(workspace: Path, before: Manifest, after: Manifest) -> list[No
         return []
     notices = []
     for path in after.developer:
-        if not (workspace / path).is_file() or not path.endswith(".py"):
+        content = ConfinedFolder(workspace).read(path) if path.endswith(".py") else None
+        if content is None:
             continue
-        module = read_module(workspace / path)
+        module = read_module(workspace / path, content)
         for name, line in developers.texts(module, changed):
             message, hint = changed[name]
             notices.append(Notice("token-changed", path, f"{_function(module, line)}: {message}", hint, line))

@@ -11,15 +11,26 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from dineros.metamodel.errors import DinerosError, Location
-from dineros.metamodel.files.atomic import write_atomically
+from dineros.generators.manifest_schema import MANIFEST, OPTIONAL, SIZE_LIMIT, ManifestError, record_of
+from dineros.metamodel.errors import Location, ModelFileError
+from dineros.metamodel.files.confined import ConfinedFolder
+from dineros.metamodel.json_text import JsonTextError, decode_json
+
+__all__ = [
+    "PLACE",
+    "DeveloperEntry",
+    "Manifest",
+    "ManifestError",
+    "NodeEntry",
+    "StubEntry",
+    "hash_of",
+    "manifest_bytes",
+    "read_manifest",
+    "write_manifest",
+]
 
 PLACE = ".dineros/manifest.json"
 SCHEMA = 1
-
-
-class ManifestError(DinerosError):
-    """The manifest of a workspace cannot be read."""
 
 
 @dataclass(frozen=True)
@@ -129,35 +140,37 @@ def read_manifest(workspace: Path) -> Manifest | None:
     Raises
     ------
     ManifestError
-        The file is no manifest, or one of a later version.
+        The file cannot be read, is no manifest, or one of a later version.
     """
-    path = workspace / PLACE
     try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
+        content = ConfinedFolder(workspace).read(PLACE, SIZE_LIMIT)
+    except ModelFileError as error:
+        raise ManifestError(error.message, location=error.location, hint=error.hint) from error
+    if content is None:
         return None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ManifestError(f"cannot be read: {error}", location=Location(path)) from error
-    hint = "take it from version control"
+    location, hint = Location(workspace / PLACE), "take it from version control"
     try:
-        values = json.loads(text)
-        schema = values.pop("schema")
+        values = decode_json(content)
+        schema = values.pop("schema", None) if isinstance(values, dict) else None
+        if type(schema) is not int or schema < 1:
+            raise ManifestError("has no schema")
         if schema > SCHEMA:
             raise ManifestError(
                 f"has the schema {schema}, known is {SCHEMA}",
-                location=Location(path),
+                location=location,
                 hint="use a later version of DiNeROS",
             )
-        return _manifest(values)
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise ManifestError(f"is no manifest: {error}", location=Location(path), hint=hint) from error
+        return _manifest(record_of(MANIFEST, OPTIONAL)(values, ""))
+    except (JsonTextError, ManifestError) as error:
+        if error.location is not None:
+            raise
+        said = f"is no manifest: {error.message}"
+        raise ManifestError(said, location=location, hint=error.hint or hint) from error
 
 
 def write_manifest(workspace: Path, manifest: Manifest) -> None:
     """Write the manifest of a workspace."""
-    path = workspace / PLACE
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, manifest_bytes(manifest))
+    ConfinedFolder(workspace).write(PLACE, manifest_bytes(manifest))
 
 
 def manifest_bytes(manifest: Manifest) -> bytes:
@@ -191,17 +204,14 @@ def manifest_bytes(manifest: Manifest) -> bytes:
 
 
 def _manifest(values: dict[str, Any]) -> Manifest:
+    """Return a manifest of values that were checked."""
     developer = {
         path: DeveloperEntry(
             entry["node"],
-            {
-                name: StubEntry(tuple(stub["inputs"]), tuple(stub["outputs"]))
-                for name, stub in entry["stubs"].items()
-            },
+            {name: StubEntry(**stub) for name, stub in entry["stubs"].items()},
             entry["written"],
         )
         for path, entry in values.pop("developer").items()
     }
     nodes = tuple(NodeEntry(**node) for node in values.pop("nodes"))
-    settings = tuple(values.pop("settings"))
-    return Manifest(**values, nodes=nodes, settings=settings, developer=developer)
+    return Manifest(**values, nodes=nodes, developer=developer)

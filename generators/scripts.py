@@ -17,6 +17,7 @@ from dineros.generators.application import Application, NodePackage, Transition
 from dineros.generators.developers import instance_of
 from dineros.metamodel import records
 from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.json_text import decode_json
 from dineros.metamodel.records.schema import ServiceStep, Step
 from dineros.metamodel.ros_names import snake_case
 
@@ -65,12 +66,23 @@ class Script:
         ScriptError
             The file is no script.
         """
-        try:
-            values = json.loads(content)
-            steps = tuple(tuple(step) for step in values["steps"])
-            return Script(path.stem, str(values["about"]), steps, dict(values["marking"]))
-        except (ValueError, KeyError, TypeError) as error:
-            raise ScriptError(f"is no script of steps: {error}", location=Location(path)) from error
+        location = Location(path)
+        if (
+            not f"test_{path.stem}".isidentifier() or not path.stem.isascii()
+        ):  # names the function of the test
+            raise ScriptError("is no name of a script", location=location)
+        values = decode_json(content, location=location)
+        match values:
+            case {"about": str() as about, "steps": list() as steps, "marking": dict() as marking}:
+                if all(map(_is_step, steps)) and all(type(count) is int for count in marking.values()):
+                    return Script(path.stem, about, tuple(map(tuple, steps)), marking)
+        raise ScriptError("is no script of steps", location=location)
+
+
+def _is_step(step: object) -> bool:
+    return isinstance(step, list) and all(
+        part is None or isinstance(part, (str, int, float)) for part in step
+    )
 
 
 def read_script(path: Path, app: Application) -> Script:
@@ -112,7 +124,7 @@ def read_script(path: Path, app: Application) -> Script:
     about = f"the trace {path.name}"
     if header.property:
         about = f"{header.property}: {header.verdict}" if header.verdict else header.property
-    return Script(snake_case(path.name.removesuffix(".jsonl")), about, tuple(steps), marking)
+    return Script(snake_case(path.name.removesuffix(".jsonl")) or "trace", about, tuple(steps), marking)
 
 
 def _records(path: Path) -> list[records.Record]:

@@ -13,8 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+import jinja2.sandbox
 
 from dineros.metamodel.errors import DinerosError, Location, near_matches
+from dineros.metamodel.files.confined import ConfinedFolder
 from dineros.metamodel.ros_names import resource_name, snake_case
 
 OURS = Path(__file__).parent / "templates"
@@ -45,9 +47,10 @@ class Templates:
         self._folder = folder
         if folder is not None:
             self._require_known(folder)
-        folders = [OURS] if folder is None else [folder, OURS]
-        self._environment = jinja2.Environment(
-            loader=jinja2.FileSystemLoader(folders, encoding="utf-8"),
+        ours = jinja2.FileSystemLoader(OURS, encoding="utf-8")
+        # A template is a program, and a user's may come from anybody: it sees what it is given and no more.
+        self._environment = jinja2.sandbox.ImmutableSandboxedEnvironment(
+            loader=jinja2.ChoiceLoader([jinja2.FunctionLoader(self._own), ours]),
             undefined=jinja2.StrictUndefined,
             trim_blocks=True,
             lstrip_blocks=True,
@@ -90,6 +93,19 @@ class Templates:
             return f"{start} {text.replace('--', '- -')} {end}"  # XML comments may not hold two hyphens
         lines = textwrap.wrap(text, 95, break_long_words=False, break_on_hyphens=False)
         return "\n".join(f"{start} {line}" for line in lines)
+
+    def _own(self, name: str) -> tuple[str, str, None] | None:
+        """Return a template of the user's folder, and its path."""
+        if self._folder is None:
+            return None
+        content = ConfinedFolder(self._folder).read(name)
+        if content is None:
+            return None
+        path = self._folder / name
+        try:
+            return content.decode("utf-8"), str(path), None
+        except UnicodeDecodeError as error:
+            raise TemplateError(f"is no UTF-8: {error.reason}", location=Location(path)) from None
 
     def _is_overridden(self, name: str) -> bool:
         return self._folder is not None and (self._folder / name).is_file()

@@ -12,6 +12,7 @@ Example
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,14 +20,14 @@ from typing import Any
 from dineros.generators import dependencies
 from dineros.generators.application import Application, NodePackage, Transition, application_of
 from dineros.generators.comparison import Comparison, WorkspaceError, compare
-from dineros.generators.manifest import Manifest, NodeEntry, read_manifest, write_manifest
+from dineros.generators.manifest import PLACE, Manifest, NodeEntry, read_manifest, write_manifest
 from dineros.generators.notices import Edit
 from dineros.generators.plan import DeveloperFile, Plan, WriteStub
 from dineros.generators.scripts import Script, read_script
-from dineros.generators.templates import Templates, generator
+from dineros.generators.templates import TemplateError, Templates, generator
 from dineros.metamodel import sym
 from dineros.metamodel.errors import Location
-from dineros.metamodel.files.atomic import write_atomically
+from dineros.metamodel.files.confined import ConfinedFolder
 from dineros.metamodel.ros_names import snake_case
 
 
@@ -63,7 +64,9 @@ class Options:
     lifecycle : bool or None
         Whether nodes are lifecycle nodes; None: as the workspace was generated before, else plain nodes.
     templates : Path or None
-        Folder with templates that override ours; None: as before.
+        Folder with templates that override ours; a workspace that was generated with some needs them again.
+    default_templates : bool
+        Whether such a workspace goes back to ours.
     maintainer, license : str or None
         For the packages' ``package.xml``, the maintainer as ``Name <address>``; None: as before.
     tests : tuple of Path
@@ -74,6 +77,7 @@ class Options:
     settings: tuple[str, ...] = ()
     lifecycle: bool | None = None
     templates: Path | None = None
+    default_templates: bool = False
     maintainer: str | None = None
     license: str | None = None
     tests: tuple[Path, ...] = ()
@@ -137,7 +141,12 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
     chosen = _chosen(workspace, options, known)
     folder = options.templates
     if folder is None and chosen["templates"]:
-        folder = Path(os.path.normpath(workspace.resolve() / chosen["templates"]))
+        # They are programs, and the manifest comes with the workspace, from whomever that is.
+        raise TemplateError(
+            f"was generated with the templates of {chosen['templates']!r:.200}, which must be named again",
+            location=Location(workspace),
+            hint="--templates DIR takes them, --default-templates does without",
+        )
     source = f"{options.source} with {' '.join(options.settings)}" if options.settings else options.source
     templates = Templates(source, folder)
     application = application_of(model)
@@ -155,8 +164,7 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
     }
     _plan_interfaces(application, templates, common, generated)
     for node in application.nodes:
-        path = workspace / "src" / node.package / dependencies.FILE
-        own = dependencies.read_dependencies(path, node.package)
+        own = dependencies.read_dependencies(workspace, node.package)
         own = own.without(("rclpy", *node.message_packages))
         _plan_node(node, templates, {**common, "dependencies": own}, generated, developer)
     _plan_bringup(application, templates, common, generated, developer)
@@ -193,6 +201,8 @@ def _chosen(workspace: Path, options: Options, known: Manifest | None) -> dict[s
     chosen = dict(DEFAULTS)
     if known is not None:
         chosen |= {name: value for name, value in known.options.items() if name in DEFAULTS}
+    if options.default_templates:
+        chosen["templates"] = None
     for name in DEFAULTS:
         given = getattr(options, name)
         if given is not None:
@@ -324,8 +334,8 @@ def _scripts(
     root = f"src/{app.bringup}/test/steps"
     scripts = {}
     for path in known.generated if known else ():
-        if path.startswith(f"{root}/") and (workspace / path).is_file():
-            content = (workspace / path).read_bytes()
+        content = ConfinedFolder(workspace).read(path) if path.startswith(f"{root}/") else None
+        if content is not None:
             scripts[path] = Script.from_json(workspace / path, content)
     for trace in options.tests:
         script = read_script(trace, app)
@@ -351,6 +361,8 @@ def _plan_tests(
 
 def _write(workspace: Path, comparison: Comparison, known: Manifest | None) -> None:
     """Write what has changed; the manifest says it first, so that a crash is no edit."""
+    folder = ConfinedFolder(workspace)
+    _take_away_leftovers(folder, [comparison.manifest, known or comparison.manifest])
     if comparison.changes:
         pending = {
             path: digest
@@ -359,30 +371,18 @@ def _write(workspace: Path, comparison: Comparison, known: Manifest | None) -> N
         }
         write_manifest(workspace, replace(known or comparison.manifest, pending=pending))
     for change in comparison.changes:
-        path = workspace / change.path
         if change.content is None:
-            path.unlink(missing_ok=True)
-            _remove_empty(path.parent, workspace)
+            folder.remove(change.path)
         else:
-            _make(path.parent)
-            write_atomically(path, change.content)
+            folder.write(change.path, change.content)
     if comparison.manifest != known:
         write_manifest(workspace, comparison.manifest)
 
 
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise WorkspaceError(f"cannot be made: {error.strerror}", location=Location(folder)) from error
-
-
-def _remove_empty(folder: Path, workspace: Path) -> None:
-    """Remove folders that hold nothing any more, but for what Python compiled."""
-    import shutil
-
-    while folder != workspace and folder.is_dir():
-        if any(child.name != "__pycache__" for child in folder.iterdir()):
-            return
-        shutil.rmtree(folder)
-        folder = folder.parent
+def _take_away_leftovers(folder: ConfinedFolder, manifests: Iterable[Manifest]) -> None:
+    """Remove what runs that were killed left wherever something is, or was, generated."""
+    paths = {PLACE}
+    for manifest in manifests:
+        paths.update(manifest.generated, manifest.pending, manifest.developer)
+    for path in sorted({path.rpartition("/")[0] for path in paths}):
+        folder.take_away_leftovers(path)

@@ -189,7 +189,7 @@ def generate(folder: Path) -> list[Path]:
         package = resources.get_resource(URI(str(HOME / f"{name}.ecore"))).contents[0]
         TypedGenerator().generate(package, str(folder))
         files.append(folder / name / "__init__.py")
-    ruff = [sys.executable, "-m", "ruff"]
+    ruff = [sys.executable, "-P", "-m", "ruff"]
     configuration = ["--config", str(HOME.parent / "pyproject.toml")]
     paths = [str(file) for file in files]
     subprocess.run([*ruff, "check", "-q", "--fix", "--select", "I,F401", *configuration, *paths], check=False)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError, Location
@@ -56,10 +57,10 @@ def decode_json(text: str | bytes, *, limit: int | None = None, location: Locati
         plain = text.decode("utf-8") if isinstance(text, bytes) else text
         if plain.startswith("\ufeff"):
             plain = plain[1:]
-        found = json.loads(plain, parse_int=_integer, parse_float=_finite, parse_constant=_no_constant)
+        found = (_CAREFUL if _may_have_long_number(plain) else _QUICK).decode(plain)
         if plain.count("[") + plain.count("{") > DEPTH_LIMIT:
             _check_depth(found)
-        if "\\ud" in plain or "\\uD" in plain:
+        if "\\u" in plain and ("\\ud" in plain or "\\uD" in plain):
             json.dumps(found, ensure_ascii=False).encode("utf-8")
     except RecursionError:
         reason = "nested too deep"
@@ -72,6 +73,18 @@ def decode_json(text: str | bytes, *, limit: int | None = None, location: Locati
     else:
         return found
     raise JsonTextError(f"no JSON: {reason}", location=location) from None
+
+
+_STEP = 40
+_PART_OF_NUMBER = re.compile(f"[0-9.eE+-]{{{DIGITS_LIMIT // _STEP}}}")
+
+
+def _may_have_long_number(text: str) -> bool:
+    """Tell whether a number could be too long, so that the checks of every number are paid for only then.
+
+    Of a number with more characters than the limit, so many successive characters are among every 40th.
+    """
+    return len(text) > DIGITS_LIMIT and _PART_OF_NUMBER.search(text[::_STEP]) is not None
 
 
 def _integer(text: str) -> int:
@@ -94,6 +107,10 @@ def _check_digits(text: str) -> None:
 
 def _no_constant(text: str) -> float:
     raise ValueError(f"{text} is no number of JSON")
+
+
+_QUICK = json.JSONDecoder(parse_float=_finite, parse_constant=_no_constant)
+_CAREFUL = json.JSONDecoder(parse_int=_integer, parse_float=_finite, parse_constant=_no_constant)
 
 
 def _check_depth(found: Any) -> None:

@@ -41,7 +41,7 @@ def main(extras: str) -> None:
     """Resolve the project with its extras, ignoring what is installed, and write the versions."""
     if sys.version_info[:2] != (3, 11):
         sys.exit("Lock with Python 3.11: make lock PYTHON=python3.11")
-    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
+    pip = [sys.executable, "-P", "-m", "pip", "--disable-pip-version-check", "--quiet"]
     wanted = ["pip", "setuptools", "--editable", f"{ROOT}[{extras}]"]
     options = ["--dry-run", "--ignore-installed", "--no-build-isolation", "--report", "-"]
     options += ["--python-version", OLDEST, "--only-binary", ":all:"]

@@ -13,6 +13,8 @@ from typing import Any, BinaryIO
 from dineros.analysis.sweeps.grid import Grid, Point, SweepError
 from dineros.analysis.sweeps.point import Figures
 from dineros.metamodel.errors import Location
+from dineros.metamodel.files.reading import SIZE_LIMIT, open_plain
+from dineros.metamodel.json_text import JsonTextError, decode_json
 
 FORMAT = 1
 
@@ -48,7 +50,8 @@ class Journal:
         self.path = path
         self.limits = limits
         self.finished: dict[str, Figures] = {}
-        self._file: BinaryIO = path.open("a+b")
+        flags = os.O_RDWR | os.O_CREAT | os.O_APPEND
+        self._file: BinaryIO = os.fdopen(open_plain(path, flags, follow_links=False), "a+b")
         try:
             self._lock()
             self._begin({"sweep": FORMAT, "of": _hash(model, grid, engine)})
@@ -65,7 +68,9 @@ class Journal:
     def _begin(self, header: dict[str, Any]) -> None:
         """Read what an earlier run finished, and drop the half line of a crash."""
         self._file.seek(0)
-        text = self._file.read()
+        text = self._file.read(SIZE_LIMIT + 1)
+        if len(text) > SIZE_LIMIT:
+            raise SweepError(f"is larger than {SIZE_LIMIT >> 20} MiB", location=Location(self.path))
         whole = text[: text.rfind(b"\n") + 1]
         first, *lines = whole.split(b"\n")
         if not whole and not text.startswith(b'{"sweep"'[: len(text)]):
@@ -82,8 +87,11 @@ class Journal:
         points: dict[str, Figures] = {}
         for line in lines:
             entry = _read(line)
-            if entry is not None and (entry["figures"]["complete"] or entry["limits"] == self.limits):
-                points[entry["point"]] = Figures(**entry["figures"])
+            try:
+                if entry is not None and (entry["figures"]["complete"] or entry["limits"] == self.limits):
+                    points[entry["point"]] = Figures(**entry["figures"])
+            except (KeyError, TypeError):
+                continue
         return points
 
     def _foreign(self) -> SweepError:
@@ -140,7 +148,7 @@ def _hash(model: str, grid: Grid, engine: str) -> str:
 def _read(line: bytes) -> dict[str, Any] | None:
     """Return what a line says; None for one that is damaged."""
     try:
-        entry = json.loads(line)
-    except ValueError:
+        entry = decode_json(line)
+    except JsonTextError:
         return None
     return entry if isinstance(entry, dict) else None

@@ -98,7 +98,7 @@ class PointProcess:
             return self._process
         self.kill()
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "dineros.analysis.sweeps.point", str(os.getpid())],
+            [sys.executable, "-P", "-m", "dineros.analysis.sweeps.point", str(os.getpid())],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

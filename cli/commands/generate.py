@@ -39,8 +39,9 @@ FOUND = 1
     "--templates",
     type=click.Path(path_type=Path),
     metavar="DIR",
-    help="Templates of your own, which override ours file by file; remembered.",
+    help="Templates of your own, which override ours file by file; to be named each time.",
 )
+@click.option("--default-templates", is_flag=True, help="Go back to our templates.")
 @click.option("--lifecycle/--plain", default=None, help="Lifecycle nodes or plain nodes; remembered.")
 @click.option("--maintainer", metavar="'NAME <ADDRESS>'", help="Maintainer of the packages; remembered.")
 @click.option("--license", "licence", metavar="NAME", help="Licence of the packages; remembered.")
@@ -58,6 +59,7 @@ def generate(
     settings: tuple[str, ...],
     check: bool,
     templates: Path | None,
+    default_templates: bool,
     lifecycle: bool | None,
     maintainer: str | None,
     licence: str | None,
@@ -72,6 +74,8 @@ def generate(
     """
     from dineros import generators
 
+    if templates is not None and default_templates:
+        raise click.UsageError("--templates and --default-templates exclude each other.")
     system = load_system(model, settings)
     refuse_invalid(system, model)
     options = generators.Options(
@@ -79,6 +83,7 @@ def generate(
         settings=settings,
         lifecycle=lifecycle,
         templates=templates,
+        default_templates=default_templates,
         maintainer=maintainer,
         license=licence,
         tests=tests,

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, TextIO
 from dineros.cli.console import note, summarise, warn, working
 from dineros.cli.running.watching import Ending, Wanted, observe, watch
 from dineros.metamodel.files import save
+from dineros.metamodel.files.reading import open_plain
 from dineros.runtime.application.observer import FolderObserver
 from dineros.runtime.application.supervisor import (
     ProcessEvent,
@@ -87,7 +88,7 @@ def _workspace_processes(workspace: Path) -> tuple[Commands, dict[str, str]]:
     for node in manifest.nodes:
         files = [config / f"{node.package}.yaml", config / "local.yaml"]
         parameters = [part for file in files if file.is_file() for part in ("--params-file", str(file))]
-        commands.append((node.node, [sys.executable, "-m", node.package, "--ros-args", *parameters]))
+        commands.append((node.node, [sys.executable, "-P", "-m", node.package, "--ros-args", *parameters]))
     variables = environment(workspace)
     # Packages that developers put beside the generated ones are found as well.
     known = variables.get("PYTHONPATH", "").split(os.pathsep)
@@ -113,7 +114,7 @@ def _model_processes(
         path = folder / "models" / f"{model.node.id}.rtm.xmi"
         path.parent.mkdir(parents=True, exist_ok=True)
         save(model, path)
-        command = [sys.executable, "-m", "dineros.runtime.ros.node_main", str(path.resolve())]
+        command = [sys.executable, "-P", "-m", "dineros.runtime.ros.node_main", str(path.resolve())]
         command += ["--source", str(application.source.resolve())]
         command += [word for setting in application.settings for word in ("--set", setting)]
         if application.handlers is not None:
@@ -165,7 +166,9 @@ def _run_processes(
         name = f"program-{number}"
         plans.append(ProcessPlan(name, _words(program), variables, folder / f"{name}.log"))
     folder.mkdir(parents=True, exist_ok=True)
-    with (folder / SUPERVISOR_LOG).open("a", encoding="utf-8") as log:
+    flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
+    descriptor = open_plain(folder / SUPERVISOR_LOG, flags, follow_links=False)
+    with os.fdopen(descriptor, "a", encoding="utf-8") as log:
         supervisor = Supervisor(plans, RestartPolicy(restarts=options.restarts), _teller(log))
         try:
             with supervisor:

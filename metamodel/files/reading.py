@@ -1,8 +1,12 @@
-"""Reading the bytes of a file that a user named: only plain files, of bounded size."""
+"""The one way to open and read files that users or strangers named: only plain files, of bounded size.
+
+Everything else of that kind is built on it: folders of others in `confined`, traces in `metamodel.records`.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import gc
 import os
 import stat
@@ -14,37 +18,125 @@ from dineros.metamodel.errors import Location, ModelFileError
 SIZE_LIMIT = 64 * 1024 * 1024
 
 
-def read_bytes(path: Path | str, limit: int = SIZE_LIMIT) -> bytes:
-    """Return the content of a plain file of at most `limit` bytes.
+def open_plain(
+    path: Path | str,
+    flags: int = os.O_RDONLY,
+    *,
+    follow_links: bool = True,
+    folder: int | None = None,
+    shown: Path | str | None = None,
+) -> int:
+    """Open a plain file; return its descriptor, which the caller closes.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    flags : int
+        As for `os.open`; what is made gets the mode that the umask leaves of 0666.
+    follow_links : bool
+        Whether a symbolic link at the path's end is followed.
+    folder : int, optional
+        Descriptor of the folder that the path begins in.
+    shown : Path or str, optional
+        What errors call the file.
+
+    Raises
+    ------
+    FileNotFoundError
+        There is no such file.
+    ModelFileError
+        It is a directory, a pipe, a device or a link that is not followed, or may not be opened.
+    """
+    location = Location(path if shown is None else shown)
+    # Without O_NONBLOCK, opening a pipe that nobody writes to waits for ever; plain files are not changed.
+    guarded = flags | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY | (0 if follow_links else os.O_NOFOLLOW)
+    try:
+        beside = {} if folder is None else {"dir_fd": folder}
+        descriptor = os.open(path, guarded & ~os.O_TRUNC, 0o666, **beside)
+    except FileNotFoundError:
+        raise
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        if isinstance(error, OSError) and error.errno == errno.ELOOP and not follow_links:
+            raise linked(location) from error
+        if isinstance(error, OSError) and error.errno == errno.ENXIO:  # a pipe to write to that nobody reads
+            raise ModelFileError("is not a plain file", location=location) from error
+        raise _cannot(flags, location, error) from error
+    try:
+        mode = os.fstat(descriptor).st_mode
+        if stat.S_ISDIR(mode):
+            raise ModelFileError("is a directory, not a file", location=location)
+        if not stat.S_ISREG(mode):
+            hint = "copy its content into a file first"
+            raise ModelFileError("is not a plain file", location=location, hint=hint)
+        if flags & os.O_TRUNC:  # only now: what is no plain file is left as it is
+            os.ftruncate(descriptor, 0)
+    except OSError as error:
+        os.close(descriptor)
+        raise _cannot(flags, location, error) from error
+    except ModelFileError:
+        os.close(descriptor)
+        raise
+    return descriptor
+
+
+def read_bytes(
+    path: Path | str,
+    limit: int = SIZE_LIMIT,
+    *,
+    follow_links: bool = True,
+    folder: int | None = None,
+    shown: Path | str | None = None,
+) -> bytes:
+    """Return the content of a plain file of at most `limit` bytes; parameters as for `open_plain`.
 
     Raises
     ------
     ModelFileError
         There is no such file, it is a directory, a pipe or a device, it may not be read, or it is too large.
     """
-    location = Location(path)
+    location = Location(path if shown is None else shown)
     try:
-        # Without O_NONBLOCK, opening a pipe that nobody writes to waits for ever.
-        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise _cannot_read(location, error) from error
-    try:
-        status = os.fstat(descriptor)
-        if stat.S_ISDIR(status.st_mode):
-            raise ModelFileError("is a directory, not a model file", location=location)
-        if not stat.S_ISREG(status.st_mode):
-            raise ModelFileError(
-                "is not a plain file", location=location, hint="copy its content into a file first"
-            )
-        with open(descriptor, "rb", closefd=False) as file:
+        descriptor = open_plain(path, follow_links=follow_links, folder=folder, shown=shown)
+        with os.fdopen(descriptor, "rb") as file:
             content = file.read(limit + 1)
     except OSError as error:
-        raise _cannot_read(location, error) from error
-    finally:
-        os.close(descriptor)
+        raise _cannot(os.O_RDONLY, location, error) from error
     if len(content) > limit:
-        raise ModelFileError(f"is larger than {limit // 1024 // 1024} MiB", location=location)
+        size = f"{limit >> 20} MiB" if limit >> 20 else f"{limit} bytes"
+        raise ModelFileError(f"is larger than {size}", location=location)
     return content
+
+
+def read_text(path: Path | str, limit: int = SIZE_LIMIT, *, follow_links: bool = True) -> str:
+    """Return the text of a plain UTF-8 file of at most `limit` bytes.
+
+    Raises
+    ------
+    ModelFileError
+        As `read_bytes`, or it is no UTF-8.
+    """
+    try:
+        return read_bytes(path, limit, follow_links=follow_links).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ModelFileError(f"is no UTF-8: {error.reason}", location=Location(path)) from None
+
+
+def read_pieces(path: Path | str, start: int = 0, *, size: int = 1 << 18) -> Iterator[bytes]:
+    """Yield the content of a plain file from a position on, piece by piece: for files of any size.
+
+    Raises
+    ------
+    ModelFileError
+        As `read_bytes`, whatever its size.
+    """
+    try:
+        with os.fdopen(open_plain(path), "rb", buffering=0) as file:
+            file.seek(start)
+            while piece := file.read(size):
+                yield piece
+    except OSError as error:
+        raise _cannot(os.O_RDONLY, Location(path), error) from error
 
 
 @contextlib.contextmanager
@@ -59,9 +151,16 @@ def collector_paused() -> Iterator[None]:
             gc.enable()
 
 
-def _cannot_read(location: Location, error: OSError | ValueError) -> ModelFileError:
+def linked(location: Location) -> ModelFileError:
+    """Return the error for a symbolic link where none is followed."""
+    hint = "put the file or folder itself there"
+    return ModelFileError("is a symbolic link, which is not followed here", location=location, hint=hint)
+
+
+def _cannot(flags: int, location: Location, error: OSError | ValueError) -> ModelFileError:
+    verb = "read" if flags & os.O_ACCMODE == os.O_RDONLY else "written"
     reason = getattr(error, "strerror", None) or str(error)
     hint = "check the name" if isinstance(error, FileNotFoundError) else None
     if isinstance(error, PermissionError):
-        hint = "check who may read it"
-    return ModelFileError(f"cannot be read: {reason}", location=location, hint=hint)
+        hint = f"check who may {'read' if verb == 'read' else 'write'} it"
+    return ModelFileError(f"cannot be {verb}: {reason}", location=location, hint=hint)

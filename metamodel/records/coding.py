@@ -5,16 +5,21 @@ from __future__ import annotations
 import json
 import types
 import typing
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, Literal
 
 from dineros.metamodel.errors import DinerosError, Location, near_matches
+from dineros.metamodel.json_text import JsonTextError, decode_json
 from dineros.metamodel.records.schema import EVENTS, SCHEMA, Header, Record, StoredToken
 from dineros.metamodel.token_data import Value
 
 Converter = Callable[[Any], Any]
+
+LINE_LIMIT = 64 << 20
+"""Bytes that a line may have."""
 
 
 class RecordError(DinerosError):
@@ -72,10 +77,9 @@ def decode_record(line: str, location: Location | None = None) -> Record:
         The line is no JSON object, its event or schema is unknown, or a field is missing or of a wrong type.
     """
     try:
-        values = json.loads(line)
-    except (ValueError, RecursionError) as error:
-        reason = "nested too deep" if isinstance(error, RecursionError) else str(error)
-        raise RecordError(f"no JSON: {reason}", location=location) from None
+        values = decode_json(line)
+    except JsonTextError as error:
+        raise RecordError(error.message, location=location) from None
     if not isinstance(values, dict):
         raise RecordError("no JSON object", location=location)
     event = values.get("event")
@@ -126,7 +130,10 @@ class RecordDecoder:
         self.source = source
         self.position = 0
         self.line = 0
-        self._rest = b""
+        self._complete: deque[bytes] = deque()
+        self._begun: list[bytes] = []  # pieces of the line that is not complete yet
+        self._size = 0
+        self._overlong = f"is a line of more than {LINE_LIMIT >> 20} MiB"
 
     def feed(self, chunk: bytes) -> Iterator[Record]:
         """Yield the records whose lines are complete now.
@@ -134,26 +141,35 @@ class RecordDecoder:
         Raises
         ------
         RecordError
-            A line is no record.
+            A line is no record, or longer than `LINE_LIMIT`.
         """
-        *lines, self._rest = (self._rest + chunk).split(b"\n")
-        for number, line in enumerate(lines):
-            rest = lines[number + 1 :]
+        first, *others = chunk.split(b"\n")
+        self._begin(first)
+        for other in others:
+            self._complete.append(b"".join(self._begun))
+            self._begun, self._size = [], 0
+            self._begin(other)
+        while self._complete:
+            line = self._complete.popleft()
             self.position += len(line) + 1
             self.line += 1
-            try:
-                if line.strip():
-                    yield self._decode(line, self.line)
-            except RecordError:
-                self._rest = b"\n".join([*rest, self._rest])
-                raise
+            if line.strip():
+                yield self._decode(line, self.line)
+        if self._size > LINE_LIMIT:
+            raise RecordError(self._overlong, location=Location(self.source, self.line + 1))
+
+    def forget(self) -> None:
+        """Forget what was fed and not yielded: it will be fed again, from `position` on."""
+        self._complete.clear()
+        self._begun, self._size = [], 0
 
     def close(self) -> Record | None:
         """Return the record of a last line that lacks its line feed.
 
         A crash may have cut that line: what is not complete was never recorded, and None is returned.
         """
-        line, self._rest = self._rest, b""
+        line = b"".join(self._begun)
+        self.forget()
         if not line.strip():
             return None
         try:
@@ -166,8 +182,14 @@ class RecordDecoder:
         self.position += len(line)
         return record
 
+    def _begin(self, piece: bytes) -> None:
+        self._begun.append(piece)
+        self._size += len(piece)
+
     def _decode(self, line: bytes, number: int) -> Record:
         location = Location(self.source, number)
+        if len(line) > LINE_LIMIT:
+            raise RecordError(self._overlong, location=location)
         try:
             text = line.decode("utf-8")
         except UnicodeDecodeError as error:
@@ -177,8 +199,8 @@ class RecordDecoder:
 
 def _is_json(line: bytes) -> bool:
     try:
-        json.loads(line)
-    except (ValueError, RecursionError):
+        decode_json(line)
+    except JsonTextError:
         return False
     return True
 

@@ -7,14 +7,14 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from urllib.parse import quote, unquote
 
-from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.errors import DinerosError, Location, ModelFileError
 from dineros.metamodel.files.atomic import write_atomically
+from dineros.metamodel.files.reading import read_pieces
 from dineros.metamodel.records.coding import RecordDecoder, RecordError, encode_record
 from dineros.metamodel.records.schema import Header, Record
 
 SUFFIX = ".jsonl"
 
-_CHUNK = 1 << 18
 _PART = re.compile(r"(?P<node>[^.]+)(?:\.(?P<number>[0-9]{4,}))?\.jsonl")
 
 
@@ -76,15 +76,25 @@ def read_records(path: Path) -> Iterator[Record]:
         A line is no record, or the file cannot be read.
     """
     decoder = RecordDecoder(path)
-    try:
-        with path.open("rb") as file:
-            while chunk := file.read(_CHUNK):
-                yield from decoder.feed(chunk)
-    except OSError as error:
-        raise RecordError(f"cannot be read: {error.strerror}", location=Location(path)) from None
+    for piece in trace_pieces(path):
+        yield from decoder.feed(piece)
     last = decoder.close()
     if last is not None:
         yield last
+
+
+def trace_pieces(path: Path, start: int = 0) -> Iterator[bytes]:
+    """Yield what a trace holds from a position on, piece by piece.
+
+    Raises
+    ------
+    RecordError
+        It is no plain file, or cannot be read.
+    """
+    try:
+        yield from read_pieces(path, start)
+    except ModelFileError as error:
+        raise RecordError(error.message, location=error.location, hint=error.hint) from None
 
 
 def read_trace(paths: Path | Iterable[Path]) -> Iterator[Record]:

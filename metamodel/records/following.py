@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from dineros.metamodel.records.coding import RecordDecoder
-from dineros.metamodel.records.files import node_traces
+from dineros.metamodel.records.files import node_traces, trace_pieces
 from dineros.metamodel.records.schema import Record
 
 
@@ -62,13 +62,19 @@ class Follower:
             if place is None or place.inode != inode:
                 place = self._places[node] = _Place(inode, RecordDecoder(path))
             place.decoder.source = path
-            records += _read(path, place)
+            records += new_records(path, place.decoder)
         return records
 
 
-def _read(path: Path, place: _Place) -> list[Record]:
-    with path.open("rb") as file:
-        file.seek(place.decoder.position)
-        text = file.read()
-    complete = text[: text.rfind(b"\n") + 1]
-    return list(place.decoder.feed(complete))
+def new_records(path: Path, decoder: RecordDecoder) -> list[Record]:
+    """Return the records of the lines of a growing file that a decoder has not read yet.
+
+    Raises
+    ------
+    RecordError
+        A complete line is no record, or the file cannot be read.
+    """
+    try:
+        return [record for piece in trace_pieces(path, decoder.position) for record in decoder.feed(piece)]
+    finally:
+        decoder.forget()

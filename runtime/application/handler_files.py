@@ -7,7 +7,6 @@ what the application works in, such as simulated machines that set signals (`Loc
 
 from __future__ import annotations
 
-import importlib.util
 import sys
 import traceback
 from collections.abc import Callable
@@ -16,7 +15,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.errors import DinerosError, Location, ModelFileError
+from dineros.metamodel.files.reading import read_bytes
 
 if TYPE_CHECKING:
     from dineros.runtime.net import Net
@@ -72,27 +72,30 @@ class HandlerFile:
 
 
 def load_handler_file(path: Path) -> HandlerFile:
-    """Load a file with handlers; modules beside it can be imported by it.
+    """Load a file with handlers; modules beside it can be imported by it, where their names are not taken.
 
     Raises
     ------
     HandlerFileError
         There is no such file, it fails, or defines no ``configure(net)``.
     """
-    path = path.resolve()
-    spec = importlib.util.spec_from_file_location(f"dineros_handlers_{path.stem}", path)
-    if spec is None or spec.loader is None:
+    if path.suffix != ".py":
         raise HandlerFileError(
             "is no Python file", location=Location(path), hint="name a file such as handlers.py"
         )
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    if str(path.parent) not in sys.path:
-        sys.path.insert(0, str(path.parent))
     try:
-        spec.loader.exec_module(module)
-    except OSError as error:
-        raise HandlerFileError(f"cannot be read: {error.strerror}", location=Location(path)) from error
+        source = read_bytes(path)
+    except ModelFileError as error:
+        raise HandlerFileError(error.message, location=error.location, hint=error.hint) from None
+    path = path.resolve()
+    module = ModuleType(f"dineros_handlers_{path.stem}")
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module
+    # At the end: a `resource.py` beside the handlers must not take the place of Python's for everybody else.
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))
+    try:
+        exec(compile(source, str(path), "exec"), module.__dict__)
     except Exception as error:
         raise _failure(path, error) from error
     if not callable(getattr(module, "configure", None)):

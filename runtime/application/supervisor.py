@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Literal
 
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.files.reading import open_plain
 
 _PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
 _ENDINGS = ((signal.SIGINT, 6.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 3.0))
@@ -195,7 +196,8 @@ class Supervisor:
         command = [*plan.command, *(plan.resume if event == "restarted" else ())]
         plan.log.parent.mkdir(parents=True, exist_ok=True)
         try:
-            with plan.log.open("ab") as log:
+            flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
+            with os.fdopen(open_plain(plan.log, flags, follow_links=False), "ab") as log:
                 child.process = subprocess.Popen(
                     command,
                     stdin=subprocess.DEVNULL,

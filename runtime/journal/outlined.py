@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -15,12 +16,17 @@ from typing import Any, TypeVar
 
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.atomic import write_atomically
+from dineros.metamodel.files.reading import read_bytes
+from dineros.metamodel.json_text import decode_json
 from dineros.metamodel.records import Fire, Record, Response, Serve, Start, StoredToken, Take
 from dineros.metamodel.records.files import data_folder
 
 _KEYS = {"$stored", "$bytes", "$start"}
 _START = 60
 """Characters shown of a value that is stored apart."""
+
+STORED_LIMIT = 1 << 30
+"""Bytes of a value that are read back, at most."""
 
 R = TypeVar("R", bound=Record)
 
@@ -79,16 +85,8 @@ class Outlined:
         path = self.folder / f"{digest}.json"
         if not path.exists():
             self.folder.mkdir(exist_ok=True)
-            self._store(path, content)
+            write_atomically(path, content, follow_links=False, synchronise=self._synchronise)
         return {"$stored": digest, "$bytes": len(content), "$start": text[:_START]}
-
-    def _store(self, path: Path, content: bytes) -> None:
-        if self._synchronise:
-            write_atomically(path, content)
-            return
-        fresh = path.with_suffix(".tmp")
-        fresh.write_bytes(content)
-        fresh.rename(path)
 
     def _inline_data(self, data: dict[str, Any]) -> dict[str, Any]:
         if not any(map(_is_stored, data.values())):
@@ -97,18 +95,18 @@ class Outlined:
 
     def _read(self, value: dict[str, Any]) -> Any:
         path = self.folder / f"{value['$stored']}.json"
-        try:
-            content = path.read_bytes()
-        except OSError as error:
-            raise DinerosError(f"cannot be read: {error.strerror}", location=Location(path)) from None
+        content = read_bytes(path, min(max(value["$bytes"], 0), STORED_LIMIT), follow_links=False)
         if hashlib.sha256(content).hexdigest() != value["$stored"]:
             raise DinerosError("is not what the trace stored", location=Location(path))
-        return json.loads(content)
+        return decode_json(content, location=Location(path))
 
 
 def _is_stored(value: Any) -> bool:
     # No map of a token looks like this: its elements are of one kind.
-    return isinstance(value, dict) and value.keys() == _KEYS and isinstance(value["$bytes"], int)
+    if not isinstance(value, dict) or value.keys() != _KEYS or not isinstance(value["$bytes"], int):
+        return False
+    # It becomes part of a file's name, and a trace may come from anywhere.
+    return isinstance(value["$stored"], str) and re.fullmatch(r"[0-9a-f]{64}", value["$stored"]) is not None
 
 
 def _map_data(fields: dict[str, Any], change: Callable[[dict[str, Any]], dict[str, Any]]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.files.reading import open_plain
 from dineros.metamodel.records import (
     SCHEMA,
     Header,
@@ -185,9 +186,10 @@ class JournalRecorder:
         fresh = self._path.with_name(f".{self._path.name}.tmp")
         self._size = 0
         with self._writing():
-            file = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC, 0o666)
+            file = open_plain(fresh, os.O_WRONLY | os.O_CREAT | os.O_APPEND, follow_links=False)
         try:
             _lock(file, self._path)
+            os.ftruncate(file, 0)  # a node that was killed may have left a part of it
             self._write(file, "header", {**self._header})
             self._write(file, "checkpoint", {**self._checkpoint()})
             with self._writing():
@@ -254,7 +256,7 @@ def resume_journal(
     try:
         if not path.exists():  # a crash between the two renames of a rotation
             parts[-1].rename(path)
-        file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CLOEXEC)
+        file = open_plain(path, os.O_RDWR | os.O_APPEND, follow_links=False)
     except OSError as error:
         raise JournalError(f"cannot be written: {error.strerror}", location=Location(path)) from error
     try:
@@ -276,12 +278,13 @@ def resume_journal(
 def _mend(file: int, path: Path) -> None:
     """Remove the last line where a crash has cut it; end it where only its line feed is missing."""
     size = os.fstat(file).st_size
-    start, tail = size, b""
-    while start > 0 and b"\n" not in tail:
+    start, pieces = size, [b""]  # from the last to the first
+    while start > 0 and b"\n" not in pieces[-1]:
         step = min(1 << 16, start)
         start -= step
-        tail = os.pread(file, step, start) + tail
-    last = tail[tail.rfind(b"\n") + 1 :]
+        pieces.append(os.pread(file, step, start))
+    pieces[-1] = pieces[-1].rpartition(b"\n")[2]
+    last = b"".join(reversed(pieces))
     if not last:
         return
     decoder = RecordDecoder(path)

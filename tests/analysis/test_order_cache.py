@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
 from dineros.analysis import symbolic
 from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.order_cache import OrderCache, structure_key
+from dineros.analysis.order_cache import SIZE_LIMIT, OrderCache, structure_key
 from dineros.analysis.symbolic import symbolic_state_space
 from tests.analysis.reference_case_study import reference_case_study
 
@@ -64,3 +65,39 @@ def test_an_order_that_does_not_fit_is_ignored(cache: OrderCache, order: object)
 def test_where_nothing_can_be_written_nothing_is(cache: OrderCache) -> None:
     cache.path.parent.write_text("a file where the folder should be")
     assert symbolic_state_space(reference_case_study((1, 0, 0), "none"), orders=cache).markings == 432
+
+
+@pytest.mark.parametrize("kind", ["deep", "digits", "large", "pipe", "device", "link", "folder link"])
+def test_a_hostile_file_is_no_order(cache: OrderCache, kind: str) -> None:
+    net = reference_case_study((1, 0, 0), "none")
+    victim = cache.path.parents[1] / "victim"
+    victim.write_text("precious")
+    if kind == "folder link":
+        (cache.path.parents[1] / "elsewhere").mkdir()
+        cache.path.parent.symlink_to("elsewhere")
+    else:
+        cache.path.parent.mkdir()
+    if kind == "deep":
+        cache.path.write_text("[" * 100_000)
+    elif kind == "digits":
+        cache.path.write_text("1" * 5000)
+    elif kind == "large":
+        cache.path.write_bytes(b" " * (SIZE_LIMIT + 1))
+    elif kind == "pipe":
+        os.mkfifo(cache.path)
+    elif kind in ("device", "link"):
+        cache.path.symlink_to("/dev/zero" if kind == "device" else victim)
+    assert cache.order(net) is None
+    cache.keep(net, [["a"]])
+    assert victim.read_text() == "precious"
+    assert not (cache.path.parents[1] / "elsewhere" / cache.path.name).exists()
+    if kind in ("deep", "digits", "large"):
+        assert cache.order(net) == [["a"]]
+
+
+def test_a_file_never_grows_beyond_what_is_read(cache: OrderCache, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dineros.analysis.order_cache.SIZE_LIMIT", 200)
+    nets = [reference_case_study((1, 0, 0), signals) for signals in ("none", "input")]
+    for net in nets:
+        cache.keep(net, [["a" * 100]])
+    assert [cache.order(net) for net in nets] == [None, [["a" * 100]]]

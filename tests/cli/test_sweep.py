@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import re
 import signal
 import subprocess
@@ -14,12 +15,14 @@ from pathlib import Path
 import pytest
 
 from case_study.build import build
-from dineros.analysis.sweeps import Figures, Point
+from dineros.analysis.sweeps import Axis, Figures, Grid, Point
 from dineros.analysis.sweeps.journal import Journal
+from dineros.analysis.sweeps.sweep import journal_path
 from dineros.metamodel import pn
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import save
 from tests.cli.conftest import Run
+from tests.support.commands import is_one_line_of_wrong_use
 
 
 @pytest.fixture
@@ -206,3 +209,27 @@ def test_memory_that_runs_out_is_said(run: Run, cycle: Path, tmp_path: Path) -> 
     assert result.exit_code == 3
     (row,) = rows(output)
     assert (row["complete"], row["error"]) == ("false", "memory ran out")
+
+
+@pytest.mark.parametrize("kind", ["link", "pipe", "figures"])
+def test_a_journal_from_somebody_else(run: Run, cycle: Path, tmp_path: Path, kind: str) -> None:
+    output = tmp_path / "out.csv"
+    arguments = ("sweep", cycle, "--vary", "p.tokens=1,2", "--workers", "1", "-o", output)
+    journal = journal_path(output)
+    if kind == "link":
+        (tmp_path / "victim").write_bytes(b"")
+        journal.symlink_to("victim")
+    elif kind == "pipe":
+        os.mkfifo(journal)
+    else:
+        grid = Grid((Axis.parse("p.tokens=1,2"),))
+        with Journal(journal, "", grid, "auto", []) as begun, journal.open("ab") as file:
+            file.write(b'{"point":"a","limits":[],"figures":{"complete":true,"nonsense":1}}\n')
+            file.write(b'{"point":"a"}\n{"point":[],"limits":[],"figures":[]}\n' + b"[" * 100_000 + b"\n")
+            file.flush()
+            assert begun.kept() == {}
+        return
+    result = run(*arguments)
+    said = "is a symbolic link, which is not followed here" if kind == "link" else "is not a plain file"
+    assert is_one_line_of_wrong_use(result, said)
+    assert kind == "pipe" or (tmp_path / "victim").read_bytes() == b""

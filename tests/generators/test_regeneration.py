@@ -21,7 +21,7 @@ from dineros.generators.manifest import PLACE, ManifestError
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.elements import find
-from dineros.metamodel.files.atomic import write_atomically
+from dineros.metamodel.files.confined import ConfinedFolder
 from tests.generators.models import add_transition, change_field, kitchen, remove_transition, rename_node
 
 WAITER = "src/waiter/waiter/handlers.py"
@@ -320,22 +320,24 @@ def test_a_crash_at_any_file_is_mended_by_the_next_run(
     model = kitchen()
     add_transition(model)
     change_field(model, "isHot", name="isWarm")
-    real = write_atomically
+    real = ConfinedFolder.write
     number = len(check(model, workspace, OPTIONS).changes)
     assert number > 5
     for crash_at in (0, 1, number // 2, number - 1):
         left = [crash_at]
 
-        def write(path: Path, content: bytes, left: list[int] = left) -> None:
+        def write(folder: ConfinedFolder, path: str, content: bytes, left: list[int] = left) -> None:
+            if path == PLACE:
+                return real(folder, path, content)
             if not left[0]:
                 raise KeyboardInterrupt
             left[0] -= 1
-            real(path, content)
+            return real(folder, path, content)
 
-        monkeypatch.setattr("dineros.generators.workspace.write_atomically", write)
+        monkeypatch.setattr(ConfinedFolder, "write", write)
         with pytest.raises(KeyboardInterrupt):
             generate(model, workspace, OPTIONS)
-        monkeypatch.setattr("dineros.generators.workspace.write_atomically", real)
+        monkeypatch.undo()
         generate(model, workspace, OPTIONS)
         assert is_fine(workspace, model)
         assert (workspace / WAITER).read_text().count('on("TPay")') == 1

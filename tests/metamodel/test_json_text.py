@@ -50,6 +50,13 @@ def test_limits_are_the_last_that_pass() -> None:
         decode_json("[1, 2]", limit=3)
 
 
+@pytest.mark.parametrize("number", ["9" * 401, "-" + "9" * 400, "1." + "9" * 399, "1e" + "0" * 399])
+def test_a_long_number_is_found_wherever_it_stands(number: str) -> None:
+    for before in range(80):
+        with pytest.raises(JsonTextError, match="a number of 401 characters"):
+            decode_json(" " * before + "[" + number + ', "' + "x" * before + '"]')
+
+
 @given(st.text() | st.binary())
 def test_anything_is_read_or_refused(text: str | bytes) -> None:
     try:

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.records import Header, Record, RecordDecoder
-from dineros.metamodel.records.following import Follower
+from dineros.metamodel.records.following import Follower, new_records
 from dineros.views.traces.building import TraceBuilder
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.facts import facts_of
@@ -55,10 +55,7 @@ class FileSource:
         """Return the records written since the last call."""
         if not self._path.is_file():
             return []
-        with self._path.open("rb") as file:
-            file.seek(self._decoder.position)
-            text = file.read()
-        return list(self._decoder.feed(text[: text.rfind(b"\n") + 1]))
+        return new_records(self._path, self._decoder)
 
 
 def source_of(path: Path) -> Source:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import json
+import os
+import time
 from pathlib import Path
 
 import pytest
@@ -212,3 +214,37 @@ def test_the_quick_encoder_writes_the_same(tmp_path: Path) -> None:
     record = Fire(sequence=4, time=2.5, node="n", transition="t", made={"a": [StoredToken(1, {"x": "ö"})]})
     values = {"time": 2.5, "node": "n", "transition": "t", "made": {"a": [[1, {"x": "ö"}]]}}
     assert encode_fields("fire", 4, values) == encode_record(record)
+
+
+def test_the_time_for_a_line_does_not_grow_with_its_square() -> None:
+    decoder = RecordDecoder("long.jsonl")
+    pieces = [b'{"event":"', *[b"x" * 1000] * 20_000, b'"}\n']  # joined one by one: 200 GB
+    begin = time.process_time()
+    with pytest.raises(RecordError, match="unknown event"):
+        for piece in pieces:
+            list(decoder.feed(piece))
+    assert time.process_time() - begin < 10
+
+
+def test_a_line_has_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dineros.metamodel.records.coding.LINE_LIMIT", 1 << 20)
+    for pieces in ([b"x" * (1 << 19)] * 3, [b"x" * (1 << 21) + b"\n"]):
+        decoder = RecordDecoder("long.jsonl")
+        with pytest.raises(RecordError, match=r"long\.jsonl:1: is a line of more than 1 MiB"):
+            for piece in pieces:
+                list(decoder.feed(piece))
+
+
+def test_after_a_line_that_is_no_record_the_next_is_read() -> None:
+    good = b'{"sequence":1,"event":"fire","transition":"T","change":{}}\n'
+    decoder = RecordDecoder()
+    with pytest.raises(RecordError):
+        list(decoder.feed(b"{}\n" + good + good[:9]))
+    assert [record.location for record in decoder.feed(good[9:])] == [Location(None, 2), Location(None, 3)]
+
+
+def test_a_trace_is_a_plain_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", Path("/dev/zero")):
+        with pytest.raises(RecordError, match="is not a plain file"):
+            list(read_records(path))

@@ -46,7 +46,7 @@ def plans(journal: Path, ros_arguments: Sequence[str]) -> list[ProcessPlan]:
         ProcessPlan(
             name=name,
             command=[
-                *(sys.executable, "-m", package, "--ros-args"),
+                *(sys.executable, "-P", "-m", package, "--ros-args"),
                 *("--params-file", str(config / f"{package}.yaml")),
                 *("--params-file", str(config / "local.yaml")),
                 *own,

@@ -1,0 +1,67 @@
+"""Opening files that users and strangers name: nothing but plain files, and not too much of them."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from dineros.metamodel.errors import ModelFileError
+from dineros.metamodel.files.reading import open_plain, read_bytes, read_pieces, read_text
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        ("pipe", "is not a plain file"),
+        ("device", "is not a plain file"),
+        ("folder", "is a directory, not a file"),
+        ("missing", "No such file or directory"),
+        ("nul\0", "null byte"),
+    ],
+)
+def test_only_plain_files_are_read(tmp_path: Path, kind: str, said: str) -> None:
+    path = tmp_path / kind
+    if kind == "pipe":
+        os.mkfifo(path)  # opening it plainly would wait for ever
+    elif kind == "device":
+        path.symlink_to("/dev/zero")
+    elif kind == "folder":
+        path.mkdir()
+    for read in (read_bytes, read_text, lambda path: list(read_pieces(path))):
+        with pytest.raises(ModelFileError, match=said):
+            read(path)
+
+
+def test_a_link_is_followed_only_where_it_may_be(tmp_path: Path) -> None:
+    (tmp_path / "target").write_text("secret")
+    link = tmp_path / "link"
+    link.symlink_to("target")
+    assert read_text(link) == "secret"
+    with pytest.raises(ModelFileError, match="link: is a symbolic link, which is not followed here"):
+        read_text(link, follow_links=False)
+
+
+def test_text_is_utf8(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"\xff")
+    with pytest.raises(ModelFileError, match="a: is no UTF-8: invalid start byte"):
+        read_text(tmp_path / "a")
+
+
+def test_what_is_no_plain_file_is_not_emptied(tmp_path: Path) -> None:
+    (tmp_path / "target").write_text("precious")
+    (tmp_path / "link").symlink_to("target")
+    os.mkfifo(tmp_path / "pipe")
+    flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC
+    for name in ("link", "pipe"):
+        with pytest.raises(ModelFileError):
+            os.close(open_plain(tmp_path / name, flags, follow_links=False))
+    assert (tmp_path / "target").read_text() == "precious"
+    os.close(open_plain(tmp_path / "target", flags, follow_links=False))
+    assert (tmp_path / "target").read_text() == ""
+
+
+def test_large_files_come_in_pieces(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"0123456789")
+    assert list(read_pieces(tmp_path / "a", 3, size=4)) == [b"3456", b"789"]
