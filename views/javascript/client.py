@@ -1,4 +1,4 @@
-"""Evaluation of JavaScript in the process of `server`: started when it is needed, kept, and replaced when it ends."""
+"""JavaScript in the process of `server`: started when it is needed, kept, replaced when it ends."""
 
 from __future__ import annotations
 
@@ -25,6 +25,9 @@ LOG = logging.getLogger("dineros.views")
 SECONDS = 300.0
 """Longest time for one answer."""
 
+HEAP = 2048
+"""Most memory of JavaScript's objects in MiB; the process ends where they need more."""
+
 MOST_ENDS = 3
 """Processes in a row that may end without an answer; then no more are started."""
 
@@ -44,10 +47,12 @@ class Layouter:
     ----------
     seconds : float
         Longest time for one answer; then the process is killed.
+    heap : int
+        Most memory of JavaScript's objects in MiB.
     """
 
-    def __init__(self, seconds: float = SECONDS) -> None:
-        self.seconds = seconds
+    def __init__(self, seconds: float = SECONDS, heap: int = HEAP) -> None:
+        self.seconds, self.heap = seconds, heap
         self._ends = 0
         self._reset()
 
@@ -94,7 +99,7 @@ class Layouter:
             try:
                 found = self._ask(content)
             except _EndedError as ended:
-                # One that has served may have ended since for reasons of its own; a new one that ends here has not.
+                # One that has served may have ended since; one that was started for this request has not.
                 if not had_answered:
                     raise LayouterError(str(ended)) from None
                 try:
@@ -143,8 +148,8 @@ class Layouter:
             ours, theirs = socket.socketpair()
             # In a session of its own: the terminal's Ctrl-C is for the command.
             self._process = subprocess.Popen(
-                [sys.executable or "python3", "-P", "-m", "dineros.views.javascript.server"],
-                stdin=theirs,
+                [sys.executable or "python3", "-P", "-m", "dineros.views.javascript.server", str(self.heap)],
+                stdin=theirs.fileno(),
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 start_new_session=True,

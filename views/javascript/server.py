@@ -1,7 +1,7 @@
 """The process that runs JavaScript: ``python -P -m dineros.views.javascript.server``, started by the client.
 
-Standard input is a socket; requests come and answers go there. It ends when the other side does, at once: also
-in the middle of a request, also when the command was killed.
+Standard input is a socket; requests come and answers go there. It ends when the other side does, at once,
+also in the middle of a request, also when the command was killed.
 """
 
 from __future__ import annotations
@@ -22,9 +22,6 @@ from dineros.views.javascript.frames import receive, send
 
 if TYPE_CHECKING:
     from py_mini_racer import MiniRacer
-
-HEAP = 2048
-"""Most memory of JavaScript's objects in MiB; V8 ends the process where they need more."""
 
 DIES = "DINEROS_LAYOUTER"
 """With the value ``dies`` in the environment, every request ends the process by SIGSEGV: for tests."""
@@ -47,7 +44,7 @@ function serve(work, input) {
 
 
 def main() -> None:
-    """Answer requests until there is nobody to answer."""
+    """Answer requests until there is nobody to answer; the argument is the most memory in MiB."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # V8 reserves a terabyte of addresses
     connection = socket.socket(fileno=os.dup(sys.stdin.fileno()))
     requests: SimpleQueue[bytes] = SimpleQueue()
@@ -82,10 +79,12 @@ def _answer(request: dict[str, Any]) -> Any:
 
 @cache
 def _engine(scripts: tuple[str, ...]) -> MiniRacer:
-    """Return V8 with scripts loaded. Its memory protection keys are those of the thread that comes here first."""
+    """Return V8 with scripts loaded; only the main thread, whose protection keys V8 gets, may ask for it."""
     from py_mini_racer import MiniRacer, init_mini_racer
 
-    init_mini_racer(flags=("--single-threaded", f"--max-old-space-size={HEAP}"), ignore_duplicate_init=True)
+    init_mini_racer(
+        flags=("--single-threaded", f"--max-old-space-size={int(sys.argv[1])}"), ignore_duplicate_init=True
+    )
     engine = MiniRacer()
     engine.eval(_BROWSER + _SERVE)
     for name in scripts:

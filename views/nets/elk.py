@@ -1,4 +1,4 @@
-"""Layout by ELK (elkjs): no browser and no Node.js, only the V8 engine of mini-racer, in a process of its own."""
+"""Layout by ELK (elkjs): neither browser nor Node.js, only V8 (mini-racer) in a process of its own."""
 
 from __future__ import annotations
 

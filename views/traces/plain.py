@@ -61,7 +61,7 @@ def plain_figure(
     longest = max((len(view["steps"]) for view in views), default=0)
     wide = min(max(_LEAST, 15 * longest), _MOST)
     parts: list[str] = []
-    top, letters = _MARGIN, set[str]()
+    top, letters = float(_MARGIN), set[str]()
     for number, view in enumerate(views):
         apart = divergence["ab"[number]] if divergence else None
         top = _trace(parts, view, top, wide / max(longest, 1), wide, colours, filter, apart)
@@ -101,8 +101,11 @@ def _trace(
             heading = lane["group"]
             parts.append(_text(_MARGIN, top + 15, _HEADINGS[heading], colours["ink"], bold=True))
             top += _HEIGHT
-        note = f" ({lane['note']})" if lane.get("note") else ""
+        about = [lane.get("note"), lane.get("capacity") and f"≤ {lane['capacity']}"]
+        note = " ".join(filter(None, about)) and f" ({' '.join(filter(None, about))})"
+        title = " · ".join(filter(None, (lane["label"] + note, lane.get("node"))))
         parts.append(f'<g class="lane {lane["kind"]}" data-id="{escape(lane["id"])}">')
+        parts.append(f"<title>{escape(title)}</title>")
         parts.append(_text(_MARGIN + 6, top + 14, _short(lane["label"] + note), colours["ink"]))
         parts += _lane(lane, marks, lambda at: left + at * each, count, top, colours)
         parts.append(

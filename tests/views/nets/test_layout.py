@@ -16,6 +16,7 @@ from dineros.views.nets import around, collapse, layout, view_of
 from dineros.views.nets.elk import layout_by_elk, visible_by_script
 from dineros.views.nets.graphviz import layout_by_graphviz
 from dineros.views.nets.shown import visible
+from tests.support.layouter import needs_layouter
 from tests.support.small_systems import small_system_models
 from tests.views.nets.geometry import faults, label_overlaps
 from tests.views.nets.samples import arranged, case_study, models
@@ -74,12 +75,14 @@ def test_collapsed_boxes_hide_their_content(collapsed: list[str] | None) -> None
     assert bool(lines) == bool(executor.get("collapsed"))
 
 
+@needs_layouter
 def test_python_and_pages_agree_on_what_is_visible() -> None:
     for collapsed in ([], ["executor"], ["Safety", "PickServer", "RobotControllerL"], None):
         view = json.loads(json.dumps(collapse(view_of(case_study()), collapsed).to_json()))
         assert visible(view) == visible_by_script(view)
 
 
+@needs_layouter
 def test_equal_views_are_laid_out_equally() -> None:
     view = view_of(case_study()).to_json()
     assert layout_by_elk(view) == layout_by_elk(view)

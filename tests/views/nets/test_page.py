@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from dineros.views.nets import ViewModel, collapse, compare, save_picture, view_of
+from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
 from tests.views.nets.arranged import displaced, stands
 from tests.views.nets.samples import arranged_study, case_study
@@ -274,6 +275,7 @@ def test_a_collapsed_view_starts_collapsed(visit: Visits, tmp_path: Path) -> Non
     assert "executor" in shown(page)
 
 
+@needs_layouter
 def test_stored_positions_hold_while_pages_open_and_close(visit: Visits, tmp_path: Path) -> None:
     view = collapse(view_of(arranged_study()))
     page = opened(visit(), saved(view, tmp_path))
