@@ -207,10 +207,15 @@ def _signal_name(number: int) -> str:
 
 _LAYOUTER = Layouter()
 evaluate = _LAYOUTER.evaluate
-atexit.register(_LAYOUTER.close)
 os.register_at_fork(after_in_child=_LAYOUTER.forget)
 
 _said = threading.Event()
+
+
+@atexit.register
+def _close() -> None:
+    _said.set()  # a picture that nobody waits for any more is not worth a line
+    _LAYOUTER.close()
 
 
 def say_once(instead: str, error: DinerosError) -> None:

@@ -57,7 +57,7 @@ def test_a_page_follows_and_catches_up_after_the_server_restarts(
     wait_for_steps(page, 3)
     before = steps(page)
     assert page.evaluate("dinerosTrace.cursor") == before - 1  # it follows the tail
-    assert page.query_selector("#net [data-id=SelectRed]")
+    page.wait_for_selector("#net [data-id=SelectRed]", state="attached", timeout=60_000)
 
     handle.stop()
     page.wait_for_selector("#connection[data-state=lost]", timeout=20_000)
