@@ -12,6 +12,7 @@ import pytest
 from dineros.views.nets import ViewModel, collapse, compare, save_picture, view_of
 from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
+from tests.views.browser import wait_until
 from tests.views.nets.arranged import displaced, stands
 from tests.views.nets.samples import arranged_study, case_study
 
@@ -47,8 +48,8 @@ def opened(one: Visit, file: Path) -> Page:
 
 def drawn(page: Page, times: int) -> None:
     """Wait until the picture was drawn so many times."""
-    page.wait_for_function(f"Number(document.body.dataset.ready) >= {times}")
-    page.wait_for_function("!document.body.classList.contains('busy')")
+    ready = f"Number(document.body.dataset.ready) >= {times} && !document.body.classList.contains('busy')"
+    wait_until(page, ready, timeout=60)
 
 
 def shown(page: Page) -> set[str]:
