@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import time
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -154,3 +155,16 @@ def foreign_model() -> pn.Net:
     from tests.views.nets.samples import EDITED
 
     return load(EDITED)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_without_elk_and_graphviz_shapes_stand_in_columns(
+    name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("dineros.views.nets.elk.is_there", lambda: False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    view = view_of(models()[name])
+    picture = layout(view)
+    for kind in ("boxes", "nodes", "edges"):
+        assert [item["id"] for item in picture[kind]] == [item.id for item in getattr(view, kind)]
+    assert [fault for fault in faults(picture) if "line" not in fault and "label" not in fault] == []
