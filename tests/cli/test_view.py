@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -108,10 +109,10 @@ def test_nothing_is_left_when_drawing_fails(
     run: Run, model: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    monkeypatch.setattr("dineros.views.nets.elk.is_there", lambda: False)
-    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setitem(sys.modules, "resvg_py", None)
     before = sorted(tmp_path.iterdir())
-    assert is_one_line_of_wrong_use(run("view", model), "neither is there (pip install 'dineros[view]')")
+    result = run("view", model, "-o", tmp_path / "picture.png")
+    assert is_one_line_of_wrong_use(result, "PNG needs the package resvg-py (pip install 'dineros[view]')")
     assert sorted(tmp_path.iterdir()) == before
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.layouter import without_line
 from tests.support.markdown import blocks, commands, run_page
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -21,7 +22,7 @@ def test_examples_of_a_page_run(page: Path, tmp_path: Path) -> None:
             shutil.copy(model, tmp_path / "case_study")
     shutil.copytree(ROOT / "docs/examples", tmp_path / "docs/examples")
     for block, command, shown, printed in run_page(page.read_text(encoding="utf-8"), tmp_path):
-        assert printed == shown, f"{page.name}:{block.line}: {command}"
+        assert without_line(printed) == shown, f"{page.name}:{block.line}: {command}"
 
 
 def test_blocks_and_commands_are_found() -> None:

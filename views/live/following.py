@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import secrets
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -84,6 +85,7 @@ class LiveTrace:
         self._builder = TraceBuilder()
         self._coder = TraceCoder(self._builder, title)
         self._net: dict[str, Any] | None = None
+        self._drawing: threading.Thread | None = None
         self._merger = Merger([])
         self._waiting_since: float | None = None
         self._changes: deque[tuple[int, str]] = deque(maxlen=KEPT)
@@ -98,7 +100,7 @@ class LiveTrace:
             return []
         try:
             records = self._source.new()
-            restarted = self._take(records)
+            restarted = self._take(records) | self._drawn()
         except DinerosError as error:
             self.problem = str(error)
             return [json.dumps({"type": "problem", "text": self.problem})]
@@ -162,5 +164,17 @@ class LiveTrace:
         self._builder = TraceBuilder(facts_of(model))
         self._builder.add(header)
         self._coder = TraceCoder(self._builder, self._title)
-        with contextlib.suppress(DinerosError):  # the trace itself can be shown
+        # Until it is drawn, which takes its time, the trace itself is shown.
+        self._drawing = threading.Thread(target=self._draw, args=(model,), daemon=True)
+        self._drawing.start()
+
+    def _draw(self, model: pn.Net | None) -> None:
+        with contextlib.suppress(DinerosError):
             self._net = net_content(model)
+
+    def _drawn(self) -> bool:
+        """Tell, once, that the net is drawn."""
+        if self._drawing is None or self._drawing.is_alive():
+            return False
+        self._drawing = None
+        return self._net is not None

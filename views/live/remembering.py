@@ -11,7 +11,12 @@ import socket
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.json_text import decode_json
+
 HOST = "127.0.0.1"
+
+_MOST = 1000  # bytes of a remembered address
 
 
 @dataclass(frozen=True)
@@ -68,9 +73,10 @@ def open_address(path: Path, port: int) -> tuple[socket.socket, str]:
 def recall(path: Path) -> Address | None:
     """Return the last address of a path, if there is one."""
     try:
-        found = json.loads(_file(path).read_text(encoding="ascii"))
+        with _file(path).open("rb") as stream:
+            found = decode_json(stream.read(_MOST + 1), limit=_MOST)
         return Address(int(found["port"]), str(found["token"]))
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, DinerosError):
         return None
 
 

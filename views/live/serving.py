@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
+import re
 import secrets
 import threading
 from collections.abc import AsyncIterator
@@ -13,20 +15,25 @@ from typing import TYPE_CHECKING, Any
 from dineros.metamodel.errors import DinerosError
 from dineros.views.live.following import LiveTrace, ModelSource, Source, source_of
 from dineros.views.live.remembering import HOST, bind, open_address
-from dineros.views.traces.assets import script
-from dineros.views.traces.page import trace_page
+from dineros.views.traces.page import live_page
 
 if TYPE_CHECKING:
     from starlette.applications import Starlette
     from starlette.requests import HTTPConnection, Request
     from starlette.responses import Response
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
     from starlette.websockets import WebSocket
+
+LOG = logging.getLogger("dineros.views.live")
 
 INTERVAL = 0.15
 """Seconds between two looks at the files."""
 
 _REFUSED = 4403
 """Code that closes a stream of changes to somebody without the token."""
+
+_LONGEST = 15
+"""Most digits or letters of what a page says that it has seen."""
 
 
 class LiveHandle:
@@ -99,10 +106,10 @@ def serve_live(
     live = _Live(LiveTrace(source, model, title or "run"), token, bound)
     config = uvicorn.Config(
         live.application(),
-        log_level="error",
+        log_level="critical",  # what goes wrong with a request is told by `_guarded`
         access_log=False,
         timeout_graceful_shutdown=2,
-        ws_max_size=1 << 20,
+        ws_max_size=1 << 12,  # pages say nothing
     )
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, args=([listening],), name="dineros live page", daemon=True)
@@ -118,12 +125,12 @@ class _Live:
         self._hosts = {f"{HOST}:{port}", f"localhost:{port}"}
         self._pages: set[asyncio.Queue[str]] = set()
 
-    def application(self) -> Starlette:
+    def application(self) -> ASGIApp:
         from starlette.applications import Starlette
         from starlette.routing import Route, WebSocketRoute
 
         routes = [Route("/", self.page, methods=["GET"]), WebSocketRoute("/changes", self.changes)]
-        return Starlette(routes=routes, lifespan=self.lifespan)
+        return _guarded(Starlette(routes=routes, lifespan=self.lifespan))
 
     @contextlib.asynccontextmanager
     async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
@@ -161,27 +168,27 @@ class _Live:
         if not self._allowed(request):
             return PlainTextResponse("Open the address that was printed, token included.\n", 403, headers)
         streams = " ".join(f"ws://{host}" for host in sorted(self._hosts))
-        policy = (
-            "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
-            f"img-src data: blob:; connect-src {streams}"
-        )
-        content = {"live": True}
-        return HTMLResponse(
-            trace_page(content, title="live", policy=policy, more=script("live")), headers=headers
-        )
+        text, policy = live_page(streams)
+        headers["Content-Security-Policy"] = f"{policy}; frame-ancestors 'none'"
+        return HTMLResponse(text, headers=headers)
 
     async def changes(self, socket: WebSocket) -> None:
+        from starlette.responses import PlainTextResponse
         from starlette.websockets import WebSocketDisconnect
 
         origin = socket.headers.get("origin", "").removeprefix("http://")
-        await socket.accept()
         if not self._allowed(socket) or origin not in self._hosts:
+            await socket.accept()
             await socket.close(_REFUSED)
             return
-        number = socket.query_params.get("number", "")
+        epoch, number = (socket.query_params.get(name, "") for name in ("epoch", "number"))
+        if len(epoch) > _LONGEST or not re.fullmatch(rf"[0-9]{{0,{_LONGEST}}}", number):
+            answer = f"number has at most {_LONGEST} digits, and epoch as many letters\n"
+            await socket.send_denial_response(PlainTextResponse(answer, 400))
+            return
+        await socket.accept()
         queue: asyncio.Queue[str] = asyncio.Queue()
-        seen = int(number) if number.isdecimal() else None
-        for message in self.trace.greeting(socket.query_params.get("epoch"), seen):
+        for message in self.trace.greeting(epoch, int(number) if number else None):
             queue.put_nowait(message)
         self._pages.add(queue)
         listening = asyncio.create_task(self._until_gone(socket))
@@ -204,3 +211,45 @@ class _Live:
         """Return when the page has closed; what it says is not listened to."""
         while (await socket.receive())["type"] != "websocket.disconnect":
             pass
+
+
+class _GoneError(OSError):
+    """Whom a request came from does not listen any more."""
+
+
+def _guarded(application: ASGIApp) -> ASGIApp:
+    """Let nothing that happens to one request reach the server, which would print where it happened.
+
+    A page that has gone is a line of the log for those who debug, whatever the server makes of it; anything
+    else is a line for everybody.
+    """
+    from starlette.websockets import WebSocketDisconnect
+
+    async def guarded(scope: Scope, receive: Receive, send: Send) -> None:
+        async def receiving() -> Message:
+            try:
+                return await receive()
+            except Exception as error:
+                raise _GoneError(str(error)) from error
+
+        async def sending(message: Message) -> None:
+            try:
+                await send(message)
+            except Exception as error:
+                raise _GoneError(str(error)) from error
+
+        if scope["type"] == "lifespan":
+            await application(scope, receive, send)
+            return
+        try:
+            await application(scope, receiving, sending)
+        except (_GoneError, WebSocketDisconnect) as error:
+            LOG.debug("a page has gone: %s", _line(error))
+        except Exception as error:
+            LOG.error("the live page failed: %s", _line(error))
+
+    return guarded
+
+
+def _line(error: Exception) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split())

@@ -1,4 +1,4 @@
-"""Layout by Graphviz, where ELK's engine is not installed: less tidy, but a complete picture."""
+"""Layout by Graphviz, where ELK cannot answer: less tidy, but a complete picture."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ from dineros.views.nets.shown import visible
 from dineros.views.nets.stored import Point
 from dineros.views.nets.straight import Sized, layout_straight
 
+SECONDS = 300
+"""Longest time for one picture."""
+
 _POINTS = 72.0  # Graphviz's inches are points in the picture
 _PADDING = 12.0
 _BACKWARDS = ("response", "return")
@@ -23,7 +26,7 @@ def layout_by_graphviz(view: dict[str, Any]) -> dict[str, Any]:
     Raises
     ------
     DinerosError
-        Graphviz is missing or fails.
+        Graphviz is missing, fails, or takes longer than `SECONDS`.
     """
     seen = visible(view)
     if any(item.get("position") for item in (*view["boxes"], *view["nodes"])):
@@ -46,12 +49,22 @@ def _run(source: Iterable[str]) -> Any:
     """Return what Graphviz makes of a graph."""
     try:
         run = subprocess.run(
-            ["dot", "-Tjson"], input="\n".join(source).encode(), capture_output=True, check=True
+            ["dot", "-Tjson"],
+            input="\n".join(source).encode(errors="replace"),
+            capture_output=True,
+            check=True,
+            timeout=SECONDS,
         )
     except FileNotFoundError as error:
         raise DinerosError(
             "pictures of nets need mini-racer or Graphviz, and neither is there",
             hint="pip install 'dineros[view]'",
+        ) from error
+    except OSError as error:
+        raise DinerosError(f"Graphviz cannot be started: {error.strerror}") from error
+    except subprocess.TimeoutExpired as error:
+        raise DinerosError(
+            f"the picture is not laid out after {SECONDS} s", hint="collapse pages, or show a neighbourhood"
         ) from error
     except subprocess.CalledProcessError as error:
         raise DinerosError(f"Graphviz failed: {error.stderr.decode(errors='replace')}") from error

@@ -16,6 +16,7 @@ from dineros.views.nets.elk import SCRIPTS
 from dineros.views.nets.legend import legend_svg
 from dineros.views.nets.model import ViewModel
 from dineros.views.nets.placing import layout
+from dineros.views.policy import content_policy
 
 _STYLES = ("net.css", "net_page.css")
 _SCRIPTS = (*SCRIPTS, "net_pan.js", "net_page.js")
@@ -47,6 +48,7 @@ def to_html(view: ViewModel) -> str:
         The view cannot be laid out.
     """
     places, transitions = (sum(node.kind == kind for node in view.nodes) for kind in ("place", "transition"))
+    script = "\n" + "".join(map(_static, _SCRIPTS))
     template = Template(_static("net_page.html.j2"), autoescape=True, keep_trailing_newline=True)
     page: str = template.render(
         title=view.title,
@@ -57,7 +59,8 @@ def to_html(view: ViewModel) -> str:
         view=_data(view.to_json()),
         positioned=_data(layout(view)),
         elk=_packed_elk(),
-        script=Markup("".join(map(_static, _SCRIPTS))),
+        script=Markup(script),
+        policy=content_policy([script, _elk()]),
     )
     return page
 
@@ -72,6 +75,10 @@ def _data(value: Any) -> Markup:
 
 
 @cache
+def _elk() -> str:
+    return (files("dineros.views") / "vendor" / "elk" / "elk.bundled.js").read_text(encoding="utf-8")
+
+
+@cache
 def _packed_elk() -> str:
-    source = (files("dineros.views") / "vendor" / "elk" / "elk.bundled.js").read_bytes()
-    return base64.b64encode(gzip.compress(source, 9, mtime=0)).decode()
+    return base64.b64encode(gzip.compress(_elk().encode(), 9, mtime=0)).decode()

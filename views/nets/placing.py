@@ -1,15 +1,24 @@
-"""Layout of views: ELK where its engine is there, otherwise Graphviz."""
+"""Layout of views: by ELK, otherwise by Graphviz, otherwise in columns."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from dineros.metamodel.errors import DinerosError
+from dineros.views.javascript.client import say_once
 from dineros.views.nets import elk
+from dineros.views.nets.columns import in_columns
+from dineros.views.nets.graphviz import layout_by_graphviz
 from dineros.views.nets.model import ViewModel
+from dineros.views.nets.shown import visible
+from dineros.views.nets.straight import layout_straight
 
 
 def layout(view: ViewModel) -> dict[str, Any]:
     """Put the visible part of a view on a plane.
+
+    There always is a picture: where ELK or its process fails, one line of the log says why, and Graphviz
+    takes its place, and where that is missing, shapes stand in columns with straight lines between them.
 
     Parameters
     ----------
@@ -22,14 +31,18 @@ def layout(view: ViewModel) -> dict[str, Any]:
         JSON values: those of the visible part of the view; in addition `width` and `height` of the picture in
         pixels; `x`, `y` of boxes (left upper corner; `width` and `height` too) and nodes (centre); `points`
         of edges and, where they have a label, its middle, `labelAt`.
-
-    Raises
-    ------
-    DinerosError
-        Neither ELK's engine nor Graphviz is there, or the layout takes too long.
     """
+    shown, failed = view.to_json(), None
     if elk.is_there():
-        return elk.layout_by_elk(view.to_json())
-    from dineros.views.nets.graphviz import layout_by_graphviz
-
-    return layout_by_graphviz(view.to_json())
+        try:
+            return elk.layout_by_elk(shown)
+        except DinerosError as error:
+            failed = error
+    try:
+        made = layout_by_graphviz(shown)
+    except DinerosError as error:
+        say_once("nets are laid out in columns", failed or error)
+        return layout_straight(visible(shown), in_columns)
+    if failed:
+        say_once("nets are laid out by Graphviz", failed)
+    return made

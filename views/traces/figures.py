@@ -1,13 +1,14 @@
-"""A trace as SVG and PNG, for papers: drawn by the page's own code, in the engine V8, without a browser."""
+"""A trace as SVG and PNG, for papers: drawn by the page's own code, without a browser."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Any, Literal
 
 from dineros.metamodel.errors import DinerosError
-from dineros.views.traces.assets import DRAWING, script
+from dineros.views.javascript.client import evaluate, say_once
+from dineros.views.traces.assets import DRAWING
+from dineros.views.traces.plain import plain_figure
 
 Theme = Literal["light", "dark"]
 
@@ -25,21 +26,19 @@ def trace_svg(views: Sequence[dict[str, Any]], theme: Theme = "light", **options
         ``width`` of the lanes in pixels, ``time`` for wall-clock time, ``fold``, ``filter`` of the lanes, and
         the ``divergence`` of two traces.
 
-    Raises
-    ------
-    DinerosError
-        The JavaScript engine is not installed.
+    Where scripts cannot run, one line of the log says why, and the picture is plainer.
     """
     try:
-        from py_mini_racer import MiniRacer
-    except ImportError:
-        raise DinerosError(
-            "pictures of traces need mini-racer", hint="pip install 'dineros[view]', or write .html"
-        ) from None
-    with MiniRacer() as engine:
-        engine.eval(script(*DRAWING))
-        call = f"DinerosTrace.figure({json.dumps(list(views))}, {json.dumps({'theme': theme, **options})})"
-        return str(engine.eval(call))
+        figure: str = evaluate(
+            [f"static/trace/{name}.js" for name in DRAWING],
+            "DinerosTrace.figure",
+            list(views),
+            {"theme": theme, **options},
+        )
+    except DinerosError as error:
+        say_once("traces are drawn plainly", error)
+        return plain_figure(views, theme, **options)
+    return figure
 
 
 def trace_png(
@@ -50,7 +49,7 @@ def trace_png(
     Raises
     ------
     DinerosError
-        The JavaScript engine or the renderer is not installed.
+        The renderer is not installed.
     """
     from dineros.views.nets import to_png
 

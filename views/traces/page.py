@@ -8,36 +8,48 @@ from typing import Any
 from jinja2 import Environment
 from markupsafe import Markup
 
+from dineros.views.policy import content_policy
 from dineros.views.traces.assets import DRAWING, PAGE, net_script, script, style, template
 
-POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 
-
-def trace_page(content: dict[str, Any], *, title: str, policy: str = POLICY, more: str = "") -> str:
+def trace_page(content: dict[str, Any], *, title: str) -> str:
     """Return the page.
 
     Parameters
     ----------
     content : dict
         ``view`` is what `TraceCoder.snapshot` returns; ``other`` the same of a second trace, and
-        ``divergence`` where they part; ``net`` the picture of the net; ``live`` for a page that follows a
-        running application.
+        ``divergence`` where they part; ``net`` the picture of the net.
     title : str
         Title of the page.
-    policy : str
-        What the page may load (Content Security Policy): by default nothing at all.
-    more : str
-        More scripts.
     """
+    scripts = _scripts()
+    return _page(content, title, scripts, content_policy([scripts]))
+
+
+def live_page(connect: str) -> tuple[str, str]:
+    """Return the page that follows a running application, and its policy, for the header of the answer.
+
+    Parameters
+    ----------
+    connect : str
+        Where the page may connect to.
+    """
+    scripts = _scripts("live")
+    return _page({"live": True}, "live", scripts, None), content_policy([scripts], connect=connect)
+
+
+def _scripts(*more: str) -> str:
+    parts = [net_script(), script(*DRAWING, *PAGE), script(*more), "DinerosTrace.start();"]
+    return "\n".join(["", *parts, ""])
+
+
+def _page(content: dict[str, Any], title: str, scripts: str, policy: str | None) -> str:
     data = json.dumps(content, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     return (
         Environment(autoescape=True)
         .from_string(template())
         .render(
-            policy=policy,
-            title=title,
-            style=Markup(style()),
-            script=Markup("\n".join([net_script(), script(*DRAWING, *PAGE), more])),
-            content=Markup(data),
+            policy=policy, title=title, style=Markup(style()), script=Markup(scripts), content=Markup(data)
         )
     )

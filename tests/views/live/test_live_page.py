@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import json
+import logging
 import re
+import socket
+import struct
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from urllib.error import HTTPError
+from urllib.parse import quote
 from urllib.request import Request, urlopen
 
+import pytest
 from playwright.sync_api import Page
 
 from dineros.metamodel.files import load
@@ -16,7 +22,7 @@ from dineros.metamodel.records import Record, encode_record
 from dineros.views.live import LiveHandle
 from dineros.views.traces.merging import merge
 from tests.views.browser import Visit, wait_until
-from tests.views.samples import CASE_STUDY, run
+from tests.views.samples import CASE_STUDY, run, save_run
 
 NewVisit = Callable[..., Visit]
 Serve = Callable[..., LiveHandle]
@@ -57,7 +63,7 @@ def test_a_page_follows_and_catches_up_after_the_server_restarts(
     wait_for_steps(page, 3)
     before = steps(page)
     assert page.evaluate("dinerosTrace.cursor") == before - 1  # it follows the tail
-    assert page.query_selector("#net [data-id=SelectRed]")
+    page.wait_for_selector("#net [data-id=SelectRed]", state="attached", timeout=60_000)
 
     handle.stop()
     page.wait_for_selector("#connection[data-state=lost]", timeout=20_000)
@@ -160,6 +166,76 @@ def test_the_stream_wants_token_and_origin(tmp_path: Path, serve: Serve) -> None
     assert first_message(f"{stream}wrong", base) == "4403"
     assert first_message(stream + token, "http://evil.example") == "4403"
     assert first_message(stream + token, None) == "4403"
+
+
+@pytest.mark.parametrize(
+    ("asked", "answer"),
+    [
+        (f"number={'9' * 5000}", 400),
+        ("number=-1", 400),
+        ("number=\u0661", 400),
+        ("number=1.5", 400),
+        (f"epoch={'a' * 5000}", 400),
+        (f"number={'9' * 15}&epoch=x", "snapshot"),
+        ("number=&epoch=", "snapshot"),
+        ("number=0&number=%FF&unknown=[[[", 400),
+    ],
+)
+def test_what_a_page_says_it_has_seen(
+    tmp_path: Path, serve: Serve, capfd: pytest.CaptureFixture[str], asked: str, answer: int | str
+) -> None:
+    from websockets.exceptions import InvalidStatus
+    from websockets.sync.client import connect
+    from websockets.typing import Origin
+
+    handle = serve(tmp_path)
+    base = Origin(handle.url.split("/?")[0])
+    address = f"{handle.url.replace('http', 'ws').replace('/?', '/changes?')}&{quote(asked, safe='=&%')}"
+    if answer == 400:
+        with pytest.raises(InvalidStatus) as refused, connect(address, origin=base):
+            pass
+        assert refused.value.response.status_code == 400
+        said = bytes(refused.value.response.body or b"")
+        assert said.count(b"\n") == 1
+        assert said.startswith(b"number has at most 15 digits")
+    else:
+        with connect(address, origin=base) as stream:
+            stream.send('{"type": "nonsense", "number": [[[[')  # what pages say is not listened to
+            assert json.loads(stream.recv(timeout=10))["type"] == answer
+    handle.stop()
+    assert capfd.readouterr().err == ""
+
+
+@pytest.mark.filterwarnings("ignore:.*(deprecated|remove second)")
+@pytest.mark.parametrize("implementation", ["websockets", "websockets-sansio"])
+def test_pages_that_go_leave_no_lines(
+    tmp_path: Path,
+    serve: Serve,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+    caplog: pytest.LogCaptureFixture,
+    implementation: str,
+) -> None:
+    import uvicorn
+
+    monkeypatch.setattr(uvicorn, "Config", partial(uvicorn.Config, ws=implementation))
+    handle = serve(save_run(tmp_path / "run"))
+    host, port = handle.url.removeprefix("http://").split("/")[0].split(":")
+    request = (
+        f"GET {handle.url.partition(port)[2].replace('/?', '/changes?')} HTTP/1.1\r\nHost: {host}:{port}\r\n"
+        f"Origin: http://{host}:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        "Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+    )
+    for number in range(60):
+        with socket.create_connection((host, int(port))) as connection:
+            connection.sendall(request.encode())
+            if number % 2:
+                connection.recv(100)
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # at once
+    assert status(handle.url) == 200
+    handle.stop()
+    assert capfd.readouterr().err == ""
+    assert [record for record in caplog.records if record.levelno > logging.DEBUG] == []
 
 
 def test_address_is_kept_for_this_user_only(tmp_path: Path, serve: Serve) -> None:

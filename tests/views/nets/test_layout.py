@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import time
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -16,6 +17,7 @@ from dineros.views.nets import around, collapse, layout, view_of
 from dineros.views.nets.elk import layout_by_elk, visible_by_script
 from dineros.views.nets.graphviz import layout_by_graphviz
 from dineros.views.nets.shown import visible
+from tests.support.layouter import needs_layouter
 from tests.support.small_systems import small_system_models
 from tests.views.nets.geometry import faults, label_overlaps
 from tests.views.nets.samples import arranged, case_study, models
@@ -74,12 +76,14 @@ def test_collapsed_boxes_hide_their_content(collapsed: list[str] | None) -> None
     assert bool(lines) == bool(executor.get("collapsed"))
 
 
+@needs_layouter
 def test_python_and_pages_agree_on_what_is_visible() -> None:
     for collapsed in ([], ["executor"], ["Safety", "PickServer", "RobotControllerL"], None):
         view = json.loads(json.dumps(collapse(view_of(case_study()), collapsed).to_json()))
         assert visible(view) == visible_by_script(view)
 
 
+@needs_layouter
 def test_equal_views_are_laid_out_equally() -> None:
     view = view_of(case_study()).to_json()
     assert layout_by_elk(view) == layout_by_elk(view)
@@ -151,3 +155,16 @@ def foreign_model() -> pn.Net:
     from tests.views.nets.samples import EDITED
 
     return load(EDITED)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_without_elk_and_graphviz_shapes_stand_in_columns(
+    name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("dineros.views.nets.elk.is_there", lambda: False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    view = view_of(models()[name])
+    picture = layout(view)
+    for kind in ("boxes", "nodes", "edges"):
+        assert [item["id"] for item in picture[kind]] == [item.id for item in getattr(view, kind)]
+    assert [fault for fault in faults(picture) if "line" not in fault and "label" not in fault] == []

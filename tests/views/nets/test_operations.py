@@ -24,6 +24,7 @@ from dineros.views.nets import (
     with_badges,
 )
 from dineros.views.nets.elk import around_by_script
+from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
 from tests.views.nets.samples import case_study
 
@@ -66,6 +67,7 @@ def test_unknown_elements_name_near_ones() -> None:
         around(view, ["TStop"], -1)
 
 
+@needs_layouter
 @settings(max_examples=25, deadline=None)
 @given(st.data())
 def test_python_and_pages_agree_on_neighbourhoods(data: st.DataObject) -> None:

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from dineros.views.nets import ViewModel, collapse, compare, save_picture, view_of
+from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
+from tests.views.browser import wait_until
 from tests.views.nets.arranged import displaced, stands
 from tests.views.nets.samples import arranged_study, case_study
 
@@ -46,8 +48,8 @@ def opened(one: Visit, file: Path) -> Page:
 
 def drawn(page: Page, times: int) -> None:
     """Wait until the picture was drawn so many times."""
-    page.wait_for_function(f"Number(document.body.dataset.ready) >= {times}")
-    page.wait_for_function("!document.body.classList.contains('busy')")
+    ready = f"Number(document.body.dataset.ready) >= {times} && !document.body.classList.contains('busy')"
+    wait_until(page, ready, timeout=60)
 
 
 def shown(page: Page) -> set[str]:
@@ -274,6 +276,7 @@ def test_a_collapsed_view_starts_collapsed(visit: Visits, tmp_path: Path) -> Non
     assert "executor" in shown(page)
 
 
+@needs_layouter
 def test_stored_positions_hold_while_pages_open_and_close(visit: Visits, tmp_path: Path) -> None:
     view = collapse(view_of(arranged_study()))
     page = opened(visit(), saved(view, tmp_path))

@@ -16,6 +16,7 @@ from dineros.metamodel.files import load, save
 from dineros.views.nets import ViewModel, collapse, compare, layout, view_of
 from dineros.views.nets.elk import layout_by_elk
 from dineros.views.nets.graphviz import layout_by_graphviz
+from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
 from tests.views.nets.arranged import at, covered, displaced, nested_nets, scale_of, sheets, stands, systems
 from tests.views.nets.geometry import crossed, faults, label_overlaps
@@ -23,7 +24,10 @@ from tests.views.nets.samples import arranged_study, case_study
 
 needs_graphviz = pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz is missing")
 Engine = Callable[[dict[str, Any]], dict[str, Any]]
-ENGINES = [layout_by_elk, pytest.param(layout_by_graphviz, marks=needs_graphviz)]
+ENGINES = [
+    pytest.param(layout_by_elk, marks=needs_layouter),
+    pytest.param(layout_by_graphviz, marks=needs_graphviz),
+]
 SEVERAL = settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 LESS = settings(SEVERAL, max_examples=8)
 
@@ -49,12 +53,14 @@ def test_with_all_pages_closed_positions_are_exact(engine: Engine, net: pn.Net) 
     check(collapse(view_of(net)), engine)
 
 
+@needs_layouter
 @SEVERAL
 @given(nested_nets(), st.data())
 def test_any_pages_open_keep_the_order(net: pn.Net, data: st.DataObject) -> None:
     check(partly_closed(data, view_of(net)), layout_by_elk)
 
 
+@needs_layouter
 @SEVERAL
 @given(systems(), st.data())
 def test_channels_and_node_nets_stand_where_they_were_stored(net: pn.Net, data: st.DataObject) -> None:
@@ -91,6 +97,7 @@ def test_the_case_study_with_arranged_channels_and_nodes(engine: Engine, closed:
         assert label_overlaps(picture) == []
 
 
+@needs_layouter
 @needs_graphviz
 @LESS
 @given(nested_nets())
@@ -188,6 +195,7 @@ def test_positions_that_are_no_points_are_none() -> None:
     assert view_of(net).node("p").position is None
 
 
+@needs_layouter
 def test_an_arranged_flat_net_is_not_grouped() -> None:
     from dineros.metamodel import pnm
 
@@ -242,6 +250,7 @@ def test_lines_are_straight_where_nothing_is_in_the_way() -> None:
     assert points[0][1] == points[1][1]
 
 
+@needs_layouter
 def test_lines_go_around_what_is_in_their_way() -> None:
     edge = _between(pn.Place(id="b", graphics=at(200, 0)))
     assert len(edge["points"]) >= 3
@@ -254,6 +263,7 @@ def test_lines_keep_the_bends_that_were_drawn() -> None:
     assert points[1][1] == points[2][1]
 
 
+@needs_layouter
 def test_captions_move_off_the_lines_of_their_node() -> None:
     a, t = pn.Place(id="a", graphics=at(0, 0)), pn.Transition(id="t", graphics=at(0, 150))
     b = pn.Place(id="b", graphics=at(150, 0))
@@ -318,6 +328,7 @@ def test_two_models_in_one_picture_stand_where_they_were_stored(engine: Engine) 
     assert view.node("Replaced").position is None
 
 
+@needs_layouter
 def test_a_model_without_positions_is_shown_as_the_one_with_them() -> None:
     before, _ = _talkers()
     view = compare(view_of(before), view_of(talker()))

@@ -15,6 +15,7 @@ from dineros.views.nets.elk import markup_by_script
 from dineros.views.nets.legend import legend_svg
 from dineros.views.nets.measures import text_width, wrap
 from dineros.views.nets.svg import markup
+from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
 from tests.views.nets.samples import case_study, every_sign, models
 
@@ -44,6 +45,7 @@ def test_every_element_is_drawn_once(name: str) -> None:
     assert drawn == Counter([*(item.id for item in view.elements()), *signals])
 
 
+@needs_layouter
 @pytest.mark.parametrize("name", list(models()))
 def test_python_and_pages_draw_the_same(name: str) -> None:
     view = view_of(models()[name])
