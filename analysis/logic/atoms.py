@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 from dineros.analysis.compiled import CompiledNet
 from dineros.analysis.logic.errors import FormulaError
@@ -59,7 +60,30 @@ class NoneEnabled:
     """No transition is enabled."""
 
 
-Condition = Linear | SomeEnabled | SomeFired | NoneEnabled
+@dataclass(frozen=True)
+class Combined:
+    """A boolean combination of other conditions on a marking.
+
+    Attributes
+    ----------
+    parts : tuple of Condition
+        The conditions.
+    program : tuple of int
+        Postfix form: numbers of parts, and the negative codes of this class for operations.
+    """
+
+    parts: tuple[Condition, ...]
+    program: tuple[int, ...]
+
+    NOT: ClassVar[int] = -1
+    AND: ClassVar[int] = -2
+    OR: ClassVar[int] = -3
+    SAME: ClassVar[int] = -4
+    TRUE: ClassVar[int] = -5
+    FALSE: ClassVar[int] = -6
+
+
+Condition = Linear | SomeEnabled | SomeFired | NoneEnabled | Combined
 """What an atom asks of a marking and the step taken from it."""
 
 
