@@ -227,6 +227,7 @@ class Product:
             ints(OPERATOR_CODES[c.operator] for _, c in linear),
             ints(c.bound for _, c in linear),
             ints(i for i, _ in linear),
+            int(enabled_bits.any()),
             enabled_bits,
             fired_bits,
             deadlock_bits,

@@ -70,6 +70,7 @@ class Conditions(NamedTuple):
     linear_operator: Int64Array
     linear_bound: Int64Array
     linear_bit: Int64Array
+    asks_enabled: int
     enabled_bits: Int64Array
     fired_bits: Int64Array
     deadlock_bits: Int64Array
@@ -269,9 +270,10 @@ def read_letter(conditions, scratch, vector, count):  # type: ignore[no-untyped-
         ):
             bit = conditions.linear_bit[a]
             letter[bit // BITS] |= 1 << (bit % BITS)
-    for i in range(count):
-        for w in range(letter.size):
-            letter[w] |= conditions.enabled_bits[scratch.enabled[i], w]
+    if conditions.asks_enabled != 0:
+        for i in range(count):
+            for w in range(letter.size):
+                letter[w] |= conditions.enabled_bits[scratch.enabled[i], w]
     for c in range(conditions.combined_bit.size):
         if combination(conditions, scratch, c) != 0:
             bit = conditions.combined_bit[c]
@@ -360,13 +362,17 @@ def expand(  # type: ignore[no-untyped-def]
         e = scratch.candidates[j]
         moved = np.uint64(edges.target[e] - q) << np.uint64(edges.state_shift)
         base = here + moved * net.multipliers[edges.state_word]
+        asked = 0
+        for w in range(letter.size):
+            asked |= (edges.positive[e, w] | edges.negative[e, w]) & conditions.fired_atoms[w]
         for i in range(steps):
             t = scratch.enabled[i] if count > 0 else transitions
             wrong = 0
-            for w in range(letter.size):
-                fired = conditions.fired_bits[t, w]
-                wrong |= edges.positive[e, w] & conditions.fired_atoms[w] & ~fired
-                wrong |= edges.negative[e, w] & fired
+            if asked != 0:
+                for w in range(letter.size):
+                    fired = conditions.fired_bits[t, w]
+                    wrong |= edges.positive[e, w] & conditions.fired_atoms[w] & ~fired
+                    wrong |= edges.negative[e, w] & fired
             if wrong == 0:
                 scratch.hashes[end - top] = base + net.hash_change[t]
                 labels[end] = t * width + e
