@@ -187,7 +187,7 @@ class _Places:
         """Return what waits in a dead marking and is no consequence of something else that waits."""
         lacks = {t: self._waiting(t, marking) for t in self.transitions}
         waiting = {t for t in self.transitions if lacks[t].arrived and not self._is_unused(t, marking)}
-        graph = nx.DiGraph()
+        graph: nx.DiGraph[int] = nx.DiGraph()
         graph.add_nodes_from(self.transitions)
         for t, found in lacks.items():
             graph.add_edges_from((t, maker) for place in found.missing for maker in self._makers[place])

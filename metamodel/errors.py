@@ -64,7 +64,7 @@ class ModelFileError(DinerosError):
     """A file cannot be read or written, or does not hold a model."""
 
 
-class ModelFileErrors(ModelFileError):
+class CollectedModelFileError(ModelFileError):
     """Everything that is wrong with a file that does not hold a model, where that is more than one thing.
 
     Prints as the first error and how many follow.

@@ -60,6 +60,10 @@ class NoneEnabled:
     """No transition is enabled."""
 
 
+Condition = Linear | SomeEnabled | SomeFired | NoneEnabled
+"""What an atom asks of a marking and the step taken from it."""
+
+
 @dataclass(frozen=True)
 class Combined:
     """A boolean combination of other conditions on a marking.
@@ -81,10 +85,6 @@ class Combined:
     SAME: ClassVar[int] = -4
     TRUE: ClassVar[int] = -5
     FALSE: ClassVar[int] = -6
-
-
-Condition = Linear | SomeEnabled | SomeFired | NoneEnabled | Combined
-"""What an atom asks of a marking and the step taken from it."""
 
 
 @dataclass(frozen=True)

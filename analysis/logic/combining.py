@@ -56,7 +56,7 @@ def combined(formula: Formula) -> Formula:
     return _as_atom(formula, atoms, made)
 
 
-def condition_of(atom: Atom, conditions: Mapping[Atom, Condition]) -> Condition:
+def condition_of(atom: Atom, conditions: Mapping[Atom, Condition]) -> Condition | Combined:
     """Return what an atom of a `combined` formula asks, from the conditions of the atoms in it."""
     if not isinstance(atom, Combination):
         return conditions[atom]

@@ -37,7 +37,7 @@ class Product:
     ----------
     net : CompiledNet
     automaton : Automaton
-    conditions : sequence of Condition
+    conditions : sequence of Condition or Combined
         What the automaton's atoms ask, in their order.
     weak, strong : sequence of int
         Weakly and strongly fair transitions.
@@ -49,7 +49,7 @@ class Product:
         self,
         net: CompiledNet,
         automaton: Automaton,
-        conditions: Sequence[Condition],
+        conditions: Sequence[Condition | Combined],
         weak: Sequence[int],
         strong: Sequence[int],
         meter: Meter,
@@ -242,7 +242,9 @@ class Product:
         )
 
 
-def _bits_of(conditions: Sequence[Condition]) -> tuple[list[Condition], dict[int, list[int]]]:
+def _bits_of(
+    conditions: Sequence[Condition | Combined],
+) -> tuple[list[Condition | Combined], dict[int, list[int]]]:
     """Return what each bit of a letter means, and programs over bits by the bit of each combination.
 
     The automaton's atoms come first, then what combinations are made of, in which there are no others.

@@ -41,11 +41,11 @@ def validate(
         return _list(as_json)
     if model is None:
         raise click.MissingParameter(param_hint="'MODEL'", param_type="argument")
-    from dineros.metamodel.errors import ModelFileErrors
+    from dineros.metamodel.errors import CollectedModelFileError
 
     try:
         net = load(model, settings)
-    except ModelFileErrors as found:
+    except CollectedModelFileError as found:
         for error in found.errors:
             warn(str(error))
         return 2

@@ -39,7 +39,8 @@ def complete_clause(clause: sym.InputClause) -> None:
     ClauseError
         As for `set_clause`.
     """
-    clause.disjunctions.extend(_normal_form(clause.transition, clause.text))
+    assert clause.transition is not None, "a clause stands on its transition"
+    clause.disjunctions.extend(_normal_form(clause.transition, clause.text or ""))
 
 
 def _normal_form(transition: sym.Transition, text: str) -> list[sym.Disjunction]:

@@ -9,7 +9,13 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from dineros.metamodel.base import EObject
-from dineros.metamodel.errors import ClauseError, Location, ModelFileError, ModelFileErrors, near_matches
+from dineros.metamodel.errors import (
+    ClauseError,
+    CollectedModelFileError,
+    Location,
+    ModelFileError,
+    near_matches,
+)
 from dineros.metamodel.files.positions import file_of, location_of, real_path
 from dineros.metamodel.files.schema import Kind, class_of, describe, identity, shortened
 from dineros.metamodel.files.xmi_tree import Document, Reference, TreeReader
@@ -38,7 +44,7 @@ class XmiReader:
         Raises
         ------
         ModelFileError
-            See `read_xmi`. `ModelFileErrors` where more than one thing is wrong.
+            See `read_xmi`. `CollectedModelFileError` where more than one thing is wrong.
         """
         document = Document(path)
         self._documents[real_path(path)] = document
@@ -65,7 +71,7 @@ class XmiReader:
             for error in sorted(document.errors, key=lambda e: e.location.line or 0 if e.location else 0)
         ]
         if errors:
-            raise errors[0] if len(errors) == 1 else ModelFileErrors(errors)
+            raise errors[0] if len(errors) == 1 else CollectedModelFileError(errors)
 
     def _read(self, document: Document) -> None:
         if document.path.suffix.lower() in (".pnml", ".net"):
@@ -190,7 +196,7 @@ def _complete_clauses(document: Document) -> None:
             except ClauseError as error:
                 document.errors.append(
                     ModelFileError(
-                        f"clause of {describe(element.transition)}: {error.message}",
+                        f"clause of {error.element}: {error.message}",
                         location=location_of(element),
                         element=error.element,
                         hint=error.hint,

@@ -9,7 +9,7 @@ import pytest
 from dineros.analysis.compiled import CompiledNet
 from dineros.analysis.goals import find_marking
 from dineros.analysis.logic.combining import Combination, combined
-from dineros.analysis.logic.ctl import check_ctl
+from dineros.analysis.logic.ctl import Engine, check_ctl
 from dineros.analysis.logic.lasso import holds_on_lasso
 from dineros.analysis.logic.ltl import verify_ltl
 from dineros.analysis.logic.names import NetNames
@@ -23,12 +23,15 @@ RING = CompiledNet.build(
     [(f"t{i}", {f"p{i}": 1}, {f"p{(i + 1) % COUNT}": 1}) for i in range(COUNT)],
 )
 
+_ENGINES: tuple[Engine, ...] = ("explicit", "symbolic")
+
 
 def both(formula: str) -> list[str]:
-    return [
+    ctl: list[str] = [
         check_ctl(RING, formula.replace("G ", "AG ").replace("F ", "AF "), engine=engine).status
-        for engine in ("explicit", "symbolic")
-    ] + [verify_ltl(RING, formula).status]
+        for engine in _ENGINES
+    ]
+    return [*ctl, verify_ltl(RING, formula).status]
 
 
 @pytest.mark.parametrize("count", [60, 61, 62, 63, 64, 65, COUNT])
@@ -101,7 +104,7 @@ def test_taking_together_keeps_the_meaning(seed: int) -> None:
         formula = Or((Finally(condition(4)), condition(3), Not(Finally(condition(2)))))
         grouped = combined(formula)
 
-        def value(atom: Atom, letter: frozenset[Atom]) -> bool:
+        def value(atom: Atom, letter: frozenset[Formula]) -> bool:
             if isinstance(atom, Combination):
                 return holds_on_lasso(atom.formula, [], [letter], value)
             return atom in letter

@@ -9,7 +9,7 @@ import pytest
 from dineros.metamodel import pn, sym
 from dineros.metamodel.clauses import cnf_text
 from dineros.metamodel.constraints import validate
-from dineros.metamodel.errors import ModelFileError, ModelFileErrors
+from dineros.metamodel.errors import CollectedModelFileError, ModelFileError
 from dineros.metamodel.files import load, save
 
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>
@@ -38,7 +38,7 @@ WRONG = """  <pages xsi:type="sym:NodeNet" id="node" threads="many">
 
 
 def test_every_error_is_said(tmp_path: Path) -> None:
-    with pytest.raises(ModelFileErrors) as caught:
+    with pytest.raises(CollectedModelFileError) as caught:
         load(written(tmp_path, WRONG))
     said = [(error.location.line if error.location else None, error.message) for error in caught.value.errors]
     assert [line for line, _ in said] == [3, 4, 5, 9, 10, 10]
@@ -56,7 +56,7 @@ def test_one_error_is_what_it_was(tmp_path: Path) -> None:
     body = '  <pages xsi:type="sym:NodeNet" id="node" threads="many"/>'
     with pytest.raises(ModelFileError) as caught:
         load(written(tmp_path, body))
-    assert not isinstance(caught.value, ModelFileErrors)
+    assert not isinstance(caught.value, CollectedModelFileError)
 
 
 CLAUSE = """  <pages xsi:type="sym:NodeNet" id="node">
