@@ -181,14 +181,24 @@ def _witness(subject: Subject, transition: str, memory: int) -> Witness | None:
 
 
 def _deadlocks(subject: Subject, space: SymbolicStateSpace, report: Report) -> None:
-    count = space.deadlocks()
-    if count is None:
-        report.unknown.append(Unknown("whether there is a deadlock", OUT_OF_MEMORY))
-    elif count == 0:
+    from dineros.analysis.deadlocks import deadlock_groups, group_text  # most models need no ways
+
+    found = False
+    try:
+        for group in deadlock_groups(subject, space):
+            found = True
+            waiting = dict.fromkeys(subject.transition_element(cause.transition) for cause in group.causes)
+            witness = witness_of(subject, group.trace)
+            elements = (*waiting, str(subject.model.id))
+            report.findings.append(
+                Finding("deadlock", "warning", elements, group_text(subject, group), witness)
+            )
+    except DiagramMemoryError:
+        question = "what else is a deadlock" if found else "whether there is a deadlock"
+        report.unknown.append(Unknown(question, OUT_OF_MEMORY))
+        return
+    if not found:
         report.proved.append("no deadlock")
-    else:
-        text = "one marking enables nothing" if count == 1 else f"{count} markings enable nothing"
-        report.findings.append(Finding("deadlock", "warning", (str(subject.model.id),), text))
 
 
 def _behaviour(
@@ -215,7 +225,8 @@ def _behaviour(
         report.unknown.append(Unknown(BEHAVIOUR, OUT_OF_MEMORY, may_be_fault=work is None))
         return
     identity = (str(subject.model.id),)
-    names = tuple(dict.fromkeys(subject.transition_text(t) for t in answer.not_live if t not in drops))
+    shut_off = (subject.transition_text(t) for t in answer.not_live if t not in drops)
+    names = tuple(dict.fromkeys([*subject.blocked, *shut_off]))
     if names:
         shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
         text = f"some marking shuts off for ever: {shown}"

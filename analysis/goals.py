@@ -7,6 +7,7 @@ logic.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -68,6 +69,7 @@ def find_enabled(
     memory: int,
     progress: Callable[[Any], None] | None = None,
     order: Order = "breadth-first",
+    seconds: float | None = None,
 ) -> Answer:
     """Find a trace that ends with a transition; of several of the name, whichever is nearest.
 
@@ -76,9 +78,10 @@ def find_enabled(
     FormulaError
         No transition has the name.
     """
+    limits = _Limits.of(memory, progress, order, seconds)
     answers: list[Answer] = []
     for transition in names.transitions(name):
-        answers.append(find_firing(net, transition, memory, progress, order))
+        answers.append(_find_firing(net, transition, limits))
         if answers[-1].reason == INTERRUPTED:
             break
     return min(answers, key=_rank)
@@ -90,21 +93,27 @@ def find_firing(
     memory: int,
     progress: Callable[[Any], None] | None = None,
     order: Order = "breadth-first",
+    seconds: float | None = None,
 ) -> Answer:
     """Find a trace that ends with a transition: a shortest one, unless only the reduced net is small enough.
 
     Reduction by rules that preserve LTL without next keeps whether the transition ever fires; a trace of the
     reduced net is mapped back, and what it does not need is left out.
     """
+    return _find_firing(net, transition, _Limits.of(memory, progress, order, seconds))
+
+
+def _find_firing(net: CompiledNet, transition: int, limits: _Limits) -> Answer:
     name = net.transitions[transition]
-    answer = _search(net, Goal.enabled(net, transition), min(memory, QUICK), progress, order)
+    quickly = replace(limits, memory=min(limits.memory, QUICK))
+    answer = _search(net, Goal.enabled(net, transition), quickly)
     if answer.trace is not None:
         return replace(answer, trace=(*answer.trace, transition))
-    if answer.status != "unknown" or answer.reason == INTERRUPTED:
+    if answer.status != "unknown" or answer.reason == INTERRUPTED or limits.is_over:
         return answer
     reduction = reduce(net, {Property.LTL_WITHOUT_NEXT}, observed_transitions=[name])
     smaller = reduction.net
-    answer = _search(smaller, Goal.enabled(smaller, name), memory, progress, order)
+    answer = _search(smaller, Goal.enabled(smaller, name), limits)
     if answer.trace is None:
         return answer
     index = {name: number for number, name in enumerate(net.transitions)}
@@ -118,9 +127,10 @@ def find_deadlock(
     memory: int,
     progress: Callable[[Any], None] | None = None,
     order: Order = "breadth-first",
+    seconds: float | None = None,
 ) -> Answer:
     """Find a trace to a marking that enables nothing; stubborn sets leave out needless interleavings."""
-    return _search(net, Goal.deadlock(), memory, progress, order)
+    return _search(net, Goal.deadlock(), _Limits.of(memory, progress, order, seconds))
 
 
 def find_marking(
@@ -130,6 +140,7 @@ def find_marking(
     memory: int,
     progress: Callable[[Any], None] | None = None,
     order: Order = "breadth-first",
+    seconds: float | None = None,
 ) -> Answer:
     """Find a trace to a marking that fulfils a condition, a shortest one if the search goes breadth first.
 
@@ -140,11 +151,12 @@ def find_marking(
     """
     condition = parse(text, "state")
     goals = goals_of(net, condition, names)
+    limits = _Limits.of(memory, progress, order, seconds)
     if goals is None:
-        return _by_temporal_logic(net, condition, names, memory, progress)
+        return _by_temporal_logic(net, condition, names, limits)
     answers: list[Answer] = []
     for goal in goals:
-        answers.append(_search(net, goal, memory, progress, order))
+        answers.append(_search(net, goal, limits))
         if answers[-1].reason == INTERRUPTED:
             break
     if not answers:
@@ -154,11 +166,10 @@ def find_marking(
     return best if best.status == "reachable" else replace(best, states=max(states, default=None))
 
 
-def _by_temporal_logic(
-    net: CompiledNet, condition: Formula, names: Names, memory: int, progress: Callable[[Any], None] | None
-) -> Answer:
+def _by_temporal_logic(net: CompiledNet, condition: Formula, names: Names, limits: _Limits) -> Answer:
     """Ask for a run on which a condition never holds: a counterexample leads to it."""
-    verdict = verify_ltl(net, Globally(Not(condition)), names, budget=Budget(memory), progress=progress)
+    budget = Budget(limits.memory, seconds=limits.left)
+    verdict = verify_ltl(net, Globally(Not(condition)), names, budget=budget, progress=limits.progress)
     if verdict.status == "violated":
         bound = BoundAtoms(net, condition, names)
 
@@ -179,20 +190,50 @@ def _rank(answer: Answer) -> tuple[int, int]:
     )
 
 
-def _search(
-    net: CompiledNet,
-    goal: Goal,
-    memory: int,
-    progress: Callable[[Any], None] | None,
-    order: Order,
-) -> Answer:
+@dataclass(frozen=True)
+class _Limits:
+    """What a question may cost, who is told how far it is, and in which order it searches."""
+
+    memory: int
+    progress: Callable[[Any], None] | None
+    order: Order
+    until: float | None
+
+    @classmethod
+    def of(
+        cls, memory: int, progress: Callable[[Any], None] | None, order: Order, seconds: float | None
+    ) -> _Limits:
+        return cls(memory, progress, order, None if seconds is None else time.perf_counter() + seconds)
+
+    @property
+    def left(self) -> float | None:
+        """Seconds left."""
+        return None if self.until is None else max(0.0, self.until - time.perf_counter())
+
+    @property
+    def is_over(self) -> bool:
+        """Whether time is up."""
+        return self.left == 0
+
+
+def _search(net: CompiledNet, goal: Goal, limits: _Limits) -> Answer:
+    memory, order = limits.memory, limits.order
+
     def tell(markings: int, rate: float, size: int) -> None:
-        if progress is not None:
-            progress(Seen(markings, rate, size))
+        if limits.progress is not None:
+            limits.progress(Seen(markings, rate, size))
 
     def search(share: int) -> Found | Unreachable | Unknown:
         reduction: Literal["stubborn"] | None = "stubborn" if goal.is_deadlock else None
-        return find(net, goal, memory=share, progress=tell, reduction=reduction, order=order)
+        return find(
+            net,
+            goal,
+            memory=share,
+            seconds=limits.left,
+            progress=tell,
+            reduction=reduction,
+            order=order,
+        )
 
     answer = search(min(memory, QUICK))
     if (

@@ -12,7 +12,6 @@ from dineros.analysis.nets import compile_net
 from dineros.analysis.satisfiability import unsatisfiable_clauses
 from dineros.analysis.wording import words
 from dineros.metamodel import pn, sym
-from dineros.metamodel.base import EObject
 from dineros.transformations.copying import deep_copy
 from dineros.transformations.flatten import Flattened, OverflowVariant, SignalVariant, flatten
 from dineros.transformations.traces import Link
@@ -30,11 +29,14 @@ class Subject:
         The compiled net.
     flattened : Flattened or None
         How a system model became the net; None for a plain net.
+    blocked : tuple of str
+        Ids of the transitions that were left out, since their clause can never be true: they never fire.
     """
 
     model: pn.Net
     net: CompiledNet
     flattened: Flattened | None = None
+    blocked: tuple[str, ...] = ()
 
     @cached_property
     def place_index(self) -> dict[str, int]:
@@ -59,6 +61,10 @@ class Subject:
     def _by_id(self) -> dict[str, Link]:
         return {link.target.id: link for link in self.links() if not isinstance(link.target, pn.Arc)}
 
+    def link_of(self, name: str) -> Link | None:
+        """Return how a place or transition of the net was made; None in a plain net."""
+        return self._by_id.get(name)
+
     def place_text(self, index: int) -> str:
         """Return a place in the words of the model."""
         name = self.net.places[index]
@@ -69,12 +75,18 @@ class Subject:
         name = self.net.transitions[index]
         return words(self._by_id[name]) if name in self._by_id else name
 
+    def transition_element(self, index: int) -> str:
+        """Return the id of the element of the model that a transition is, or that it was made for."""
+        name = self.net.transitions[index]
+        link = self._by_id.get(name)
+        return name if link is None or not link.sources else str(getattr(link.sources[0], "id", None) or name)
+
 
 def subject_of(
     model: pn.Net, signals: SignalVariant = "input-enabled", overflow: OverflowVariant = "weighted"
 ) -> Subject:
     """Flatten a system model and compile it; compile any other net as it is."""
-    if isinstance(model, sym.SystemModel) and (len(model.channels) or _has_clauses(model)):
+    if isinstance(model, sym.SystemModel):
         flattened = flatten(model, signals, overflow)
         return Subject(model, compile_net(flattened.net), flattened)
     return Subject(model, compile_net(model))
@@ -89,23 +101,15 @@ def base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> Subje
     """
     if not isinstance(model, sym.SystemModel):
         return subject_of(model)
-    blocked = {found.transition for found in unsatisfiable_clauses(model)}
+    blocked = [found.transition for found in unsatisfiable_clauses(model)]
     if not blocked:
         return subject_of(model, "none", overflow)
     arcs = {arc for transition in blocked for arc in (*transition.incoming, *transition.outgoing)}
     copied, images = deep_copy(model, omit={*blocked, *arcs})
     assert isinstance(copied, sym.SystemModel)
-    subject = subject_of(copied, "none", overflow)
-    return subject if subject.flattened is None else _speaking_of(model, subject, images)
-
-
-def _speaking_of(model: pn.Net, subject: Subject, images: dict[EObject, EObject]) -> Subject:
-    """Let the trace of a copied model speak of the original."""
-    assert subject.flattened is not None
+    flattened = flatten(copied, "none", overflow)
+    # The trace of the copied model speaks of the original.
     origins = {image: original for original, image in images.items()}
-    trace = subject.flattened.trace.with_sources(lambda source: origins.get(source, source))
-    return Subject(model, subject.net, Flattened(subject.flattened.net, trace))
-
-
-def _has_clauses(model: sym.SystemModel) -> bool:
-    return any(isinstance(element, sym.InputClause) for element in model.eAllContents())
+    trace = flattened.trace.with_sources(lambda source: origins.get(source, source))
+    net = compile_net(flattened.net)
+    return Subject(model, net, Flattened(flattened.net, trace), tuple(str(t.id) for t in blocked))

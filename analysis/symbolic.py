@@ -185,6 +185,13 @@ class SymbolicStateSpace:
             for level in self.encoding.levels
         ]
 
+    def marking_of(self, vector: Sequence[int]) -> list[int]:
+        """Tokens of every place, from local states in the order of the encoding's levels."""
+        tokens: dict[int, int] = {}
+        for level, state in zip(self.encoding.levels, vector, strict=True):
+            tokens.update(zip(level.places, level.states[state], strict=True))
+        return self.encoding.boxes.full_marking(tokens)
+
     @cached_property
     def sets(self) -> VectorSets:
         """Operations on sets of markings."""

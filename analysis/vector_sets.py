@@ -190,6 +190,10 @@ class VectorSets:
 
     def some(self, states: int) -> int:
         """Return a set of one vector of a set that is not empty."""
+        return self.single(self.some_vector(states))
+
+    def some_vector(self, states: int) -> list[int]:
+        """Return a vector of a set that is not empty: local states in the order of the encoding's levels."""
         mem = self.diagram.mem
         vector = [0] * self.diagram.top
         for at in range(self.diagram.top, 0, -1):
@@ -198,7 +202,7 @@ class VectorSets:
             chosen = int(np.flatnonzero(children)[-1])
             vector[self.diagram.order[at - 1]] = first + chosen
             states = int(children[chosen])
-        return self.single(vector)
+        return vector
 
     def contains(self, states: int, vector: Sequence[int]) -> bool:
         """Whether a set has a vector (local states in the order of the encoding's levels)."""

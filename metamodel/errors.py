@@ -7,7 +7,7 @@ Every error a user can cause derives from `DinerosError` and prints as one line,
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -62,6 +62,28 @@ class DinerosError(Exception):
 
 class ModelFileError(DinerosError):
     """A file cannot be read or written, or does not hold a model."""
+
+
+class CollectedModelFileError(ModelFileError):
+    """Everything that is wrong with a file that does not hold a model, where that is more than one thing.
+
+    Prints as the first error and how many follow.
+
+    Parameters
+    ----------
+    errors : sequence of ModelFileError
+        Two or more, in the order of the file.
+    """
+
+    def __init__(self, errors: Sequence[ModelFileError]) -> None:
+        first, more = errors[0], len(errors) - 1
+        super().__init__(
+            f"{first.message}; and {more} more error{'s' if more > 1 else ''}",
+            location=first.location,
+            element=first.element,
+            hint=first.hint,
+        )
+        self.errors = tuple(errors)
 
 
 class UnknownFeatureError(DinerosError, AttributeError):

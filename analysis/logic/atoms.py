@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 from dineros.analysis.compiled import CompiledNet
 from dineros.analysis.logic.errors import FormulaError
@@ -61,6 +62,29 @@ class NoneEnabled:
 
 Condition = Linear | SomeEnabled | SomeFired | NoneEnabled
 """What an atom asks of a marking and the step taken from it."""
+
+
+@dataclass(frozen=True)
+class Combined:
+    """A boolean combination of other conditions on a marking.
+
+    Attributes
+    ----------
+    parts : tuple of Condition
+        The conditions.
+    program : tuple of int
+        Postfix form: numbers of parts, and the negative codes of this class for operations.
+    """
+
+    parts: tuple[Condition, ...]
+    program: tuple[int, ...]
+
+    NOT: ClassVar[int] = -1
+    AND: ClassVar[int] = -2
+    OR: ClassVar[int] = -3
+    SAME: ClassVar[int] = -4
+    TRUE: ClassVar[int] = -5
+    FALSE: ClassVar[int] = -6
 
 
 @dataclass(frozen=True)

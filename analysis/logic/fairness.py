@@ -88,7 +88,7 @@ class InnerGraph:
         width = product.edges.target.size
         conditions = product.conditions
         edge_marks = (conditions.weak_marks | conditions.strong_marks)[labels // width]
-        edge_marks[:, 0] |= product.edges.marks[labels % width]
+        edge_marks |= product.edges.marks[labels % width]
         return cls(states, sources, targets, edge_marks, disabled, asked)
 
     def part(self, kept: NDArray[np.bool_]) -> InnerGraph:

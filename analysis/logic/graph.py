@@ -25,6 +25,7 @@ from dineros.analysis.logic.graph_kernels import (
     predecessors,
 )
 from dineros.analysis.logic.product import Product
+from dineros.analysis.logic.product_kernels import BITS
 from dineros.analysis.logic.syntax import Atom
 
 Int32Array = NDArray[np.int32]
@@ -62,7 +63,7 @@ class StateGraph:
 
     def __init__(self, net: CompiledNet, atoms: Sequence[tuple[Atom, Condition]], meter: Meter) -> None:
         self.net, self.meter = net, meter
-        self.atoms = {atom: 1 << i for i, (atom, _) in enumerate(atoms)}
+        self.atoms = {atom: i for i, (atom, _) in enumerate(atoms)}
         # An automaton that reads everything: its product with the net is the reachability graph.
         everything = Automaton(tuple(self.atoms), 0, 0, ((Edge(0, 0, 0, 0),),))
         self.product = Product(net, everything, [condition for _, condition in atoms], (), (), meter)
@@ -102,12 +103,13 @@ class StateGraph:
     def _index(self) -> None:
         size, arcs = self.size, int(self.pointer[self.size])
         # Predecessors, letters, and room for the sets of a few subformulas.
-        self.meter.check_memory(self.memory_bytes + 4 * arcs + 40 * size)
+        words = self.product.scratch.letter.size
+        self.meter.check_memory(self.memory_bytes + 4 * arcs + (32 + 8 * words) * size)
         self.pointer, self.targets = self.pointer[: size + 1], self.targets[:arcs]
         self.back_pointer: Int64Array = np.zeros(size + 1, dtype=np.int64)
         self.sources: Int32Array = np.empty(arcs, dtype=np.int32)
         predecessors(self.pointer, self.targets, self.back_pointer, self.sources)
-        self.letters: Int64Array = np.empty(size, dtype=np.int64)
+        self.letters: Int64Array = np.empty((size, words), dtype=np.int64)
         product = self.product
         letters(product.tables, product.conditions, product.store, product.scratch, self.letters)
 
@@ -123,7 +125,8 @@ class StateGraph:
 
     def where(self, atom: Atom) -> StateSet:
         """Return the states in which an atom is true."""
-        result: StateSet = (self.letters & self.atoms[atom]) != 0
+        word, bit = divmod(self.atoms[atom], BITS)
+        result: StateSet = (self.letters[:, word] & (1 << bit)) != 0
         return result
 
     def path(self, start: int, allowed: StateSet, goal: StateSet) -> list[int]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from dineros.analysis.logic.product_kernels import MAY_ADD, STATES, expand, find_enabled, linear_letter
+from dineros.analysis.logic.product_kernels import MAY_ADD, STATES, expand, find_enabled, read_letter
 
 COMPLETE, STORE_FULL, ARCS_FULL, OVERFLOW, PAUSED = range(5)
 
@@ -52,13 +52,9 @@ def letters(net, conditions, store, scratch, result):  # type: ignore[no-untyped
     """Write the bits of the atoms true in each state."""
     for state in range(store.counters[STATES]):
         vector = store.words[state]
-        letter = linear_letter(conditions, vector)
-        count = find_enabled(net, vector, scratch.enabled)
-        for i in range(count):
-            letter |= conditions.enabled_bits[scratch.enabled[i]]
-        if count == 0:
-            letter |= conditions.deadlock_bit
-        result[state] = letter
+        read_letter(conditions, scratch, vector, find_enabled(net, vector, scratch.enabled))
+        for w in range(scratch.letter.size):
+            result[state, w] = scratch.letter[w]
 
 
 @njit(cache=True)

@@ -122,7 +122,7 @@ class _Finder:
         transition, edge = divmod(label, self.product.edges.target.size)
         conditions = self.product.conditions
         marks: NDArray[np.int64] = conditions.weak_marks[transition] | conditions.strong_marks[transition]
-        marks[0] |= self.product.edges.marks[edge]
+        marks |= self.product.edges.marks[edge]
         return marks
 
     def marks_to_collect(self, component: States) -> NDArray[np.int64]:

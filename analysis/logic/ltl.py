@@ -15,6 +15,7 @@ from collections.abc import Iterable, Sequence
 from dineros.analysis.compiled import CompiledNet
 from dineros.analysis.logic.atoms import BoundAtoms, resolved_transitions
 from dineros.analysis.logic.budget import Budget, BudgetExceededError, Meter, ProgressCallback
+from dineros.analysis.logic.combining import combined, condition_of
 from dineros.analysis.logic.names import Names, NetNames
 from dineros.analysis.logic.parser import parse
 from dineros.analysis.logic.rewriting import negated
@@ -88,8 +89,8 @@ def verify_ltl(
     weakly, strongly = _fair(names, weak), _fair(names, strong)
     # A strongly fair run is weakly fair.
     weakly = [t for t in weakly if t not in strongly]
-    automaton = translate(negated(tree))
-    conditions = [atoms.conditions[atom] for atom in automaton.atoms]
+    automaton = translate(negated(combined(tree)))
+    conditions = [condition_of(atom, atoms.conditions) for atom in automaton.atoms]
     states = 0
     try:
         product = Product(net, automaton, conditions, weakly, strongly, meter)

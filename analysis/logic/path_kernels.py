@@ -37,8 +37,7 @@ def shortest_path(  # type: ignore[no-untyped-def]
             found = goal[target]
             for m in range(wanted.size):
                 marks = conditions.weak_marks[t, m] | conditions.strong_marks[t, m]
-                if m == 0:
-                    marks |= edges.marks[e]
+                marks |= edges.marks[e, m]
                 if wanted[m] & (marks | scratch.weak_seen[m]) != 0:
                     found = True
             if found:

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.logic.atoms import Condition, Linear, NoneEnabled, SomeEnabled, SomeFired
+from dineros.analysis.logic.atoms import Combined, Condition, Linear, NoneEnabled, SomeEnabled, SomeFired
 from dineros.analysis.logic.automaton import Automaton
 from dineros.analysis.logic.budget import BudgetExceededError, Meter
 from dineros.analysis.logic.packing import Layout
 from dineros.analysis.logic.product_kernels import (
+    BITS,
     OVERFLOW_STATE,
     OVERFLOW_TRANSITION,
     STATES,
@@ -23,7 +24,6 @@ from dineros.analysis.logic.product_kernels import (
 from dineros.analysis.logic.tables import edge_tables, ints, net_tables
 from dineros.analysis.structure import semiflows
 
-MARK_BITS = 62
 MANY_STATES = 10_000
 """States from which on widening a field is worth some thought."""
 
@@ -37,7 +37,7 @@ class Product:
     ----------
     net : CompiledNet
     automaton : Automaton
-    conditions : sequence of Condition
+    conditions : sequence of Condition or Combined
         What the automaton's atoms ask, in their order.
     weak, strong : sequence of int
         Weakly and strongly fair transitions.
@@ -49,7 +49,7 @@ class Product:
         self,
         net: CompiledNet,
         automaton: Automaton,
-        conditions: Sequence[Condition],
+        conditions: Sequence[Condition | Combined],
         weak: Sequence[int],
         strong: Sequence[int],
         meter: Meter,
@@ -66,6 +66,8 @@ class Product:
         self.scratch = Scratch(
             np.zeros(transitions + 1, dtype=np.int64),
             np.zeros(degree, dtype=np.int64),
+            np.zeros(self.conditions.fired_atoms.size, dtype=np.int64),
+            np.zeros(max(1, self.conditions.combined_code.size), dtype=np.int64),
             np.zeros(self.conditions.required.size, dtype=np.int64),
             np.zeros(self.conditions.required.size, dtype=np.int64),
             np.zeros(words, dtype=np.uint64),
@@ -181,28 +183,33 @@ class Product:
 
     def _build_tables(self) -> None:
         self.tables = net_tables(self.net, self.layout)
-        self.edges = edge_tables(self.automaton, self.layout)
         self.conditions = self._conditions()
+        letter_words, mark_words = self.conditions.fired_atoms.size, self.conditions.required.size
+        self.edges = edge_tables(self.automaton, self.layout, letter_words, mark_words)
 
     def _conditions(self) -> Conditions:
         transitions = len(self.net.transitions)
-        linear = [(i, c) for i, c in enumerate(self.atom_conditions) if isinstance(c, Linear)]
+        bits, programs = _bits_of(self.atom_conditions)
+        linear = [(i, c) for i, c in enumerate(bits) if isinstance(c, Linear)]
         pointer = np.cumsum([0, *(len(c.factors) for _, c in linear)])
         places = [p for _, c in linear for p in c.factors]
         fields = [self.layout.fields[p] for p in places]
         masks = [(1 << self.layout.bits[p]) - 1 for p in places]
-        enabled_bits = np.zeros(transitions + 1, dtype=np.int64)
-        fired_bits = np.zeros(transitions + 1, dtype=np.int64)
-        deadlock_bit = fired_atoms = 0
-        for i, condition in enumerate(self.atom_conditions):
+        words = max(1, -(-len(bits) // BITS))
+        enabled_bits = np.zeros((transitions + 1, words), dtype=np.int64)
+        fired_bits = np.zeros((transitions + 1, words), dtype=np.int64)
+        deadlock_bits = np.zeros(words, dtype=np.int64)
+        fired_atoms = np.zeros(words, dtype=np.int64)
+        for i, condition in enumerate(bits):
+            word, bit = i // BITS, 1 << (i % BITS)
             match condition:
                 case SomeEnabled(chosen):
-                    enabled_bits[list(chosen)] |= 1 << i
+                    enabled_bits[list(chosen), word] |= bit
                 case SomeFired(chosen):
-                    fired_bits[list(chosen)] |= 1 << i
-                    fired_atoms |= 1 << i
+                    fired_bits[list(chosen), word] |= bit
+                    fired_atoms[word] |= bit
                 case NoneEnabled():
-                    deadlock_bit |= 1 << i
+                    deadlock_bits[word] |= bit
         marks = self.automaton.marks
         total = marks + len(self.weak) + len(self.strong)
         weak_marks = _mark_rows(self.weak, marks, total, transitions)
@@ -210,7 +217,7 @@ class Product:
         all_weak = np.bitwise_or.reduce(weak_marks, axis=0)
         required = all_weak.copy()
         for mark in range(marks):
-            required[mark // MARK_BITS] |= 1 << (mark % MARK_BITS)
+            required[mark // BITS] |= 1 << (mark % BITS)
         return Conditions(
             ints(pointer),
             ints(word for word, _ in fields),
@@ -219,11 +226,15 @@ class Product:
             ints(k for _, c in linear for k in c.factors.values()),
             ints(OPERATOR_CODES[c.operator] for _, c in linear),
             ints(c.bound for _, c in linear),
-            ints(1 << i for i, _ in linear),
+            ints(i for i, _ in linear),
+            int(enabled_bits.any()),
             enabled_bits,
             fired_bits,
-            deadlock_bit,
+            deadlock_bits,
             fired_atoms,
+            ints(np.cumsum([0, *map(len, programs.values())])),
+            ints(code for program in programs.values() for code in program),
+            ints(programs),
             weak_marks,
             strong_marks,
             all_weak,
@@ -231,13 +242,30 @@ class Product:
         )
 
 
+def _bits_of(
+    conditions: Sequence[Condition | Combined],
+) -> tuple[list[Condition | Combined], dict[int, list[int]]]:
+    """Return what each bit of a letter means, and programs over bits by the bit of each combination.
+
+    The automaton's atoms come first, then what combinations are made of, in which there are no others.
+    """
+    bits = list(conditions)
+    programs: dict[int, list[int]] = {}
+    for bit, condition in enumerate(conditions):
+        if isinstance(condition, Combined):
+            first = len(bits)
+            bits += condition.parts
+            programs[bit] = [code if code < 0 else first + code for code in condition.program]
+    return bits, programs
+
+
 def _mark_rows(
     fair: Sequence[int], first: int, total: int, transitions: int
 ) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
-    rows = np.zeros((transitions + 1, max(1, -(-total // MARK_BITS))), dtype=np.int64)
+    rows = np.zeros((transitions + 1, max(1, -(-total // BITS))), dtype=np.int64)
     for i, t in enumerate(fair):
         mark = first + i
-        rows[t, mark // MARK_BITS] |= 1 << (mark % MARK_BITS)
+        rows[t, mark // BITS] |= 1 << (mark % BITS)
     return rows
 
 

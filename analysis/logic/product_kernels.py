@@ -14,6 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from dineros.analysis.logic.atoms import Combined
+
 Int32Array = NDArray[np.int32]
 Int64Array = NDArray[np.int64]
 Words = NDArray[np.uint64]
@@ -55,7 +57,10 @@ class NetTables(NamedTuple):
 
 
 class Conditions(NamedTuple):
-    """Atoms and fairness; marks are bits in words of 62. The last row by transition is a deadlock's."""
+    """Atoms and fairness; both are bits in words of 62. The last row by transition is a deadlock's.
+
+    Combinations are in CSR form: numbers of bits, and negative codes of operations (`atoms.Combined`).
+    """
 
     linear_pointer: Int64Array
     linear_word: Int64Array
@@ -65,10 +70,14 @@ class Conditions(NamedTuple):
     linear_operator: Int64Array
     linear_bound: Int64Array
     linear_bit: Int64Array
+    asks_enabled: int
     enabled_bits: Int64Array
     fired_bits: Int64Array
-    deadlock_bit: int
-    fired_atoms: int
+    deadlock_bits: Int64Array
+    fired_atoms: Int64Array
+    combined_pointer: Int64Array
+    combined_code: Int64Array
+    combined_bit: Int64Array
     weak_marks: Int64Array
     strong_marks: Int64Array
     all_weak: Int64Array
@@ -76,7 +85,10 @@ class Conditions(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """The automaton's edges in CSR form, and where its state stands in the words."""
+    """The automaton's edges in CSR form, and where its state stands in the words.
+
+    `positive` and `negative` have the words of a letter, `marks` those of the marks, by edge.
+    """
 
     pointer: Int64Array
     positive: Int64Array
@@ -104,6 +116,8 @@ class Scratch(NamedTuple):
 
     enabled: Int64Array
     candidates: Int64Array
+    letter: Int64Array
+    stack: Int64Array
     weak_seen: Int64Array
     strong_seen: Int64Array
     successor: Words
@@ -116,6 +130,11 @@ class Scratch(NamedTuple):
 #: states may be added (no argument of `expand`: Numba would compile it for each value).
 STATES, OVERFLOW_TRANSITION, OVERFLOW_STATE, MAY_ADD = range(4)
 FIELD_OVERFLOW = -1
+
+#: Bits of a word of a letter, or of marks.
+BITS = 62
+#: Operations of combinations.
+NOT, AND, OR, TRUE, FALSE = Combined.NOT, Combined.AND, Combined.OR, Combined.TRUE, Combined.FALSE
 
 #: Multiplied by a power of two, its highest six bits tell which one (Leiserson, Prokop, Randall, 1998).
 DE_BRUIJN = 0x03F79D71B4CB0A89
@@ -228,9 +247,11 @@ def find_enabled(net, vector, enabled):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def linear_letter(conditions, vector):  # type: ignore[no-untyped-def]
-    """Bits of the linear atoms that are true in a state."""
-    letter = 0
+def read_letter(conditions, scratch, vector, count):  # type: ignore[no-untyped-def]
+    """Write the bits of the atoms that are true in a state whose `count` enabled transitions are listed."""
+    letter = scratch.letter
+    for w in range(letter.size):
+        letter[w] = conditions.deadlock_bits[w] if count == 0 else 0
     for a in range(conditions.linear_bit.size):
         total = 0
         for k in range(conditions.linear_pointer[a], conditions.linear_pointer[a + 1]):
@@ -247,8 +268,43 @@ def linear_letter(conditions, vector):  # type: ignore[no-untyped-def]
             or (kind == 4 and total < bound)
             or (kind == 5 and total > bound)
         ):
-            letter |= conditions.linear_bit[a]
-    return letter
+            bit = conditions.linear_bit[a]
+            letter[bit // BITS] |= 1 << (bit % BITS)
+    if conditions.asks_enabled != 0:
+        for i in range(count):
+            for w in range(letter.size):
+                letter[w] |= conditions.enabled_bits[scratch.enabled[i], w]
+    for c in range(conditions.combined_bit.size):
+        if combination(conditions, scratch, c) != 0:
+            bit = conditions.combined_bit[c]
+            letter[bit // BITS] |= 1 << (bit % BITS)
+
+
+@njit(cache=True)
+def combination(conditions, scratch, c):  # type: ignore[no-untyped-def]
+    """Evaluate a boolean combination of bits that are known."""
+    stack = scratch.stack
+    top = 0
+    for k in range(conditions.combined_pointer[c], conditions.combined_pointer[c + 1]):
+        code = conditions.combined_code[k]
+        if code >= 0:
+            stack[top] = (scratch.letter[code // BITS] >> (code % BITS)) & 1
+            top += 1
+        elif code == NOT:
+            stack[top - 1] = 1 - stack[top - 1]
+        elif code <= TRUE:
+            stack[top] = 1 if code == TRUE else 0
+            top += 1
+        else:
+            top -= 1
+            left, right = stack[top - 1], stack[top]
+            if code == AND:
+                stack[top - 1] = left & right
+            elif code == OR:
+                stack[top - 1] = left | right
+            else:
+                stack[top - 1] = 1 if left == right else 0
+    return stack[0]
 
 
 @njit(cache=True)
@@ -276,23 +332,24 @@ def expand(  # type: ignore[no-untyped-def]
     vector = store.words[state]
     transitions = net.pre_pointer.size - 1
     count = find_enabled(net, vector, scratch.enabled)
-    letter = linear_letter(conditions, vector)
+    read_letter(conditions, scratch, vector, count)
+    letter = scratch.letter
     for m in range(scratch.weak_seen.size):
         scratch.weak_seen[m] = conditions.all_weak[m]
         scratch.strong_seen[m] = 0
     for i in range(count):
         t = scratch.enabled[i]
-        letter |= conditions.enabled_bits[t]
         for m in range(scratch.weak_seen.size):
             scratch.weak_seen[m] &= ~conditions.weak_marks[t, m]
             scratch.strong_seen[m] |= conditions.strong_marks[t, m]
-    if count == 0:
-        letter |= conditions.deadlock_bit
     q = np.int64(vector[edges.state_word] >> np.uint64(edges.state_shift))
     possible = 0
     for e in range(edges.pointer[q], edges.pointer[q + 1]):
-        positive = edges.positive[e] & ~conditions.fired_atoms
-        if letter & positive == positive and letter & edges.negative[e] == 0:
+        wrong = 0
+        for w in range(letter.size):
+            wrong |= edges.positive[e, w] & ~conditions.fired_atoms[w] & ~letter[w]
+            wrong |= edges.negative[e, w] & letter[w]
+        if wrong == 0:
             scratch.candidates[possible] = e
             possible += 1
     if possible == 0:
@@ -303,14 +360,20 @@ def expand(  # type: ignore[no-untyped-def]
     end = top
     for j in range(possible):
         e = scratch.candidates[j]
-        positive = edges.positive[e] & conditions.fired_atoms
-        negative = edges.negative[e] & conditions.fired_atoms
         moved = np.uint64(edges.target[e] - q) << np.uint64(edges.state_shift)
         base = here + moved * net.multipliers[edges.state_word]
+        asked = 0
+        for w in range(letter.size):
+            asked |= (edges.positive[e, w] | edges.negative[e, w]) & conditions.fired_atoms[w]
         for i in range(steps):
             t = scratch.enabled[i] if count > 0 else transitions
-            fired = conditions.fired_bits[t]
-            if fired & positive == positive and fired & negative == 0:
+            wrong = 0
+            if asked != 0:
+                for w in range(letter.size):
+                    fired = conditions.fired_bits[t, w]
+                    wrong |= edges.positive[e, w] & conditions.fired_atoms[w] & ~fired
+                    wrong |= edges.negative[e, w] & fired
+            if wrong == 0:
                 scratch.hashes[end - top] = base + net.hash_change[t]
                 labels[end] = t * width + e
                 end += 1

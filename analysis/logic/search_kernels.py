@@ -78,8 +78,7 @@ def close_cycle(search, conditions, edges, number, label):  # type: ignore[no-un
     control[ROOTS] = root + 1
     for m in range(conditions.required.size):
         marks = conditions.weak_marks[t, m] | conditions.strong_marks[t, m]
-        if m == 0:
-            marks |= edges.marks[e]
+        marks |= edges.marks[e, m]
         search.root_marks[root, m] |= marks
     return is_accepting(search, root, conditions.required)
 
@@ -162,8 +161,7 @@ def explore(net, conditions, edges, store, scratch, search, visits):  # type: ig
             if label >= 0:
                 t, e = label // width, label % width
                 search.root_arc[root, m] = conditions.weak_marks[t, m] | conditions.strong_marks[t, m]
-                if m == 0:
-                    search.root_arc[root, m] |= edges.marks[e]
+                search.root_arc[root, m] |= edges.marks[e, m]
         control[ROOTS] = root + 1
         search.frame_state[frames] = state
         search.frame_pool[frames] = top - 1

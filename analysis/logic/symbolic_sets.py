@@ -159,6 +159,14 @@ class SymbolicSets:
         self._check(path, found, [step.marking for step in (*first, *again)])
         return stem, loop
 
+    def way_to(self, goal: int) -> tuple[int, ...]:
+        """Return transitions that lead from the initial marking into a set of reachable markings."""
+        near = self._pinned(self.sets.closure(goal, self.everything, backwards=True))
+        route = self._way(tuple(self.space.net.initial.tolist()), self.everything, goal, near)
+        if not self.contains(goal, self._after(tuple(self.space.net.initial.tolist()), route)):
+            raise ReplayError("a way does not lead to its goal")
+        return route
+
     def _check(self, path: Formula, found: Mapping[Formula, int], markings: list[Marking]) -> None:
         match path:
             case Next(operand):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from dineros.analysis.compiled import ArcTable, CompiledNet
 from dineros.analysis.logic.automaton import Automaton
 from dineros.analysis.logic.packing import Layout, Words
-from dineros.analysis.logic.product_kernels import DE_BRUIJN, Edges, NetTables, Triggers
+from dineros.analysis.logic.product_kernels import BITS, DE_BRUIJN, Edges, NetTables, Triggers
 
 Int64Array = NDArray[np.int64]
+Matrix = np.ndarray[tuple[int, int], np.dtype[np.int64]]
 Pairs = list[tuple[int, int]]
 
 
@@ -99,7 +100,14 @@ def _columns(
     )
 
 
-def edge_tables(automaton: Automaton, layout: Layout) -> Edges:
+def bit_words(values: Sequence[int], words: int) -> Matrix:
+    """Return sets of bits as rows of words of `BITS` bits each."""
+    low = (1 << BITS) - 1
+    rows = [[value >> (BITS * word) & low for word in range(words)] for value in values]
+    return np.array(rows, dtype=np.int64).reshape(len(rows), words)
+
+
+def edge_tables(automaton: Automaton, layout: Layout, letter_words: int, mark_words: int) -> Edges:
     """Edges sorted so that those towards components where acceptance is decided are tried first."""
     depth = {state: number for number, component in enumerate(automaton.components()) for state in component}
     rows = [sorted(edges, key=lambda edge: -depth[edge.target]) for edges in automaton.edges]
@@ -107,9 +115,9 @@ def edge_tables(automaton: Automaton, layout: Layout) -> Edges:
     word, shift = layout.fields[-1]
     return Edges(
         ints(np.cumsum([0, *map(len, rows)])),
-        ints(edge.positive for edge in flat),
-        ints(edge.negative for edge in flat),
-        ints(edge.marks for edge in flat),
+        bit_words([edge.positive for edge in flat], letter_words),
+        bit_words([edge.negative for edge in flat], letter_words),
+        bit_words([edge.marks for edge in flat], mark_words),
         ints(edge.target for edge in flat),
         word,
         shift,

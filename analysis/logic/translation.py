@@ -35,9 +35,6 @@ from dineros.analysis.logic.syntax import (
     Until,
 )
 
-MAX_ATOMS = 60
-"""Most atoms of a formula: letters are 64-bit words."""
-
 MAX_EDGES = 200_000
 """Most edges of an automaton before it is reduced."""
 
@@ -48,7 +45,7 @@ def translate(formula: Formula) -> Automaton:
     Raises
     ------
     FormulaError
-        If the formula has more than `MAX_ATOMS` atoms or its automaton more than `MAX_EDGES` edges.
+        If its automaton has more than `MAX_EDGES` edges.
     """
     return reduced(_Translation(simplified(formula)).automaton())
 
@@ -75,8 +72,6 @@ class _Translation:
         self.formula = formula
         parts = formula.subformulas()
         self.atoms = tuple(p for p in parts if isinstance(p, Atom) and not isinstance(p, Constant))
-        if len(self.atoms) > MAX_ATOMS:
-            raise FormulaError(f"the formula has {len(self.atoms)} different atoms, more than {MAX_ATOMS}")
         self.bit = {atom: 1 << i for i, atom in enumerate(self.atoms)}
         self.untils = [part for part in parts if isinstance(part, Until | Finally)]
         self.known: dict[Formula, list[_Move]] = {}

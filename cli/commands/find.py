@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     "--timeout",
     type=click.FloatRange(min=0, min_open=True),
     metavar="SECONDS",
-    help="Give up after so long; with --engine tina.",
+    help="Give up after so long.",
 )
 @question_options
 def find(
@@ -75,8 +75,6 @@ def find(
 
     if (enabled is None) == (marking is None):
         raise click.UsageError("give either --enabled or --marking")
-    if timeout is not None and engine != "tina":
-        raise click.UsageError("--timeout goes with --engine tina")
     subject = load_subject(model, settings, signals, overflow)
     budget = memory_budget(memory)
     with exploring() as progress, reading_formula("--marking" if enabled is None else "--enabled"):
@@ -90,10 +88,10 @@ def find(
                 assert marking is not None
                 answer = tina.find_marking(subject.net, marking, subject.names, *limits)
         elif enabled is not None:
-            answer = find_enabled(subject.net, enabled, subject.names, budget, progress, order)
+            answer = find_enabled(subject.net, enabled, subject.names, budget, progress, order, timeout)
         else:
             assert marking is not None
-            answer = find_marking(subject.net, marking, subject.names, budget, progress, order)
+            answer = find_marking(subject.net, marking, subject.names, budget, progress, order, timeout)
     witness = witness_of(subject, answer.trace) if answer.trace is not None else None
     report = {
         "model": str(model),

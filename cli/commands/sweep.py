@@ -140,7 +140,14 @@ def sweep(
     axes = tuple(Axis.parse(text) for text in vary)
     net = load_valid(model, settings)
     figures = output if output.suffix.lower() in _FIGURES else None
-    output = output.with_suffix(".csv") if figures else output
+    if figures is not None:
+        output = figures.with_suffix(".csv")
+        if output.exists() and not figures.exists():
+            raise DinerosError(
+                f"is there already, and the table of {figures.name} would overwrite it",
+                location=Location(output),
+                hint="name the figures otherwise, or move it away",
+            )
     with _progress() as progress:
         try:
             outcome = run_sweep(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dineros.cli.console import say, say_json, summarise
+from dineros.cli.console import say, say_json, summarise, warn
 from dineros.cli.models import load, violations_of
 from dineros.cli.options import command, json_option, model_argument, settings_option
 
@@ -41,7 +41,15 @@ def validate(
         return _list(as_json)
     if model is None:
         raise click.MissingParameter(param_hint="'MODEL'", param_type="argument")
-    violations = violations_of(load(model, settings))
+    from dineros.metamodel.errors import CollectedModelFileError
+
+    try:
+        net = load(model, settings)
+    except CollectedModelFileError as found:
+        for error in found.errors:
+            warn(str(error))
+        return 2
+    violations = violations_of(net)
     errors = sum(violation.severity == "error" for violation in violations)
     warnings = len(violations) - errors
     if as_json:

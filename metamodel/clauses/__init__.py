@@ -25,7 +25,7 @@ from dineros.metamodel.clauses.expressions import (
 )
 from dineros.metamodel.clauses.normal_form import MAX_DISJUNCTIONS, NormalForm, SignalLiteral, to_cnf
 from dineros.metamodel.clauses.parser import MAX_DEPTH, MAX_LENGTH, parse, signal_names
-from dineros.metamodel.clauses.stored import cnf_text, evaluate, remove_clause, set_clause
+from dineros.metamodel.clauses.stored import cnf_text, complete_clause, evaluate, remove_clause, set_clause
 
 __all__ = [
     "MAX_DEPTH",
@@ -42,6 +42,7 @@ __all__ = [
     "Signal",
     "SignalLiteral",
     "cnf_text",
+    "complete_clause",
     "evaluate",
     "parse",
     "remove_clause",

@@ -24,6 +24,26 @@ def set_clause(transition: sym.Transition, text: str, name: str | None = None) -
     ClauseError
         The text is no expression, uses a signal that the node net does not have, or is too large.
     """
+    disjunctions = _normal_form(transition, text)
+    remove_clause(transition)
+    clause = sym.InputClause(name=name, text=text, disjunctions=disjunctions)
+    transition.clause = clause
+    return clause
+
+
+def complete_clause(clause: sym.InputClause) -> None:
+    """Store the conjunctive normal form of a clause that has its text alone, as people write it by hand.
+
+    Raises
+    ------
+    ClauseError
+        As for `set_clause`.
+    """
+    assert clause.transition is not None, "a clause stands on its transition"
+    clause.disjunctions.extend(_normal_form(clause.transition, clause.text or ""))
+
+
+def _normal_form(transition: sym.Transition, text: str) -> list[sym.Disjunction]:
     try:
         signals = _signals(transition)
         for used in signal_names(text):
@@ -34,8 +54,7 @@ def set_clause(transition: sym.Transition, text: str, name: str | None = None) -
         error.element = transition.id
         error.location = error.location or location_of(transition)
         raise
-    remove_clause(transition)
-    disjunctions = [
+    return [
         sym.Disjunction(
             literals=[
                 sym.Literal(signal=signals[literal.signal], negated=literal.negated) for literal in literals
@@ -43,9 +62,6 @@ def set_clause(transition: sym.Transition, text: str, name: str | None = None) -
         )
         for literals in form
     ]
-    clause = sym.InputClause(name=name, text=text, disjunctions=disjunctions)
-    transition.clause = clause
-    return clause
 
 
 def remove_clause(transition: sym.Transition) -> None:

@@ -112,6 +112,18 @@ def callback_group_of_node_net(page: sym.CallbackPage, index: Index) -> Outcome:
 
 
 @constraint(
+    "{it} is in {found}, which has no effect",
+    fix="do not count on it: a node runs one callback after another, and the analysis lets all interleave",
+    severity="warning",
+    guard=lambda page, index: page.group is not None and page.group.eContainer() is index.node_net_of(page),
+)
+def callback_group_has_effect(page: sym.CallbackPage, index: Index) -> Outcome:
+    """Callback groups are read and written, but neither the rules nor the runtime heed them."""
+    assert page.group is not None
+    return describe(page.group)
+
+
+@constraint(
     "{it} is called by a timer with {found}",
     fix="set timer to a period above 0",
     guard=lambda page, index: page.kind == sym.CallbackKind.timer,

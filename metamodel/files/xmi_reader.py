@@ -9,7 +9,13 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from dineros.metamodel.base import EObject
-from dineros.metamodel.errors import Location, ModelFileError, near_matches
+from dineros.metamodel.errors import (
+    ClauseError,
+    CollectedModelFileError,
+    Location,
+    ModelFileError,
+    near_matches,
+)
 from dineros.metamodel.files.positions import file_of, location_of, real_path
 from dineros.metamodel.files.schema import Kind, class_of, describe, identity, shortened
 from dineros.metamodel.files.xmi_tree import Document, Reference, TreeReader
@@ -38,7 +44,7 @@ class XmiReader:
         Raises
         ------
         ModelFileError
-            See `read_xmi`.
+            See `read_xmi`. `CollectedModelFileError` where more than one thing is wrong.
         """
         document = Document(path)
         self._documents[real_path(path)] = document
@@ -46,11 +52,26 @@ class XmiReader:
         while self._waiting:
             self._read(self._waiting.pop(0))
         for reference in self._references:
-            self._join(reference)
+            try:
+                self._join(reference)
+            except ModelFileError as error:
+                reference.document.errors.append(error)
+                reference.document.unread.add((reference.source, reference.feature.name))
         for known in self._documents.values():
             _check_required(known)
+            _complete_clauses(known)
+        self._raise_errors()
         assert document.root is not None
         return document.root
+
+    def _raise_errors(self) -> None:
+        errors = [
+            error
+            for document in self._documents.values()
+            for error in sorted(document.errors, key=lambda e: e.location.line or 0 if e.location else 0)
+        ]
+        if errors:
+            raise errors[0] if len(errors) == 1 else CollectedModelFileError(errors)
 
     def _read(self, document: Document) -> None:
         if document.path.suffix.lower() in (".pnml", ".net"):
@@ -87,6 +108,9 @@ class XmiReader:
         document = self._documents[reference.file] if reference.file else reference.document
         target = _find(document, name)
         if target is None:
+            if document.unread_ids and (name in document.unread_ids or name.startswith("/")):
+                reference.document.unread.add((source, feature.name))
+                return  # it stands in a part that is said to be wrong
             raise _dangling(reference, document)
         if not isinstance(target, feature.type):
             kind = feature.type.__name__
@@ -145,12 +169,38 @@ def _check_required(document: Document) -> None:
     for element in document.made:
         for feature in class_of(element).required:
             value = getattr(element, feature.name)
+            if (element, feature.name) in document.unread:
+                continue
             if value is None or (feature.many and not len(value)):
-                raise ModelFileError(
-                    f"{describe(element)} has no {feature.name}",
-                    location=location_of(element),
-                    element=identity(element),
-                    hint="it must have one",
+                document.errors.append(
+                    ModelFileError(
+                        f"{describe(element)} has no {feature.name}",
+                        location=location_of(element),
+                        element=identity(element),
+                        hint="it must have one",
+                    )
+                )
+
+
+def _complete_clauses(document: Document) -> None:
+    """Give clauses that are written as text alone their normal form."""
+    from dineros.metamodel import sym
+    from dineros.metamodel.clauses import complete_clause
+
+    for element in document.made:
+        if isinstance(element, sym.InputClause) and element.text and not len(element.disjunctions):
+            if document.errors and (element, "disjunctions") in document.unread:
+                continue
+            try:
+                complete_clause(element)
+            except ClauseError as error:
+                document.errors.append(
+                    ModelFileError(
+                        f"clause of {error.element}: {error.message}",
+                        location=location_of(element),
+                        element=error.element,
+                        hint=error.hint,
+                    )
                 )
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -43,6 +44,10 @@ class Document:
     ids: dict[str, EObject] = field(default_factory=dict)
     xmi_ids: dict[str, EObject] = field(default_factory=dict)
     made: list[EObject] = field(default_factory=list)
+    errors: list[ModelFileError] = field(default_factory=list)
+    #: What could not be read: ids in it, and features that have no value for that reason.
+    unread_ids: set[str] = field(default_factory=set)
+    unread: set[tuple[EObject, str]] = field(default_factory=set)
 
 
 @dataclass(slots=True)
@@ -84,12 +89,12 @@ class TreeReader:
         self._families: list[tuple[EObject, Feature, list[EObject]]] = []
 
     def read(self) -> None:
-        """Make all objects.
+        """Make all objects; what is wrong with a part is noted in the document, and the part is left out.
 
         Raises
         ------
         ModelFileError
-            See `read_xmi`.
+            There is no root to begin with.
         """
         tree = parse(self._document.path)
         self._collect_prefixes(tree)
@@ -146,35 +151,63 @@ class TreeReader:
                 self._other_attribute(node, element, information, name, text)
                 continue
             given.add(name)
-            if feature.kind is Kind.ATTRIBUTE:
-                self._set(node, element, feature, text)
-            else:
-                self._refer(node, element, feature, text)
-        self._refuse_text(node, node.text, element)
+            with self._noting(element, name):
+                if feature.kind is Kind.ATTRIBUTE:
+                    self._set(node, element, feature, text)
+                else:
+                    self._refer(node, element, feature, text)
+        with self._noting():
+            self._refuse_text(node, node.text, element)
         children: list[tuple[etree._Element, EObject, ModelClass]] = []
         families: dict[str, list[EObject]] = {}
         for child in node:
-            self._refuse_text(child, child.tail, element)
-            feature = information.features.get(child.tag)
-            if feature is None or feature.kind is Kind.NOT_STORED:
-                raise self._unknown(child, information, child.tag)
-            if not feature.many and feature.name in given:
-                raise self._error(
-                    child, f"{feature.name} of {describe(element)} is given twice, but there is only one"
-                )
-            given.add(feature.name)
-            if child.get(_NIL) == "true":
-                continue
-            if feature.kind is not Kind.CONTAINMENT:
-                self._child_value(child, element, feature)
-                continue
-            kind = self._class_of_child(child, element, feature)
-            made = self._make(child, kind)
-            families.setdefault(feature.name, []).append(made)
-            children.append((child, made, kind))
+            with self._noting():
+                self._refuse_text(child, child.tail, element)
+            with self._noting(element, child.tag, child):
+                kind = self._read_child(child, element, information, given)
+                if kind is not None:
+                    made = self._make(child, kind)
+                    families.setdefault(child.tag, []).append(made)
+                    children.append((child, made, kind))
         for name, members in families.items():
             self._families.append((element, information.features[name], members))
         return children
+
+    def _read_child(
+        self, child: etree._Element, element: EObject, information: ModelClass, given: set[str]
+    ) -> ModelClass | None:
+        """Return the class of a contained object; None where the child was a value and is read."""
+        feature = information.features.get(child.tag)
+        if feature is None or feature.kind is Kind.NOT_STORED:
+            raise self._unknown(child, information, child.tag)
+        if not feature.many and feature.name in given:
+            raise self._error(
+                child, f"{feature.name} of {describe(element)} is given twice, but there is only one"
+            )
+        given.add(feature.name)
+        if child.get(_NIL) == "true":
+            return None
+        if feature.kind is not Kind.CONTAINMENT:
+            self._child_value(child, element, feature)
+            return None
+        return self._class_of_child(child, element, feature)
+
+    @contextmanager
+    def _noting(
+        self, element: EObject | None = None, name: str = "", part: etree._Element | None = None
+    ) -> Iterator[None]:
+        """Note an error, and what is left out for it: the named feature of an element, a part of the tree."""
+        try:
+            yield
+        except ModelFileError as error:
+            document = self._document
+            document.errors.append(error)
+            if element is not None:
+                document.unread.add((element, name))
+            if part is not None:
+                document.unread_ids.update(
+                    value for inner in part.iter() for value in (inner.get("id"), inner.get(_XMI_ID)) if value
+                )
 
     def _join_families(self) -> None:
         """Put children into their parents, innermost first: pyecore asks all containers at every change."""
@@ -187,10 +220,11 @@ class TreeReader:
     def _other_attribute(
         self, node: etree._Element, element: EObject, information: ModelClass, name: str, text: str
     ) -> None:
-        if name == _XMI_ID:
-            self._register(node, element, text, self._document.xmi_ids)
-        elif name not in _QUIET:
-            raise self._unknown(node, information, name)
+        with self._noting():
+            if name == _XMI_ID:
+                self._register(node, element, text, self._document.xmi_ids)
+            elif name not in _QUIET:
+                raise self._unknown(node, information, name)
 
     def _child_value(self, child: etree._Element, element: EObject, feature: Feature) -> None:
         """Read an attribute or a reference that stands as an element of its own."""

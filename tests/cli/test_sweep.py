@@ -93,6 +93,23 @@ def test_json_and_a_plain_net(run: Run, cycle: Path, tmp_path: Path) -> None:
     }
 
 
+def test_figures_overwrite_no_table_of_somebody_else(run: Run, cycle: Path, tmp_path: Path) -> None:
+    table, figures = tmp_path / "out.csv", tmp_path / "out.svg"
+    table.write_text("precious\n")
+    arguments = ("sweep", cycle, "--vary", "p.tokens=0..1", "-o", figures)
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert result.stderr == (
+        f"{table}: is there already, and the table of out.svg would overwrite it "
+        "(name the figures otherwise, or move it away)\n"
+    )
+    assert table.read_text() == "precious\n"
+    table.unlink()
+    assert run(*arguments).exit_code == 0
+    assert run(*arguments).exit_code == 0  # its own table is written anew
+    assert len(rows(table)) == 2
+
+
 def test_points_that_stay_unknown_give_exit_status_3(run: Run, tmp_path: Path) -> None:
     model, output = tmp_path / "sorting.sym.xmi", tmp_path / "out.csv"
     save(build(), model)

@@ -103,7 +103,6 @@ class TestFind:
     @pytest.mark.parametrize(
         ("arguments", "says"),
         [
-            (["--marking", "a >= 2", "--timeout", "1"], "--timeout goes with --engine tina"),
             (["--marking", "nix >= 2", *TINA], "--marking, column 1: no place is named 'nix'"),
             (["--enabled", "nix", *TINA], "--enabled: no transition is named 'nix'"),
             (

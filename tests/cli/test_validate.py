@@ -21,6 +21,19 @@ def test_a_valid_model(run: Run, model: Path) -> None:
     assert (result.exit_code, result.stdout, result.stderr) == (0, f"{model}: valid\n", "")
 
 
+def test_all_that_is_wrong_with_a_file(run: Run, broken: Path) -> None:
+    """Where a file holds no model for several reasons, all are said, one line each; elsewhere the first."""
+    wrong = broken.with_name("wrong.sym.xmi")
+    wrong.write_text(broken.read_text().replace(" tokens=", " token=").replace(" limit=", " limits="))
+    result = run("validate", wrong)
+    assert (result.exit_code, result.stdout) == (2, "")
+    said = result.stderr.splitlines()
+    assert len(said) > 1
+    assert all(line.startswith(f"{wrong}:") and "has no feature" in line for line in said)
+    (line,) = run("flatten", wrong, "-o", wrong.with_suffix(".pnml")).stderr.splitlines()
+    assert f"; and {len(said) - 1} more error" in line
+
+
 def test_quiet_prints_violations_only(run: Run, model: Path, broken: Path) -> None:
     assert run("validate", model, "-q").stdout == ""
     assert run("validate", broken, "-q").stdout.count("\n") == 1

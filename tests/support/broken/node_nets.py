@@ -122,6 +122,15 @@ def foreign_group(small: Small) -> None:
 
 
 @CASES.breaks(
+    "callback-group-has-effect",
+    "callback page 'clock' is in callback group 'group', which has no effect",
+    "do not count on it: a node runs one callback after another, and the analysis lets all interleave",
+)
+def own_group(small: Small) -> None:
+    small["clock"].group = small["group"]
+
+
+@CASES.breaks(
     "timer-positive",
     "callback page 'clock' is called by a timer with no period",
     "set timer to a period above 0",

@@ -94,7 +94,7 @@ def _talker(model: sym.SystemModel) -> None:
     flow(answer, done, idle)
     inhibit(reference, talk)
     set_clause(talk, "Ready -> !Danger")
-    clock = sym.CallbackPage(id="clock", kind="timer", timer=0.5, group=net.callbackGroups[0], page=net)
+    clock = sym.CallbackPage(id="clock", kind="timer", timer=0.5, page=net)
     sym.Place(id="Tick", page=clock)
 
 
