@@ -18,6 +18,7 @@ from dineros.metamodel.constraints import (
     node_nets,
     ports,
     results,
+    sizes,
     services,
     tokens,
     topics,
@@ -36,7 +37,7 @@ def _of(*families: ModuleType) -> tuple[Constraint, ...]:
 
 
 _BOUNDS = _of(bounds)
-_OTHERS = _of(names, nets, node_nets, topics, services, ports, clauses, tokens, results)
+_OTHERS = _of(names, nets, node_nets, topics, services, ports, clauses, tokens, results, sizes)
 
 CONSTRAINTS = (*_BOUNDS, *_OTHERS)
 """All constraints, by family."""
