@@ -95,9 +95,7 @@ class Encoding:
         return answers
 
 
-def encode(
-    net: CompiledNet, caps: Sequence[int | None] | None = None, memory: int | None = None
-) -> Encoding:
+def encode(net: CompiledNet, caps: Sequence[int | None] | None = None, memory: int | None = None) -> Encoding:
     """Choose levels for a net and write its events over them.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Memory: what is free on this machine, in this container, within limits of this process, and what it takes."""
+"""Memory: what is free (of the machine, a container, limits of the process), and what this process has taken."""
 
 from __future__ import annotations
 

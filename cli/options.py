@@ -38,17 +38,17 @@ class ExampleCommand(click.Command):
         self.examples = tuple(examples)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run it; where the system gives no memory, say so: a command with a budget then answers "unknown"."""
+        """Run it; where the system gives no memory, a command with a budget answers "unknown"."""
         try:
             return super().invoke(ctx)
-        except MemoryError:
+        except MemoryError as error:
             from dineros.metamodel.errors import BudgetError, DinerosError
 
             has_budget = any(param.name == "memory" for param in self.params)
             raise (BudgetError if has_budget else DinerosError)(
                 "memory ran out: the system gives this process no more",
                 hint="make the model smaller, or see 'ulimit -a'",
-            ) from None
+            ) from error
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the examples, one command line each."""
@@ -147,7 +147,7 @@ def rules_option(help: str) -> Callable[[F], F]:
 def standard_options() -> list[click.Option]:
     """Return the options of every command.
 
-    `invocation` tells what `-q`, `-v` and `--debug` said; `--limit` holds for the process and those it starts.
+    `invocation` tells what `-q`, `-v` and `--debug` said; `--limit` holds for processes that are started, too.
     """
     limit = click.Option(
         ["--limit"],

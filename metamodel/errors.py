@@ -61,7 +61,7 @@ class DinerosError(Exception):
 
 
 class BudgetError(DinerosError):
-    """A budget of memory was hit before there was an answer: neither wrong use nor bad input (exit status 3)."""
+    """Memory ran out before there was an answer: neither wrong use nor bad input (exit status 3)."""
 
 
 class ModelFileError(DinerosError):

@@ -26,29 +26,32 @@ class Limit:
 
     Attributes
     ----------
-    usual : int
-        Up to here nothing is said.
+    counts : str
+        What the number is a number of, for messages.
+    usual : int or None
+        Up to here nothing is said; None where there is no warning, as the number stands in no model.
     most : int
         Larger numbers are refused, unless the user raises the limit.
     says : str
-        What is counted.
+        Where it holds.
     """
 
-    usual: int
+    counts: str
+    usual: int | None
     most: int
     says: str
 
 
 LIMITS = {
-    "instances": Limit(100, 1_000, "server instances of a service"),
-    "tokens": Limit(1_000, 100_000, "tokens at the start: of a place, and of a running node net"),
-    "length": Limit(10_000, 1_000_000, "elements of a token field that is a list of fixed length"),
-    "values": Limit(1_000_000, 10_000_000, "values that the tokens of a running node net carry at the start"),
-    "weight": Limit(1_000, 100_000, "weight of an arc that moves tokens"),
-    "queue": Limit(10_000, 1_000_000, "capacity of a topic's queue"),
-    "threads": Limit(64, 1_000, "threads of a node net"),
-    "elements": Limit(50_000, 200_000, "elements that the rules make, or a running node net has"),
-    "points": Limit(10_000, 100_000, "points of a sweep"),
+    "instances": Limit("instances", 100, 1_000, "server instances of a service"),
+    "tokens": Limit("tokens", 1_000, 100_000, "tokens at the start, of a place and of a running node net"),
+    "length": Limit("elements", 10_000, 1_000_000, "a token field that is a list of fixed length"),
+    "values": Limit("values", None, 10_000_000, "what the tokens of a running node net carry at the start"),
+    "weight": Limit("tokens", 1_000, 100_000, "weight of an arc that moves tokens"),
+    "queue": Limit("messages", 10_000, 1_000_000, "capacity of a topic's queue"),
+    "threads": Limit("threads", 64, 1_000, "threads of a node net"),
+    "elements": Limit("elements", None, 200_000, "what the rules make, and a running node net"),
+    "points": Limit("points", None, 100_000, "a sweep"),
 }
 """All limits, by name. `tokens` and `weight` are for models whose tokens carry data, not for plain nets."""
 
@@ -102,10 +105,11 @@ def exceeds(
     limit = most(name)
     if size <= limit:
         return None
+    counts = LIMITS[name].counts
     if is_all:
-        message = f"{what} {size} {name}, more than the limit of {limit}"
+        message = f"{what} {size} {counts}, more than the limit of {limit}"
     else:
-        message = f"{what} {limit} {name}, which is the limit"
+        message = f"{what} {limit} {counts}, which is the limit"
     return SizeLimitError(message, element=element, hint=hint(name, size if is_all else None))
 
 

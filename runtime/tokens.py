@@ -55,7 +55,7 @@ def token_type_of(declared: sym.TokenType | None) -> TokenType:
 
 def _field_type(field: sym.TokenField) -> FieldType:
     kind, element_kind = str(field.kind), str(field.elementKind)
-    too_long = exceeds("length", field.length or 0, f"the token field {field.name!r} has", field.name)
+    too_long = exceeds("length", field.length or 0, f"the token field {field.name!r} has")
     if too_long is not None:
         raise too_long
     if field.default is not None:

@@ -18,8 +18,8 @@ from dineros.metamodel.constraints import (
     node_nets,
     ports,
     results,
-    sizes,
     services,
+    sizes,
     tokens,
     topics,
 )

@@ -1,4 +1,4 @@
-"""Numbers that cost memory or time: large ones are suspicious, huge ones are refused (`dineros.metamodel.limits`)."""
+"""Numbers that cost memory or time: large ones are suspicious, huge ones refused (see `limits`)."""
 
 from __future__ import annotations
 
@@ -53,6 +53,7 @@ def size_within_limit(element: EObject, index: Index) -> Outcome:
 def size_usual(element: EObject, index: Index) -> Outcome:
     """A number that costs memory or time is not unusually large."""
     for feature, name, size in _sizes(element, index):
-        if LIMITS[name].usual < size <= most(name):
-            return f"{feature} {size}, which costs memory and time; up to {LIMITS[name].usual} is usual"
+        usual = LIMITS[name].usual
+        if usual is not None and usual < size <= most(name):
+            return f"{feature} {size}, which costs memory and time; up to {usual} is usual"
     return True

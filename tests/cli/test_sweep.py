@@ -201,7 +201,16 @@ def test_interrupted_then_killed_then_finished(run: Run, tmp_path: Path) -> None
 def test_memory_that_runs_out_is_said(run: Run, cycle: Path, tmp_path: Path) -> None:
     output = tmp_path / "out.csv"
     result = run(
-        "sweep", cycle, "--vary", "p.tokens=50000000", "--engine", "explicit", "--memory", "257M", "-o", output
+        "sweep",
+        cycle,
+        "--vary",
+        "p.tokens=50000000",
+        "--engine",
+        "explicit",
+        "--memory",
+        "257M",
+        "-o",
+        output,
     )
     assert result.exit_code == 3
     (row,) = rows(output)

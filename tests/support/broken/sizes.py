@@ -20,7 +20,7 @@ def countless_instances(small: Small) -> None:
 
 @CASES.breaks(
     "size-within-limit",
-    "server port of place 'Entry' has instances 1001, more than the limit of 1000",
+    "server port '/serve' of place 'Entry' has instances 1001, more than the limit of 1000",
     "make it smaller, or raise the limit: --limit instances=1001",
     of=runtime,
 )
