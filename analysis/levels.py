@@ -26,6 +26,8 @@ Int32Array = NDArray[np.int32]
 
 #: What a local state takes, with its entries in the tables of a few events.
 BYTES_OF_A_STATE = 300
+#: Bytes that levels may take however little memory is left for the diagram.
+ALWAYS_ALLOWED = 1 << 24
 #: Additional events allowed for each dropped place.
 LARGEST_GROWTH = 8
 
@@ -160,7 +162,7 @@ def encode_like(encoding: Encoding, net: CompiledNet) -> Encoding:
 
 def _require_few_states(net: CompiledNet, bounds: Sequence[int], alone: Sequence[int], memory: int) -> None:
     """Refuse levels that are larger than the memory, before they are made."""
-    if sum(bounds[place] + 1 for place in alone) * BYTES_OF_A_STATE > memory:
+    if sum(bounds[place] + 1 for place in alone) * BYTES_OF_A_STATE > max(memory, ALWAYS_ALLOWED):
         largest = max(alone, key=bounds.__getitem__)
         raise LevelSizeError(
             f"memory ran out: place {net.places[largest]!r} may hold {bounds[largest]} tokens, "

@@ -1,4 +1,4 @@
-"""Memory: what is free (of the machine, a container, limits of the process), and what this process has taken."""
+"""Memory: what is free, by the machine, a container and the limits of the process, and what is taken."""
 
 from __future__ import annotations
 

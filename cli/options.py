@@ -147,7 +147,7 @@ def rules_option(help: str) -> Callable[[F], F]:
 def standard_options() -> list[click.Option]:
     """Return the options of every command.
 
-    `invocation` tells what `-q`, `-v` and `--debug` said; `--limit` holds for processes that are started, too.
+    `invocation` tells what `-q`, `-v` and `--debug` said; `--limit` holds for child processes, too.
     """
     limit = click.Option(
         ["--limit"],

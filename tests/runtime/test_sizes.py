@@ -33,13 +33,14 @@ def test_tokens_of_all_places_together() -> None:
 
 def test_lists_of_fixed_length() -> None:
     model = tiny({"t": "a -> b"}, {"a": 1})
+    assert model.tokenType is not None
     model.tokenType.fields[4].length = NUMBER
     refused(model, "'pose' has 2147483647 elements, more than the limit of 1000000")
 
 
 def test_values_of_all_tokens_together() -> None:
     model = tiny({"t": "a -> b"}, {"a": 1000})
-    model.tokenType.fields.append(
-        sym.TokenField(name="cloud", kind="list", elementKind="number", length=20_000)
-    )
+    assert model.tokenType is not None
+    cloud = sym.TokenField(name="cloud", kind="list", elementKind="number", length=20_000)
+    model.tokenType.fields.append(cloud)
     refused(model, "values, more than the limit of 10000000")
