@@ -225,7 +225,10 @@ def _split(guard: Box, place: int, rule: Determined, bounds: Sequence[int]) -> l
     rest = {p: interval for p, interval in guard.items() if p != place}
     places = sorted(rule.factors)
     ranges = [rest.get(p, (0, bounds[p])) for p in places]
-    if prod(b - a + 1 for a, b in ranges) > LARGEST_PRODUCT and len(places) > 1:
+    if len(places) == 1:  # however many values: those that fit are an interval
+        interval = _solved(rule.factors[places[0]], low - rule.constant, high - rule.constant, ranges[0])
+        return [] if interval is None else [_with(rest, places, (interval,), bounds)]
+    if prod(b - a + 1 for a, b in ranges) > LARGEST_PRODUCT:
         return None
     good = {
         values
@@ -234,14 +237,26 @@ def _split(guard: Box, place: int, rule: Determined, bounds: Sequence[int]) -> l
         <= rule.constant + sum(rule.factors[p] * v for p, v in zip(places, values, strict=True))
         <= high
     }
-    boxes = []
-    for intervals in _cover(good, len(places)):
-        box = dict(rest)
-        for p, interval in zip(places, intervals, strict=True):
-            if interval != (0, bounds[p]) or p in rest:
-                box[p] = interval
-        boxes.append(box)
-    return boxes
+    return [_with(rest, places, intervals, bounds) for intervals in _cover(good, len(places))]
+
+
+def _with(
+    guard: Box, places: Sequence[int], intervals: Sequence[tuple[int, int]], bounds: Sequence[int]
+) -> Box:
+    """Return a guard with intervals for further places, where they say something."""
+    box = dict(guard)
+    for p, interval in zip(places, intervals, strict=True):
+        if interval != (0, bounds[p]) or p in guard:
+            box[p] = interval
+    return box
+
+
+def _solved(factor: int, low: int, high: int, within: tuple[int, int]) -> tuple[int, int] | None:
+    """Return the numbers v of an interval with ``low <= factor * v <= high``; None where there are none."""
+    if factor < 0:
+        factor, low, high = -factor, -high, -low
+    first, last = max(within[0], -(-low // factor)), min(within[1], high // factor)
+    return (first, last) if first <= last else None
 
 
 def _cover(values: set[tuple[int, ...]], width: int) -> list[tuple[tuple[int, int], ...]]:

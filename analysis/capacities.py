@@ -14,7 +14,7 @@ from dineros.analysis.compiled import CompiledNet, Transition
 from dineros.analysis.coverability import coverability
 from dineros.analysis.findings import Witness, witness_of
 from dineros.analysis.goals import find_firing
-from dineros.analysis.levels import UnknownBoundError
+from dineros.analysis.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.subject import Subject, base_subject
 from dineros.analysis.symbolic import DEFAULT_MEMORY, SymbolicStateSpace, symbolic_state_space
 from dineros.metamodel import sym
@@ -81,7 +81,7 @@ class _Search:
     def _space(self, net: CompiledNet) -> SymbolicStateSpace | None:
         try:
             space = symbolic_state_space(net, self._memory, self._progress)
-        except UnknownBoundError:
+        except (UnknownBoundError, LevelSizeError):
             return None
         return space if space.complete else None
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from dineros.analysis.coverability import coverability
 from dineros.analysis.findings import Finding, Report, Unknown, Witness, witness_of
-from dineros.analysis.levels import UnknownBoundError
+from dineros.analysis.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.order_cache import OrderCache
 from dineros.analysis.satisfiability import unsatisfiable_clauses
 from dineros.analysis.saturation import DiagramMemoryError
@@ -107,6 +107,9 @@ def check(
         space = symbolic_state_space(subject.net, memory, progress, orders=orders)
     except UnknownBoundError as error:
         _unbounded(subject, report, str(error))
+        return report
+    except LevelSizeError as error:
+        report.unknown.append(Unknown("all questions on the state space", error.message))
         return report
     if not space.complete:
         report.unknown.append(Unknown("all questions on the state space", f"{space.reason} ran out"))

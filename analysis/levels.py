@@ -20,9 +20,14 @@ from dineros.analysis.bounds import Bound, bounds_like, place_bounds
 from dineros.analysis.boxes import LARGEST_PRODUCT, Box, BoxNet, Event, box_net, drop_determined
 from dineros.analysis.compiled import CompiledNet
 from dineros.analysis.structure import PlaceInvariant, semiflows
+from dineros.metamodel.errors import BudgetError
 
 Int32Array = NDArray[np.int32]
 
+#: What a local state takes, with its entries in the tables of a few events.
+BYTES_OF_A_STATE = 300
+#: Bytes that levels may take however little memory is left for the diagram.
+ALWAYS_ALLOWED = 1 << 24
 #: Additional events allowed for each dropped place.
 LARGEST_GROWTH = 8
 
@@ -92,7 +97,7 @@ class Encoding:
         return answers
 
 
-def encode(net: CompiledNet, caps: Sequence[int | None] | None = None) -> Encoding:
+def encode(net: CompiledNet, caps: Sequence[int | None] | None = None, memory: int | None = None) -> Encoding:
     """Choose levels for a net and write its events over them.
 
     Parameters
@@ -101,11 +106,15 @@ def encode(net: CompiledNet, caps: Sequence[int | None] | None = None) -> Encodi
         The net.
     caps
         Assumed largest number of tokens for places that no invariant bounds.
+    memory
+        Bytes that the levels may take; by default as many as they like.
 
     Raises
     ------
     UnknownBoundError
         If a place is bounded neither by an invariant nor by a cap; it names the places.
+    LevelSizeError
+        If places may hold so many tokens that their local states take more memory.
     """
     flows = semiflows(net)
     bounds = place_bounds(net, flows)
@@ -121,6 +130,8 @@ def encode(net: CompiledNet, caps: Sequence[int | None] | None = None) -> Encodi
     alone = set(boxes.kept) - {place for group in groups for place in group}
     boxes = drop_determined(boxes, exact, LARGEST_GROWTH, alone)
     groups += [(place,) for place in boxes.kept if place in alone]
+    if memory is not None:
+        _require_few_states(net, known, [group[0] for group in groups if len(group) == 1], memory)
     levels = tuple(_level(net, known, group) for group in groups)
     home = {place: k for k, level in enumerate(levels) for place in level.places}
     spans = (tuple(sorted({home[p] for p in boxes.over_kept(flow).weights})) for flow in exact)
@@ -147,6 +158,17 @@ def encode_like(encoding: Encoding, net: CompiledNet) -> Encoding:
         boxes = smaller
     levels = tuple(_level(net, known, level.places) for level in encoding.levels)
     return Encoding(boxes, levels, tuple(_local_events(boxes, levels)), encoding.bounds, encoding.flows)
+
+
+def _require_few_states(net: CompiledNet, bounds: Sequence[int], alone: Sequence[int], memory: int) -> None:
+    """Refuse levels that are larger than the memory, before they are made."""
+    if sum(bounds[place] + 1 for place in alone) * BYTES_OF_A_STATE > max(memory, ALWAYS_ALLOWED):
+        largest = max(alone, key=bounds.__getitem__)
+        raise LevelSizeError(
+            f"memory ran out: place {net.places[largest]!r} may hold {bounds[largest]} tokens, "
+            "more than a decision diagram has memory for",
+            hint="allow more with --memory, or search with --engine explicit where the command has it",
+        )
 
 
 def _groups(boxes: BoxNet, flows: Sequence[PlaceInvariant]) -> list[tuple[int, ...]]:
@@ -218,6 +240,10 @@ def _table(level: Level, position: dict[tuple[int, ...], int], part: _Local) -> 
         position.get(tuple(map(add, state, part.gain)), -1) if _holds(state, asked) else -1
         for state in level.states
     )
+
+
+class LevelSizeError(BudgetError):
+    """Places may hold more tokens than a decision diagram has memory for."""
 
 
 class UnknownBoundError(ValueError):

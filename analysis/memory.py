@@ -1,21 +1,38 @@
-"""Memory: what is free on this machine or in this container, and what this process has taken."""
+"""Memory: what is free, by the machine, a container and the limits of the process, and what is taken."""
 
 from __future__ import annotations
 
 import os
 import resource
+import signal
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
+
+from dineros.metamodel.errors import BudgetError
 
 ROOT = Path("/")
 #: Part of the free memory that a search may take unless told otherwise.
 DEFAULT_SHARE = 0.7
 #: Limits from here on are none: version 1 of control groups writes a number of pages that fills a word.
 NO_LIMIT = 1 << 60
+OWN_MEMORY = 256 << 20
+"""Bytes that Python, its libraries and the compiled engines take, before anything is searched."""
+ENGINE_MEMORY, ENGINE_ADDRESSES = 96 << 20, 128 << 20
+"""Bytes of it that the compiled engines take when they are loaded, and bytes that they map."""
+OWN_ADDRESSES = 400 << 20
+"""Bytes of the address space that Python, its libraries and the compiled engines map."""
+LEAST_FOR_SEARCH = 1 << 20
+"""Bytes below which no search is begun."""
+WATCH_SECONDS = 0.05
+#: Limits of a process (setrlimit(2)), and what of it counts against them (proc(5)).
+_PROCESS_LIMITS = ((resource.RLIMIT_AS, "VmSize:"), (resource.RLIMIT_DATA, "VmData:"))
 
 
 def free_memory(root: Path = ROOT) -> int:
-    """Bytes that can be had without swapping, in this machine and in every control group around the process.
+    """Bytes that can be had without swapping: of this machine, control groups, and limits of the process.
 
     Parameters
     ----------
@@ -24,7 +41,65 @@ def free_memory(root: Path = ROOT) -> int:
     """
     free = _labelled(root / "proc/meminfo", "MemAvailable:")
     available = free * 1024 if free is not None else _half_of_all()
-    return max(0, min([available, *_free_in_groups(root)]))
+    return max(0, min([available, *_free_in_groups(root), mappable_memory() - ENGINE_ADDRESSES]))
+
+
+def mappable_memory() -> int:
+    """Bytes that this process may still map, touched or not; `NO_LIMIT` where nothing limits it.
+
+    Batch systems and ``ulimit -v`` limit the address space (RLIMIT_AS), some the private writable part of it
+    (RLIMIT_DATA).
+    """
+    left = [NO_LIMIT]
+    for limit, label in _PROCESS_LIMITS:
+        most, _ = resource.getrlimit(limit)
+        if most != resource.RLIM_INFINITY:
+            mapped = _labelled(Path("/proc/self/status"), label)
+            left.append(most - (mapped * 1024 if mapped is not None else resident_memory()))
+    return max(0, min(left))
+
+
+class MemoryBudgetError(BudgetError):
+    """A process has taken all the memory it may take."""
+
+    def __init__(self, budget: int) -> None:
+        is_limited = mappable_memory() < NO_LIMIT
+        more = "allow more with --memory" if not is_limited else "allow more with --memory and 'ulimit'"
+        super().__init__(
+            f"memory ran out: the process may use {budget >> 20} MiB",
+            hint=f"{more}, or make the model smaller",
+        )
+        self.budget = budget
+
+
+@contextmanager
+def watched_memory(budget: int) -> Iterator[None]:
+    """Keep this process within a budget while it does what has no budget of its own, such as flattening.
+
+    What is resident is looked at every `WATCH_SECONDS`, by a signal (SIGALRM), as soon as Python itself runs;
+    engines, which run for longer than that, count for themselves. Works in the main thread only, and does
+    nothing in others.
+
+    Raises
+    ------
+    MemoryBudgetError
+        More is resident than the budget. It is raised wherever the program is, as KeyboardInterrupt is.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def look(*_: object) -> None:
+        if resident_memory() > budget:
+            raise MemoryBudgetError(budget)
+
+    before = signal.signal(signal.SIGALRM, look)
+    signal.setitimer(signal.ITIMER_REAL, WATCH_SECONDS, WATCH_SECONDS)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def resident_memory() -> int:

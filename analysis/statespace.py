@@ -99,8 +99,10 @@ def state_space(
     ------
     TinaError
         TINA is not there, or failed.
+    BudgetError
+        Memory ran out before there was anything to count.
     """
-    from dineros.analysis.levels import UnknownBoundError
+    from dineros.analysis.levels import LevelSizeError, UnknownBoundError
 
     began = time.perf_counter()
     if engine == "tina":
@@ -111,6 +113,9 @@ def state_space(
         except UnknownBoundError as error:
             if engine == "symbolic":
                 return _nothing(net, "symbolic", str(error), began)
+        except LevelSizeError:
+            if engine == "symbolic":
+                raise
     return _explicit(net, memory, progress, began, order)
 
 

@@ -237,6 +237,8 @@ def symbolic_state_space(
     ------
     UnknownBoundError
         If the net is unbounded, or some place still grows at the largest cap tried; it names the places.
+    LevelSizeError
+        If places may hold so many tokens that their local states alone take more memory.
 
     Examples
     --------
@@ -265,7 +267,7 @@ def _with_bounds(
     caps: list[int] | None = None
     while True:
         try:
-            encoding = encode(net, caps)
+            encoding = encode(net, caps, memory)
         except UnknownBoundError:
             covered = coverability(net)
             if covered.pumping is not None:

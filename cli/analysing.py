@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+WATCHED_SHARE = 0.9
+"""Part of the free memory that a process may take unless told otherwise, of which engines take less."""
+
 HOLDS, VIOLATED, UNKNOWN = 0, 1, 3
 SIGNALS = ("none", "fully-enabled", "input-enabled", "io-enabled")
 OVERFLOW = ("weighted", "inhibitor")
-OWN_MEMORY = 256 << 20
-"""Bytes that Python, its libraries and the compiled engines take, before anything is searched."""
-
 _CLEAR = "\r\033[K"
 _UNITS = {"k": 1 << 10, "m": 1 << 20, "g": 1 << 30}
 
@@ -48,8 +48,12 @@ class Memory(click.ParamType[int]):
             amount = int(float(text[:-1] if factor > 1 else text) * factor)
         except (ValueError, OverflowError):
             self.fail(f"{value!r} is no amount of memory, such as 4G", param, ctx)
-        if amount < 1 << 20:
-            self.fail(f"{value!r} is too little: give 1M or more", param, ctx)
+        from dineros.analysis.memory import LEAST_FOR_SEARCH, OWN_MEMORY
+
+        if amount < OWN_MEMORY + LEAST_FOR_SEARCH:
+            least = f"give {(OWN_MEMORY + LEAST_FOR_SEARCH) >> 20}M or more"
+            need = f"the program itself needs {OWN_MEMORY >> 20} MiB"
+            self.fail(f"{value!r} is too little, as {need}: {least}", param, ctx)
         return amount
 
 
@@ -76,14 +80,38 @@ def variant_options(function: F) -> F:
 
 
 def memory_option(function: F) -> F:
-    """Add `--memory`, in bytes; by default 70 % of what is free."""
+    """Add `--memory`, in bytes; by default 70 % of what is free. The process is kept within it."""
     option = click.option(
         "--memory",
         type=Memory(),
         metavar="SIZE",
+        callback=_keep_within,
         help="Memory that the process may use, such as 4G; default: 70 % of what is free.",
     )
     return option(function)
+
+
+def _keep_within(context: click.Context, _: click.Parameter, given: int | None) -> int | None:
+    """Watch over the memory of the process until the command ends; also over what no engine counts."""
+    from dineros.analysis.memory import (
+        OWN_ADDRESSES,
+        free_memory,
+        mappable_memory,
+        resident_memory,
+        watched_memory,
+    )
+    from dineros.metamodel.errors import BudgetError
+
+    if not context.resilient_parsing:
+        if mappable_memory() < OWN_ADDRESSES:
+            raise BudgetError(
+                f"the limits of this process leave {mappable_memory() >> 20} MiB to map, "
+                f"and the program itself needs {OWN_ADDRESSES >> 20} MiB",
+                hint="raise the limit, see 'ulimit -a'",
+            )
+        budget = given if given is not None else resident_memory() + int(free_memory() * WATCHED_SHARE)
+        context.with_resource(watched_memory(budget))
+    return given
 
 
 def question_engine_option(function: F) -> F:
@@ -106,12 +134,33 @@ def question_options(function: F) -> F:
 
 
 def memory_budget(given: int | None) -> int:
-    """Return the bytes an engine may use: of what is given, what the process itself does not need."""
-    from dineros.analysis.memory import DEFAULT_SHARE, free_memory
+    """Return the bytes an engine may use: of what is given, what the process itself does not need.
 
-    if given is not None:
-        return max(given - OWN_MEMORY, 1 << 20)
-    return max(int(free_memory() * DEFAULT_SHARE), 1 << 20)
+    Raises
+    ------
+    MemoryBudgetError
+        The model has taken it all.
+    """
+    from dineros.analysis.memory import (
+        DEFAULT_SHARE,
+        ENGINE_ADDRESSES,
+        ENGINE_MEMORY,
+        LEAST_FOR_SEARCH,
+        OWN_MEMORY,
+        MemoryBudgetError,
+        free_memory,
+        mappable_memory,
+        resident_memory,
+    )
+
+    if given is None:
+        budget, left = resident_memory() + free_memory(), int(free_memory() * DEFAULT_SHARE)
+    else:
+        budget, left = given, given - max(OWN_MEMORY, resident_memory() + ENGINE_MEMORY)
+    left = min(left, mappable_memory() - ENGINE_ADDRESSES)
+    if left < LEAST_FOR_SEARCH:
+        raise MemoryBudgetError(budget)
+    return left
 
 
 def load_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> Subject:

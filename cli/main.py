@@ -18,9 +18,10 @@ import click
 
 from dineros.cli import commands
 from dineros.cli.options import Invocation, show_version, standard_options
-from dineros.metamodel.errors import DinerosError, near_matches
+from dineros.metamodel.errors import BudgetError, DinerosError, near_matches
 
 WRONG_USE = 2
+UNKNOWN = 3
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 NO_READER = 141  # 128 + SIGPIPE
 
@@ -95,7 +96,7 @@ class Subcommands(click.Group):
 
                 traceback.print_exc()
             _complain(_one_line(error))
-            return WRONG_USE
+            return UNKNOWN if isinstance(error, BudgetError) else WRONG_USE
 
 
 def _one_line(error: Exception) -> str:

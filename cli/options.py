@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,6 +36,19 @@ class ExampleCommand(click.Command):
         super().__init__(*args, **options)
         self.params.extend(standard_options())
         self.examples = tuple(examples)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run it; where the system gives no memory, a command with a budget answers "unknown"."""
+        try:
+            return super().invoke(ctx)
+        except MemoryError as error:
+            from dineros.metamodel.errors import BudgetError, DinerosError
+
+            has_budget = any(param.name == "memory" for param in self.params)
+            raise (BudgetError if has_budget else DinerosError)(
+                "memory ran out: the system gives this process no more",
+                hint="make the model smaller, or see 'ulimit -a'",
+            ) from error
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the examples, one command line each."""
@@ -131,8 +145,20 @@ def rules_option(help: str) -> Callable[[F], F]:
 
 
 def standard_options() -> list[click.Option]:
-    """Return the options of every command, `-q`, `-v` and `--debug`; `invocation` tells what they said."""
-    return [
+    """Return the options of every command.
+
+    `invocation` tells what `-q`, `-v` and `--debug` said; `--limit` holds for child processes, too.
+    """
+    limit = click.Option(
+        ["--limit"],
+        multiple=True,
+        is_eager=True,
+        expose_value=False,
+        callback=_raise_limits,
+        metavar="NAME=NUMBER",
+        help="Raise a limit of sizes, such as instances=5000; repeatable.",
+    )
+    flags = [
         click.Option(names, is_flag=True, is_eager=True, expose_value=False, callback=_remember, help=help)
         for names, help in (
             (["-q", "--quiet"], "Print results only."),
@@ -140,6 +166,29 @@ def standard_options() -> list[click.Option]:
             (["--debug"], "Show the stack trace of an error (or set DINEROS_DEBUG=1)."),
         )
     ]
+    return [limit, *flags]
+
+
+def _raise_limits(ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]) -> None:
+    """Let limits hold until the command ends, by the environment: processes that are started inherit it."""
+    from dineros.metamodel.errors import DinerosError
+    from dineros.metamodel.limits import VARIABLE, raised
+
+    if not texts:
+        return
+    before = os.environ.get(VARIABLE)
+    try:
+        os.environ[VARIABLE] = raised(texts)
+    except DinerosError as error:
+        raise click.BadParameter(str(error), ctx, param) from None
+
+    def restore() -> None:
+        if before is None:
+            os.environ.pop(VARIABLE, None)
+        else:
+            os.environ[VARIABLE] = before
+
+    ctx.call_on_close(restore)
 
 
 def _remember(ctx: click.Context, param: click.Parameter, value: bool) -> None:

@@ -56,12 +56,14 @@ def _entry(finding: Finding, source: str) -> FindingEntry:
 
 def _spaces(net: pn.Net, memory: int | None) -> list[dict[str, Any]]:
     """Count the state space of each signal variant, each in a process of its own."""
+    from dineros.analysis.memory import OWN_MEMORY
     from dineros.analysis.sweeps import Grid, sweep
     from dineros.cli.analysing import SIGNALS
     from dineros.metamodel import sym
 
     is_system = isinstance(net, sym.SystemModel)
     grid = Grid((), SIGNALS if is_system else (None,), ("weighted",) if is_system else (None,), (False,))
+    budget = None if memory is None else memory - OWN_MEMORY
     with tempfile.TemporaryDirectory() as folder:
-        outcome = sweep(net, grid, Path(folder) / "spaces.csv", memory=memory, timeout=SPACE_SECONDS)
+        outcome = sweep(net, grid, Path(folder) / "spaces.csv", memory=budget, timeout=SPACE_SECONDS)
     return [dict(row) for row in outcome.rows]

@@ -60,6 +60,10 @@ class DinerosError(Exception):
         return " ".join(f"{where}{self.message}{hint}".split())
 
 
+class BudgetError(DinerosError):
+    """Memory ran out before there was an answer: neither wrong use nor bad input (exit status 3)."""
+
+
 class ModelFileError(DinerosError):
     """A file cannot be read or written, or does not hold a model."""
 

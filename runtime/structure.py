@@ -13,6 +13,7 @@ from typing import NamedTuple
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.elements import label, pages, resolve
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.limits import exceeds
 from dineros.metamodel.token_data import Value, read_data
 from dineros.runtime import transport
 from dineros.runtime.tokens import token_type_of
@@ -97,6 +98,8 @@ def read_structure(model: rtm.RuntimeModel) -> Structure:
     ------
     DinerosError
         The model cannot run: it has no node net, a reference leads nowhere, an arc leads into a server page.
+    SizeLimitError
+        It is larger than the limits of sizes allow; see `dineros.metamodel.limits`.
     """
     return _Reading(model).structure()
 
@@ -123,6 +126,7 @@ class _Reading:
 
     def structure(self) -> Structure:
         placed = list(self._walk())
+        self._require("elements", sum(1 + len(page.objects) + len(page.arcs) for page, _ in placed))
         taken = {node.id for page, instance in placed if instance is None for node in page.objects}
         for page, instance in placed:
             for node in page.objects:
@@ -135,6 +139,7 @@ class _Reading:
         places = [node for node, _ in self.places]
         transitions = [node for node, _ in self.transitions]
         signals = {signal: index for index, signal in enumerate(self.model.node.signals)}
+        self._require_few_tokens(places)
         return Structure(
             places=tuple(self.place_ids),
             place_names=tuple(place.id for place in places),
@@ -156,6 +161,19 @@ class _Reading:
             ports=self._ports(),
         )
 
+    def _require(self, limit: str, size: int) -> None:
+        """Refuse what is larger than a limit of sizes, before it is made."""
+        id = self.model.node.id
+        if (error := exceeds(limit, size, f"the node net {id!r} has", id)) is not None:
+            raise error
+
+    def _require_few_tokens(self, places: list[pn.Node]) -> None:
+        tokens = sum(place.tokens for place in places if isinstance(place, pn.Place))
+        self._require("tokens", tokens)
+        fields = [field.default for field in self.token_type.fields]
+        each = sum(len(value) if isinstance(value, (list, dict)) else 1 for value in fields)
+        self._require("values", tokens * each)
+
     def _walk(self) -> Iterator[tuple[pn.Page, _Instance | None]]:
         """Yield the pages in model order, those of a server once per instance."""
         stack: list[tuple[pn.Page, _Instance | None]] = []
@@ -165,6 +183,7 @@ class _Reading:
             port = self.servers.get(page)
             if port is not None and instance is None:
                 count = max(1, port.instances)
+                self._require("instances", count)
                 stack.extend((page, _Instance(port.channel, n, page)) for n in range(count, 0, -1))
                 continue
             yield page, instance

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, cast
 from dineros.metamodel import sym
 from dineros.metamodel.elements import label
 from dineros.metamodel.errors import FeatureValueError, near_matches
+from dineros.metamodel.limits import exceeds
 from dineros.metamodel.token_data import Value, field_value, read_json
 from dineros.runtime.transport import Data, FieldType, TokenType
 
@@ -40,7 +41,13 @@ _ARTICLES = {"text": "a text", "integer": "an integer", "number": "a finite numb
 
 
 def token_type_of(declared: sym.TokenType | None) -> TokenType:
-    """Return the token type of a model, with the default of every field."""
+    """Return the token type of a model, with the default of every field.
+
+    Raises
+    ------
+    SizeLimitError
+        A list is longer than the limits of sizes allow; see `dineros.metamodel.limits`.
+    """
     if declared is None:
         return TokenType("Token", ())
     return TokenType(label(declared), tuple(_field_type(field) for field in declared.fields))
@@ -48,6 +55,9 @@ def token_type_of(declared: sym.TokenType | None) -> TokenType:
 
 def _field_type(field: sym.TokenField) -> FieldType:
     kind, element_kind = str(field.kind), str(field.elementKind)
+    too_long = exceeds("length", field.length or 0, f"the token field {field.name!r} has")
+    if too_long is not None:
+        raise too_long
     if field.default is not None:
         default = field_value(field, read_json(field.default))
     elif kind == "list":

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from dineros.metamodel.base import EObject
+from dineros.metamodel.limits import exceeds
 from dineros.transformations.creation import Copy, ForAll, Fragment, New
 from dineros.transformations.errors import RuleError
 from dineros.transformations.expressions import Match, Variable
@@ -61,6 +62,8 @@ class Engine:
     def __init__(self, root: EObject) -> None:
         self.extents = Extents(root)
         self.applications: list[Application] = []
+        self._planned = 0
+        self._sizes: dict[EObject, int] = {}
         self._matcher = Matcher(self.extents, self)
         self._maker: dict[EObject, Application] = {}
         self._by_rule: dict[type[Rule], list[Application]] = {}
@@ -74,14 +77,39 @@ class Engine:
         return self.applications
 
     def apply(self, rule: type[Rule]) -> list[Application]:
-        """Find all matches of a rule, then apply it to each."""
+        """Find all matches of a rule, then apply it to each.
+
+        Raises
+        ------
+        SizeLimitError
+            It would make too many elements; then it makes none.
+        """
+        matches = []
         try:
-            matches = list(self._matcher.matches([*rule.lhs, *rule.context], rule.where, rule.absent))
+            for match in self._matcher.matches([*rule.lhs, *rule.context], rule.where, rule.absent):
+                self._plan(rule, sum(self._size(item, match) for item in rule.rhs))
+                matches.append(match)
         except (AttributeError, TypeError, ValueError) as error:
             raise RuleError(
                 f"{rule.__name__} cannot be matched: {error}", location=rule.lhs[0].location
             ) from error
         return [self._apply(rule, match) for match in matches]
+
+    def _plan(self, rule: type[Rule], elements: int) -> None:
+        """Count what is going to be made, and refuse too much before it is there."""
+        self._planned += elements
+        what = f"with {rule.__name__}, the rules make more than"
+        if (error := exceeds("elements", self._planned, what, is_all=False)) is not None:
+            raise error
+
+    def _size(self, item: Any, match: Match) -> int:
+        """Return how many elements an item of a right-hand side makes; what for-alls repeat counts later."""
+        if not isinstance(item, Copy) or not match.keys() >= set(item.original.variables()):
+            return int(isinstance(item, (New, Copy)))
+        original = item.original.evaluate(match)
+        if original not in self._sizes:
+            self._sizes[original] = 1 + sum(1 for _ in original.eAllContents())
+        return self._sizes[original]
 
     def _apply(self, rule: type[Rule], match: Match) -> Application:
         sources = self._sources(rule, match)
@@ -129,6 +157,7 @@ class Engine:
                 if isinstance(element, ForAll):
                     self._repeat(element, extended, application)
                 else:
+                    self._plan(application.rule, 1)
                     application.repeated.append((element.symbol or "each", self._create(element, extended)))
 
     def _remember(self, application: Application) -> None:

@@ -26,6 +26,11 @@ def lazy_zeros(rows: int, columns: int | None = None, is_huge: bool = True) -> I
         Its shape.
     is_huge
         Whether pages of 2 MiB are welcome.
+
+    Raises
+    ------
+    MemoryError
+        They cannot even be mapped.
     """
     shape = (rows,) if columns is None else (rows, columns)
     size = 8 * int(np.prod(shape))
@@ -33,7 +38,10 @@ def lazy_zeros(rows: int, columns: int | None = None, is_huge: bool = True) -> I
         return np.zeros(shape, dtype=np.int64)
     # Without a reserve, the system promises more than it has; the budget keeps what is touched below that.
     no_reserve = getattr(mmap, "MAP_NORESERVE", 0x4000 if os.uname().sysname == "Linux" else 0)
-    pages = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | no_reserve)
+    try:
+        pages = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | no_reserve)
+    except OSError as error:  # beyond a limit of the address space
+        raise MemoryError(f"{size} bytes cannot be mapped") from error
     if is_huge and size >= LEAST_FOR_HUGE_PAGES and hasattr(mmap, "MADV_HUGEPAGE"):
         pages.madvise(mmap.MADV_HUGEPAGE)
     return np.frombuffer(pages, dtype=np.int64).reshape(shape)

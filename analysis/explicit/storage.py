@@ -9,6 +9,7 @@ import numpy as np
 from dineros.analysis.explicit.kernels import BATCH, COUNT, LIMIT, rebuild
 from dineros.analysis.explicit.memory import HUGE_PAGE, lazy_zeros
 from dineros.analysis.explicit.tables import Int64Array, Markings
+from dineros.analysis.memory import mappable_memory
 
 #: Share of the slots of a table that are taken before it grows, and when it may not grow any more.
 USUAL_LOAD, HIGHEST_LOAD = 0.7, 0.93
@@ -17,6 +18,9 @@ FIRST_TABLE = 1 << 12
 SMALL_TABLE = 1 << 20
 #: Budgets that can spare the rest of a huge page for every array and worker.
 LEAST_FOR_HUGE_PAGES = 1 << 26
+#: Share of the address space left that markings may map; tables, threads, and a second store while markings
+#: are written anew, need the rest.
+MAPPED_SHARE = 0.4
 
 #: Calls a function of a worker for every worker, side by side.
 Run = Callable[[Callable[[int], None]], None]
@@ -51,7 +55,8 @@ class Storage:
     def _allocate(self, words: int) -> None:
         self.row_bytes = 8 * words + 8 * self._keeps_parents + self._stack_bytes
         # One table and a few rows are always made: less would not even hold the first step.
-        rows = max(self._budget // self.row_bytes, self._slots)
+        mapped = int(mappable_memory() * MAPPED_SHARE) // self._workers
+        rows = max(min(self._budget, mapped) // self.row_bytes, self._slots)
         every = rows * self._workers
         self.markings = Markings(
             lazy_zeros(every, words, self._is_huge),

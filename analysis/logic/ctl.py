@@ -272,8 +272,8 @@ def _symbolically(
     meter: Meter,
     orders: OrderCache | None,
 ) -> Verdict | None:
-    """Decide with decision diagrams; None where bounds of places are not known."""
-    from dineros.analysis.levels import UnknownBoundError
+    """Decide with decision diagrams; None where bounds of places are not known, or too large for levels."""
+    from dineros.analysis.levels import LevelSizeError, UnknownBoundError
     from dineros.analysis.logic.symbolic_sets import SymbolicSets
     from dineros.analysis.saturation import DiagramMemoryError
     from dineros.analysis.symbolic import DEFAULT_MEMORY, symbolic_state_space
@@ -285,7 +285,7 @@ def _symbolically(
     try:
         meter.check_time()
         space = symbolic_state_space(net, memory, tell, orders=orders)
-    except UnknownBoundError:
+    except (UnknownBoundError, LevelSizeError):
         return None
     except BudgetExceededError as limit:
         return Verdict("unknown", seconds=meter.seconds, reason=str(limit))

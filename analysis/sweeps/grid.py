@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,9 +15,9 @@ from tempfile import TemporaryDirectory
 
 from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.limits import most
 
-MOST_POINTS = 1_000_000
-
+_WHOLE = re.compile("[+-]?[0-9]{1,18}")
 _RANGE = re.compile(r"([+-]?[0-9]{1,18})\.\.([+-]?[0-9]{1,18})(?:\.\.([0-9]{1,18}))?")
 
 
@@ -55,33 +56,38 @@ class Axis:
                 f"{text!r} is not of the form ELEMENT.FEATURE=VALUES",
                 hint="for example RedObjects.tokens=0..10",
             )
-        values = tuple(value for part in right.split(",") for value in _values(part.strip(), text))
-        for what, found in (("feature", features), ("value", values)):
-            twice = next((one for number, one in enumerate(found) if one in found[:number]), None)
-            if twice is not None and len(found) <= 10_000:
+        values: list[str] = []
+        for part in right.split(","):
+            found = _values(part.strip(), text)
+            _require_few(len(values) + len(found), f"{part!r} has {len(found)} values")
+            values += map(str, found)
+        for what, given in (("feature", features), ("value", values)):
+            twice = next((one for one, times in Counter(given).items() if times > 1), None)
+            if twice is not None:
                 raise SweepError(f"{text!r} has the {what} {twice!r} twice", hint="leave one out")
-        return cls(features, values)
+        return cls(features, tuple(values))
 
 
-def _values(part: str, text: str) -> Iterator[str]:
+def _require_few(points: int, message: str) -> None:
+    if points > most("points"):
+        raise SweepError(
+            message, hint=f"at most {most('points')}: vary less, or raise the limit: --limit points={points}"
+        )
+
+
+def _values(part: str, text: str) -> range | list[str]:
     found = _RANGE.fullmatch(part)
     if found is None:
         if not part:
             raise SweepError(f"{text!r} has an empty value", hint="for example RedObjects.tokens=0..10")
-        yield part
-        return
+        return [part]
     first, last, step = int(found[1]), int(found[2]), int(found[3] or 1)
     if step == 0 or last < first:
         raise SweepError(
             f"{part!r} is an empty range",
             hint="write FIRST..LAST or FIRST..LAST..STEP, ascending, step 1 or more",
         )
-    numbers = range(first, last + 1, step)
-    if len(numbers) > MOST_POINTS:
-        raise SweepError(
-            f"{part!r} has {len(numbers)} values", hint=f"at most {MOST_POINTS}: take a larger step"
-        )
-    yield from map(str, numbers)
+    return range(first, last + 1, step)
 
 
 @dataclass(frozen=True)
@@ -146,12 +152,16 @@ class Grid:
         for number, feature in enumerate(self.features):
             if feature in self.features[:number]:
                 raise SweepError(f"{feature} is varied twice", hint="give it once, with all its values")
-        if len(self) > MOST_POINTS:
-            raise SweepError(f"the grid has {len(self)} points", hint=f"at most {MOST_POINTS}: vary less")
+        _require_few(self._count, f"the grid has {self._count} points")
 
-    def __len__(self) -> int:
+    @property
+    def _count(self) -> int:
+        """Number of points, which may be more than `len` can say."""
         variants = (self.signals, self.overflow, self.reduced)
         return prod([*(len(axis.values) for axis in self.axes), *map(len, variants)])
+
+    def __len__(self) -> int:
+        return self._count
 
     @cached_property
     def features(self) -> tuple[str, ...]:
@@ -166,7 +176,7 @@ class Grid:
             yield Point(settings, signals, overflow, reduced)
 
     def check(self, model: str) -> None:
-        """Apply every value, and validate the model at the ends of each axis.
+        """Apply every value, of whole numbers the ends, and validate the model at the ends of each axis.
 
         Parameters
         ----------
@@ -182,10 +192,12 @@ class Grid:
 
         for number, axis in enumerate(self.axes):
             changed = parse_model(model)
-            for value in axis.values:
+            ends = (axis.values[0], axis.values[-1])
+            # Finding the element of a setting takes as long as the model is large.
+            for value in [*ends, *(value for value in axis.values if not _WHOLE.fullmatch(value))]:
                 for feature in axis.features:
                     apply(changed, f"{feature}={value}")
-            for value in {axis.values[0], axis.values[-1]}:
+            for value in set(ends):
                 axes = (*self.axes[:number], Axis(axis.features, (value,)), *self.axes[number + 1 :])
                 model_of(next(iter(Grid(axes))), model)
 

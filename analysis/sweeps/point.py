@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from dineros.analysis.sweeps.grid import Point, model_of
-from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.errors import BudgetError, DinerosError
 
 
 @dataclass(frozen=True)
@@ -95,8 +95,17 @@ class Figures:
 
 def count(job: Job) -> Figures:
     """Count the state space of a point in this process."""
+    from dineros.analysis.memory import OWN_MEMORY, watched_memory
+    from dineros.analysis.statespace import DEFAULT_MEMORY
+
+    memory = job.memory or DEFAULT_MEMORY
+    with watched_memory(memory + OWN_MEMORY):
+        return _count(job, memory)
+
+
+def _count(job: Job, memory: int) -> Figures:
     from dineros.analysis.reductions import reduce
-    from dineros.analysis.statespace import DEFAULT_MEMORY, state_space
+    from dineros.analysis.statespace import state_space
     from dineros.analysis.subject import subject_of
 
     point = job.point
@@ -108,7 +117,7 @@ def count(job: Job) -> Figures:
     began = time.perf_counter()
     if point.reduced:
         net = reduce(net, {"state_space_size"}).net
-    space = state_space(net, job.engine, memory=job.memory or DEFAULT_MEMORY)  # type: ignore[arg-type]
+    space = state_space(net, job.engine, memory=memory)  # type: ignore[arg-type]
     reason = "memory ran out" if space.reason == "memory" else space.reason
     return Figures(
         places=space.places,
@@ -152,10 +161,10 @@ def _load_engine(engine: str) -> None:
 def _answer(job: Job) -> dict[str, Any]:
     try:
         return asdict(count(job))
+    except (MemoryError, BudgetError):
+        return asdict(Figures(peak_memory_bytes=peak_memory(), error="memory ran out"))
     except DinerosError as error:
         return asdict(Figures(error=str(error)))
-    except MemoryError:
-        return asdict(Figures(peak_memory_bytes=peak_memory(), error="memory ran out"))
     except Exception as error:  # an engine's fault must not end the sweep
         return asdict(Figures(error=f"unexpected {type(error).__name__}: {' '.join(str(error).split())}"))
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dineros.cli.analysing import HOLDS, OVERFLOW, SIGNALS, UNKNOWN, load_valid, memory_budget, memory_option
+from dineros.cli.analysing import HOLDS, OVERFLOW, SIGNALS, UNKNOWN, load_valid, memory_option
 from dineros.cli.console import say_json, summarise, warn
 from dineros.cli.options import (
     command,
@@ -131,6 +131,7 @@ def sweep(
     it goes on. Exit status 3 when some point stays unknown; the column `error` says why. Without --memory,
     points at a time share 70 % of what is free, and on a cluster each may take 2G.
     """
+    from dineros.analysis.memory import OWN_MEMORY
     from dineros.analysis.sweeps import Axis, Grid, SweepError
     from dineros.analysis.sweeps import sweep as run_sweep
     from dineros.metamodel.errors import DinerosError, Location
@@ -155,7 +156,7 @@ def sweep(
                 Grid(axes, *_variants(net, signals, overflow), _REDUCED[reduced]),
                 output,
                 engine=engine,
-                memory=None if memory is None else memory_budget(memory),
+                memory=None if memory is None else memory - OWN_MEMORY,
                 timeout=timeout,
                 workers=workers,
                 scheduler=scheduler,

@@ -19,6 +19,7 @@ from dineros.metamodel.constraints import (
     ports,
     results,
     services,
+    sizes,
     tokens,
     topics,
 )
@@ -36,7 +37,7 @@ def _of(*families: ModuleType) -> tuple[Constraint, ...]:
 
 
 _BOUNDS = _of(bounds)
-_OTHERS = _of(names, nets, node_nets, topics, services, ports, clauses, tokens, results)
+_OTHERS = _of(names, nets, node_nets, topics, services, ports, clauses, tokens, results, sizes)
 
 CONSTRAINTS = (*_BOUNDS, *_OTHERS)
 """All constraints, by family."""

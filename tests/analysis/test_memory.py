@@ -5,13 +5,23 @@ from __future__ import annotations
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from dineros.analysis.memory import free_memory, peak_memory, resident_memory
+from dineros.analysis.memory import (
+    ENGINE_ADDRESSES,
+    NO_LIMIT,
+    MemoryBudgetError,
+    free_memory,
+    mappable_memory,
+    peak_memory,
+    resident_memory,
+    watched_memory,
+)
 
 MIB = 1 << 20
 FILES = {
@@ -70,6 +80,43 @@ def test_a_full_group_leaves_nothing(tmp_path: Path) -> None:
 def test_without_any_of_these_files_half_of_all_is_taken_for_free(tmp_path: Path) -> None:
     total = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     assert free_memory(tmp_path) == total // 2
+
+
+@pytest.mark.parametrize("limit", ["RLIMIT_AS", "RLIMIT_DATA"])
+def test_limits_of_the_process_limit_what_is_free(limit: str) -> None:
+    program = """
+import json, resource, sys
+from dineros.analysis.memory import free_memory, mappable_memory
+before = mappable_memory()
+resource.setrlimit(getattr(resource, sys.argv[1]), (512 << 20, 512 << 20))
+print(json.dumps([before, mappable_memory(), free_memory()]))
+"""
+    answer = subprocess.run(
+        [sys.executable, "-c", program, limit], capture_output=True, text=True, check=True
+    )
+    before, mappable, free = json.loads(answer.stdout)
+    assert before == NO_LIMIT == mappable_memory()
+    assert 300 * MIB < mappable < 512 * MIB
+    assert abs(free - (mappable - ENGINE_ADDRESSES)) < MIB
+
+
+def test_a_watch_ends_what_takes_more() -> None:
+    budget = resident_memory() + 64 * MIB
+    taken = []
+    with (
+        pytest.raises(MemoryBudgetError, match=f"the process may use {budget >> 20} MiB"),
+        watched_memory(budget),
+    ):
+        for _ in range(10_000):
+            taken.append(bytearray(os.urandom(MIB)))
+    assert 32 < len(taken) < 128
+
+
+def test_a_watch_is_over_when_it_ends() -> None:
+    handler, timer = signal.getsignal(signal.SIGALRM), signal.getitimer(signal.ITIMER_REAL)
+    with watched_memory(NO_LIMIT):
+        assert signal.getitimer(signal.ITIMER_REAL)[1] > 0
+    assert (signal.getsignal(signal.SIGALRM), signal.getitimer(signal.ITIMER_REAL)) == (handler, timer)
 
 
 def test_memory_of_this_process() -> None:

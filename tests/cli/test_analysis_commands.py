@@ -10,6 +10,7 @@ import pytest
 from dineros.analysis.saturation import DiagramMemoryError
 from tests.cli.conftest import Run
 from tests.support.commands import NETS, is_one_line_of_wrong_use, lines, uses
+from tests.support.processes import run_apart
 
 SORTING = Path(__file__).resolve().parents[2] / "case_study/sorting.sym.xmi"
 KEYS = [
@@ -119,8 +120,8 @@ class TestStatespace:
         assert is_one_line_of_wrong_use(result, "tina is not on the PATH")
 
     @uses("large")
-    def test_memory_ends_the_count(self, run: Run, net: Path) -> None:
-        result = run("statespace", net, "--engine", "explicit", "--memory", "2M", "--json")
+    def test_memory_ends_the_count(self, net: Path) -> None:
+        result = run_apart("statespace", net, "--engine", "explicit", "--memory", "258M", "--json")
         assert result.exit_code == 3
         report = json.loads(result.stdout)
         assert (report["complete"], report["reason"]) == (False, "memory")

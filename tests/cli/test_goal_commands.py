@@ -12,6 +12,7 @@ from dineros.metamodel.files import load
 from dineros.metamodel.records import Fire, Header, read_records
 from tests.cli.conftest import Run
 from tests.support.commands import is_one_line_of_wrong_use, lines, uses
+from tests.support.processes import run_apart
 
 SORTING = Path(__file__).resolve().parents[2] / "case_study/sorting.sym.xmi"
 
@@ -48,8 +49,8 @@ class TestFind:
         assert not output.exists()
 
     @uses("large")
-    def test_memory_leaves_it_unknown(self, run: Run, net: Path) -> None:
-        result = run("find", net, "--marking", "d >= 150 & a >= 51", "--memory", "2M")
+    def test_memory_leaves_it_unknown(self, net: Path) -> None:
+        result = run_apart("find", net, "--marking", "d >= 150 & a >= 51", "--memory", "258M")
         assert result.exit_code == 3
         assert result.stdout.startswith("unknown: d >= 150 & a >= 51 (memory")
 
@@ -77,14 +78,14 @@ class TestFind:
         assert (result.exit_code, len(lines(result))) == (0, 21)
 
     @uses("grows")
-    def test_what_no_marking_of_an_unbounded_net_can_hold(self, run: Run, net: Path) -> None:
-        result = run("find", net, "--marking", "a >= 2 | a - b >= 2", "--memory", "2M")
+    def test_what_no_marking_of_an_unbounded_net_can_hold(self, net: Path) -> None:
+        result = run_apart("find", net, "--marking", "a >= 2 | a - b >= 2", "--memory", "258M")
         assert result.exit_code == 1
         assert result.stdout.startswith("unreachable: ")
 
     @uses("grows")
-    def test_what_stays_unknown_in_an_unbounded_net(self, run: Run, net: Path) -> None:
-        result = run("find", net, "--marking", "a + b < 1", "--memory", "2M")
+    def test_what_stays_unknown_in_an_unbounded_net(self, net: Path) -> None:
+        result = run_apart("find", net, "--marking", "a + b < 1", "--memory", "258M")
         assert result.exit_code == 3
         assert "(the net is unbounded, and memory ran out)" in result.stdout
 
@@ -177,13 +178,13 @@ class TestVerify:
         assert header.loop is not None
         assert [step.transition for step in steps if step.sequence >= header.loop] == ["wait"]  # type: ignore[attr-defined]
 
-    @pytest.mark.parametrize("limit", [("--memory", "2M"), ("--timeout", "0.001")])
+    @pytest.mark.parametrize("limit", [("--memory", "258M"), ("--timeout", "0.001")])
     @pytest.mark.parametrize("formula", [("--ltl", "G b <= 200"), ("--ctl", "AG EF (a + c >= 100)")])
     @uses("large")
     def test_limits_leave_it_unknown(
-        self, run: Run, net: Path, limit: tuple[str, str], formula: tuple[str, str]
+        self, net: Path, limit: tuple[str, str], formula: tuple[str, str]
     ) -> None:
-        result = run("verify", net, *formula, *limit)
+        result = run_apart("verify", net, *formula, *limit)
         assert result.exit_code == 3
         assert result.stdout.startswith("unknown: ")
         assert f"({'memory' if limit[0] == '--memory' else 'time'}: more than" in result.stdout

@@ -23,6 +23,7 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.files import save
 from tests.cli.conftest import Run
 from tests.support.commands import is_one_line_of_wrong_use
+from tests.support.processes import run_apart
 
 
 @pytest.fixture
@@ -218,11 +219,10 @@ def test_interrupted_then_killed_then_finished(run: Run, tmp_path: Path) -> None
     assert not journal.exists()
 
 
-def test_memory_that_runs_out_is_said(run: Run, cycle: Path, tmp_path: Path) -> None:
+def test_memory_that_runs_out_is_said(cycle: Path, tmp_path: Path) -> None:
     output = tmp_path / "out.csv"
-    result = run(
-        "sweep", cycle, "--vary", "p.tokens=50000000", "--engine", "explicit", "--memory", "1M", "-o", output
-    )
+    many = ("--vary", "p.tokens=50000000", "--engine", "explicit")
+    result = run_apart("sweep", cycle, *many, "--memory", "257M", "-o", output)
     assert result.exit_code == 3
     (row,) = rows(output)
     assert (row["complete"], row["error"]) == ("false", "memory ran out")

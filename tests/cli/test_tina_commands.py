@@ -16,6 +16,7 @@ from dineros.metamodel.records import Header, read_records
 from tests.analysis.tina.stand_ins import FAULTS, install
 from tests.cli.conftest import Run
 from tests.support.commands import is_one_line_of_wrong_use, lines, uses
+from tests.support.processes import run_apart
 
 TINA = ("--engine", "tina")
 
@@ -96,8 +97,8 @@ class TestFind:
         assert (result.exit_code, result.stdout) == (3, "unknown: a >= 2 (time: more than 1 s)\n")
 
     @uses("ends")
-    def test_memory_bounds_the_programs(self, run: Run, net: Path) -> None:
-        result = run("find", net, "--marking", "a >= 2", *TINA, "--memory", "257M")
+    def test_memory_bounds_the_programs(self, net: Path) -> None:
+        result = run_apart("find", net, "--marking", "a >= 2", *TINA, "--memory", "257M")
         assert is_one_line_of_wrong_use(result, "or it had too little memory")
 
     @pytest.mark.parametrize(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from click.testing import Result
 
+from tests.support.processes import Ended
+
 NETS = {
     # Empties a into b; u is dead; three firings, then a deadlock.
     "ends": "net ends\npl a (3)\ntr t a -> b\ntr u c -> c\n",
@@ -22,12 +24,12 @@ def uses(name: str) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("net", [name], indirect=True)
 
 
-def lines(result: Result) -> list[str]:
+def lines(result: Result | Ended) -> list[str]:
     """Return the lines of a result on standard output."""
     return result.stdout.splitlines()
 
 
-def is_one_line_of_wrong_use(result: Result, text: str) -> bool:
+def is_one_line_of_wrong_use(result: Result | Ended, text: str) -> bool:
     """Tell whether a command refused its input in one line that holds a text."""
     assert result.stdout == ""
     assert "Traceback" not in result.stderr

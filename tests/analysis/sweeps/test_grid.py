@@ -7,6 +7,7 @@ import pytest
 from case_study.build import build
 from dineros.analysis.sweeps import Axis, Grid, SweepError
 from dineros.analysis.sweeps.grid import model_of, parse_model
+from dineros.metamodel import pn
 from dineros.metamodel.elements import find
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.xmi import xmi_bytes
@@ -41,7 +42,10 @@ def test_an_axis_is_read(text: str, features: tuple[str, ...], values: tuple[str
         ("A.tokens=0..4..0", "empty range"),
         ("A.tokens=0..1,1", "the value '1' twice"),
         ("A.tokens,A.tokens=1", "the feature 'A.tokens' twice"),
-        ("A.tokens=0..1000000", "1000001 values"),
+        ("A.tokens=0..1000000", "1000001 values .*--limit points=1000001"),
+        ("A.tokens=0..1000000000", "1000000001 values"),
+        ("A.tokens=0..99999,100000..199999", "'100000..199999' has 100000 values"),
+        ("A.tokens=0..90000,90000", "the value '90000' twice"),
     ],
 )
 def test_a_wrong_axis_is_refused(text: str, says: str) -> None:
@@ -103,3 +107,19 @@ def test_the_model_of_a_point() -> None:
     tokens = {name: find(model, f"{name}Objects", Place).tokens for name in ("Red", "Blue", "Green")}
     assert tokens == {"Red": 0, "Blue": 0, "Green": 1}
     assert find(parse_model(text), "RedObjects", Place).tokens == 1
+
+
+def test_a_grid_of_more_points_than_can_be_counted_is_refused() -> None:
+    axes = tuple(Axis.parse(f"{name}.tokens=0..9999") for name in "ABCDE")
+    with pytest.raises(SweepError, match="the grid has 100000000000000000000 points"):
+        Grid(axes)
+
+
+def test_all_values_that_may_be_wrong_are_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not each of 90 001 numbers, which all fit where the ends do: that would take minutes."""
+    tried = []
+    monkeypatch.setattr("dineros.metamodel.settings.apply", lambda _, setting: tried.append(setting))
+    model = xmi_bytes(pn.Net(id="empty", pages=[pn.Page(id="page")])).decode()
+    Grid((Axis.parse("A.tokens=0..90000,many"),)).check(model)
+    assert {"A.tokens=0", "A.tokens=many"} <= set(tried)
+    assert len(tried) < 10

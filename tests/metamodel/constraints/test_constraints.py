@@ -6,7 +6,7 @@ from hypothesis import given
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.constraints import CONSTRAINTS, Violation, all_constraints, validate
-from dineros.metamodel.constraints.listing import table
+from dineros.metamodel.constraints.listing import limits_table, table
 from dineros.metamodel.errors import Location
 from dineros.metamodel.files.positions import remember
 from tests.support.broken import CASES, small
@@ -49,6 +49,7 @@ def test_names_are_unique_and_every_part_is_there() -> None:
 def test_the_guide_lists_all_constraints() -> None:
     page = Path(__file__).parents[3] / "docs" / "constraints.md"
     assert page.read_text(encoding="utf-8").endswith(f"\n\n{table()}")
+    assert f"\n\n{limits_table()}\n" in page.read_text(encoding="utf-8")
 
 
 @given(system_models())

@@ -9,10 +9,11 @@ from tests.support.broken import (
     ports,
     results,
     services,
+    sizes,
     tokens,
     topics,
 )
 from tests.support.broken.cases import Case
 
-FAMILIES = (bounds, names, nets, node_nets, topics, services, ports, clauses, tokens, results)
+FAMILIES = (bounds, names, nets, node_nets, topics, services, ports, clauses, tokens, results, sizes)
 CASES: list[Case] = [case for family in FAMILIES for case in family.CASES]
