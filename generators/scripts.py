@@ -15,6 +15,7 @@ from typing import Any
 
 from dineros.generators.application import Application, NodePackage, Transition
 from dineros.generators.developers import instance_of
+from dineros.generators.filters import Name
 from dineros.metamodel import records
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.records.schema import ServiceStep, Step
@@ -43,7 +44,7 @@ class Script:
         Tokens of each place of the model at the end, all server instances together.
     """
 
-    name: str
+    name: Name
     about: str
     steps: tuple[ScriptStep, ...]
     marking: dict[str, int]
@@ -68,7 +69,7 @@ class Script:
         try:
             values = json.loads(content)
             steps = tuple(tuple(step) for step in values["steps"])
-            return Script(path.stem, str(values["about"]), steps, dict(values["marking"]))
+            return Script(Name(path.stem), str(values["about"]), steps, dict(values["marking"]))
         except (ValueError, KeyError, TypeError) as error:
             raise ScriptError(f"is no script of steps: {error}", location=Location(path)) from error
 
@@ -112,7 +113,7 @@ def read_script(path: Path, app: Application) -> Script:
     about = f"the trace {path.name}"
     if header.property:
         about = f"{header.property}: {header.verdict}" if header.verdict else header.property
-    return Script(snake_case(path.name.removesuffix(".jsonl")), about, tuple(steps), marking)
+    return Script(Name(snake_case(path.name.removesuffix(".jsonl"))), about, tuple(steps), marking)
 
 
 def _records(path: Path) -> list[records.Record]:

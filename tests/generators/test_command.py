@@ -126,7 +126,7 @@ def test_a_template_of_ones_own(run: Run) -> None:
     own = Path("mine/node")
     own.mkdir(parents=True)
     (own / "README.md.j2").write_text(
-        "{{ header('<!--', '-->') }}\n# My {{ node.package }} for {{ app.name }}\n"
+        "{{ header('<!--', '-->') }}\n# My {{ node.package }} for {{ app.name | md }}\n"
     )
     run("--templates", "mine")
     text = Path("ws/src/waiter/README.md").read_text()
@@ -146,6 +146,11 @@ def test_a_template_of_ones_own(run: Run) -> None:
         ("node/README.md.j2", "a\n{% if %}\n", "mine/node/README.md.j2:2: "),
         ("node/README.md.j2", "a\nb\n{{ node.nonsense }}\n", "mine/node/README.md.j2:3: "),
         ("node/README.md.j2", "{{ nonsense }}\n", "mine/node/README.md.j2:1: 'nonsense' is undefined"),
+        ("node/README.md.j2", "a\n{{ app.name }}\n", "mine/node/README.md.j2:2: 'kitchen' goes through no filter (write "),
+        ("node/README.md.j2", "{{ app.name | safe }}", "goes through no filter"),
+        ("node/README.md.j2", "{{ node.package ~ app.name }}", "'waiterkitchen' goes through no filter"),
+        ("node/README.md.j2", "{{ app.id | name ~ '' }}", "'kitchen' goes through no filter"),
+        ("node/__init__.py.j2", "a b {{ node.package }}\n", "makes no Python: invalid syntax: 'a b waiter'"),
         ("node/REDAME.md.j2", "", "mine/node/REDAME.md.j2: overrides no template (did you mean 'node/README"),
     ],
 )
