@@ -61,10 +61,10 @@ def id_without_blanks(element: pn.Element, index: Index) -> Outcome:
 @constraint(
     "{it} has {found} in its id",
     fix="write the id with letters, digits and signs such as _ - . @ and use the name for people",
-    guard=lambda element, index: bool(element.id),
+    guard=lambda element, index: index.is_distributed and bool(element.id),
 )
 def id_characters(element: pn.Element, index: Index) -> Outcome:
-    """An id has only characters that every format and language carries: no quotes, braces and the like."""
+    """An id in a system model has characters that every generated format carries: no quotes, no braces."""
     for character in element.id:
         if character in _NOT_IN_IDS or not (character.isprintable() or character.isspace()):
             return repr(character)
