@@ -32,7 +32,7 @@ _XML = str.maketrans(
 _PLAIN_YAML = re.compile(r"[A-Za-z_/][A-Za-z0-9_/]*")
 # What YAML 1.1 takes for something else than a text (types bool and null of the tag repository).
 _YAML_WORDS = frozenset({"y", "n", "yes", "no", "on", "off", "true", "false", "null"})
-_MARKDOWN = re.compile(r"[\\`*\[\]<&|~]|(?<![^\W_])_|_(?![^\W_])")
+_MARKDOWN = re.compile(r"[\\`*\[\]|~]|(?<![^\W_])_|_(?![^\W_])")
 
 
 class UnfilteredError(TypeError):
@@ -151,7 +151,8 @@ def cmake(value: object) -> Written:
 
 def markdown(value: object) -> Written:
     """Write a text in one line of Markdown, also in a table."""
-    return Written(_MARKDOWN.sub(r"\\\g<0>", _visible(_text(value))))
+    text = _MARKDOWN.sub(r"\\\g<0>", _visible(_text(value)))
+    return Written(re.sub("&|<", lambda found: "&amp;" if found.group() == "&" else "&lt;", text))
 
 
 def code(value: object) -> Written:

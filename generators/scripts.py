@@ -55,7 +55,9 @@ class Script:
         head = json.dumps(self.about, ensure_ascii=False)
         marking = json.dumps(self.marking, ensure_ascii=False)
         steps = f"\n    {lines}\n  " if lines else ""
-        return f'{{\n  "about": {head},\n  "steps": [{steps}],\n  "marking": {marking}\n}}\n'.encode()
+        return f'{{\n  "about": {head},\n  "steps": [{steps}],\n  "marking": {marking}\n}}\n'.encode(
+            errors="backslashreplace"
+        )
 
     @staticmethod
     def from_json(path: Path, content: bytes) -> Script:

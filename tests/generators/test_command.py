@@ -146,7 +146,11 @@ def test_a_template_of_ones_own(run: Run) -> None:
         ("node/README.md.j2", "a\n{% if %}\n", "mine/node/README.md.j2:2: "),
         ("node/README.md.j2", "a\nb\n{{ node.nonsense }}\n", "mine/node/README.md.j2:3: "),
         ("node/README.md.j2", "{{ nonsense }}\n", "mine/node/README.md.j2:1: 'nonsense' is undefined"),
-        ("node/README.md.j2", "a\n{{ app.name }}\n", "mine/node/README.md.j2:2: 'kitchen' goes through no filter (write "),
+        (
+            "node/README.md.j2",
+            "a\n{{ app.name }}\n",
+            "mine/node/README.md.j2:2: 'kitchen' goes through no filter (write ",
+        ),
         ("node/README.md.j2", "{{ app.name | safe }}", "goes through no filter"),
         ("node/README.md.j2", "{{ node.package ~ app.name }}", "'waiterkitchen' goes through no filter"),
         ("node/README.md.j2", "{{ app.id | name ~ '' }}", "'kitchen' goes through no filter"),
