@@ -14,12 +14,13 @@ from pathlib import Path
 _NEEDED = frozenset(
     """
     ament_copyright ament_flake8 ament_index_python ament_package ament_pep257 catkin_pkg click
-    cloudpickle colcon_core colcon_ros dask dateutil dineros distributed docutils em empy highspy httpx
-    jinja2 lark launch launch_ros launch_testing launch_testing_ros launch_xml launch_yaml llvmlite
-    logger lxml markupsafe matplotlib mcap networkx numba numpy osrf_pycommon packaging paho pandas
-    perfetto pip pkg_resources pluggy py_mini_racer pyarrow pyecore pyparsing pysat pytest rclpy resvg_py
-    rich ros2cli ros2launch ros2node ros2param ros2pkg ros2run ros2service ros2topic rosbag2_py
-    rosidl_adapter rosidl_cli rosidl_cmake rosidl_generator_c rosidl_generator_cpp rosidl_generator_py
+    cloudpickle colcon_common_extensions colcon_core colcon_ros dask dateutil dineros distributed
+    docutils em empy highspy httpx jinja2 lark launch launch_ros launch_testing launch_testing_ros
+    launch_xml launch_yaml llvmlite logger lxml markupsafe matplotlib mcap mpl_toolkits networkx numba
+    numpy osrf_pycommon packaging paho pandas perfetto pip pkg_resources pluggy py_mini_racer pyarrow
+    pycard pyecore pyformula pylab pyparsing pysat pysolvers pytest rclpy resvg_py rich ros2cli
+    ros2launch ros2node ros2param ros2pkg ros2run ros2service ros2topic rosbag2_py rosidl_adapter
+    rosidl_cli rosidl_cmake rosidl_generator_c rosidl_generator_cpp rosidl_generator_py
     rosidl_generator_type_description rosidl_parser rosidl_pycommon rosidl_runtime_py
     rosidl_typesupport_c rosidl_typesupport_cpp rpyutils scipy setuptools six starlette tf2_ros tornado
     tracetools_launch uvicorn websockets wheel yaml

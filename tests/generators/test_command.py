@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from lxml import etree
 
 from dineros.cli.main import main
 from dineros.generators import read_manifest
@@ -207,3 +208,20 @@ def test_fields_that_ros_cannot_have_are_refused(run: Run, old: str, new: str, s
     next(field for field in model.tokenType.fields if field.name == old).name = new
     save(model, "kitchen.sym.xmi")
     assert is_one_line_of_wrong_use(run(), said)
+
+
+@pytest.mark.parametrize("name", ["a---b", "a\nimport evil\n", "\udcff"])
+def test_any_name_of_a_file_is_text(run: Run, name: str) -> None:
+    """XML can be read, Python says the name as it is, and the next generation finds all up to date."""
+    source = f"{name}.sym.xmi"
+    save(kitchen(), source)
+    command = ["generate", source, "-o", "other", "--set", "Hungry.name=x---y"]
+    assert CliRunner().invoke(main, command).exit_code == 0
+    for path in ("package.xml", "waiter/node.rtm.xmi"):
+        etree.parse(Path("other/src/waiter") / path)
+    manifest = read_manifest(Path("other"))
+    assert manifest is not None
+    assert manifest.source == source
+    base = Path("other/src/waiter/waiter/base.py").read_text()
+    assert f"SOURCE = {source!a}".replace("'", '"') in base
+    assert "up to date" in CliRunner().invoke(main, command).stdout

@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 from lxml import etree
 from markdown_it import MarkdownIt
 from pyecore.ecore import EAttribute
-from rosidl_adapter.parser import parse_message_string, parse_service_string  # type: ignore[import-not-found]
+from rosidl_adapter.parser import parse_message_string, parse_service_string  # type: ignore[import-untyped]
 
 from dineros.generators import Options
 from dineros.generators.workspace import plan
