@@ -169,7 +169,9 @@ def outline(path: str, content: bytes) -> object:
         case "txt":
             return len(without_comments(content))
         case "md":
-            return [token.type for token in MarkdownIt().enable("table").parse(text)]
+            tokens = MarkdownIt().enable("table").parse(text)
+            inner = [child.type for token in tokens for child in token.children or () if child.type != "text"]
+            return [token.type for token in tokens], inner
         case _:
             return without_comments(content)
 
