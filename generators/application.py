@@ -8,12 +8,22 @@ from dataclasses import dataclass
 
 from dineros.generators.arcs import ArcEnd
 from dineros.generators.cases import Case, case_of
+from dineros.generators.filters import Name
 from dineros.generators.interfaces import Interfaces, interfaces_of, service_name
-from dineros.generators.naming import bringup_package, classes, functions, node_name, node_packages
+from dineros.generators.naming import (
+    NOTHING_RESERVED,
+    NamingError,
+    Reserved,
+    bringup_package,
+    classes,
+    functions,
+    node_name,
+    node_packages,
+)
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.elements import arcs, label, node_net_of, places, resolve, transitions
 from dineros.metamodel.files.xmi import xmi_bytes
-from dineros.metamodel.ros_names import snake_case
+from dineros.metamodel.ros_names import resource_name, resource_names, snake_case
 from dineros.transformations.split import split
 
 
@@ -40,8 +50,8 @@ class Transition:
     """
 
     id: str
-    function: str
-    type_name: str
+    function: Name
+    type_name: Name
     inputs: tuple[ArcEnd, ...]
     outputs: tuple[ArcEnd, ...]
     clause: str | None
@@ -107,6 +117,12 @@ class Port:
     client: str | None = None
     instances: int | None = None
 
+    @property
+    def override(self) -> Name:
+        """What the parameters of its quality of service are under, such as ``publisher_Selected``."""
+        role = "publisher" if self.kind == "publisher" else "subscription"
+        return Name(f"{role}_{resource_name(self.place)}")
+
 
 @dataclass(frozen=True)
 class Place:
@@ -129,10 +145,11 @@ class Place:
 
 @dataclass(frozen=True)
 class Signal:
-    """An input signal and its start value."""
+    """An input signal, its start value, and the name of the parameter that sets it."""
 
     id: str
     initial: bool
+    parameter: Name
 
 
 @dataclass(frozen=True)
@@ -152,7 +169,7 @@ class NodePackage:
     places : tuple of Place
         Its places.
     published : tuple of (str, int)
-        Channels it publishes on, and how many subscribers the model has for each.
+        For each channel it publishes on, what its parameter is called, and the number of its subscribers.
     message_packages : tuple of str
         Packages of the interfaces it uses, sorted.
     runtime_model : bytes
@@ -160,8 +177,8 @@ class NodePackage:
     """
 
     id: str
-    package: str
-    name: str
+    package: Name
+    name: Name
     namespace: str
     executor: str
     threads: int
@@ -169,8 +186,8 @@ class NodePackage:
     ports: tuple[Port, ...]
     signals: tuple[Signal, ...]
     places: tuple[Place, ...]
-    published: tuple[tuple[str, int], ...]
-    message_packages: tuple[str, ...]
+    published: tuple[tuple[Name, int], ...]
+    message_packages: tuple[Name, ...]
     runtime_model: bytes
 
     @property
@@ -207,17 +224,17 @@ class Application:
     id: str
     name: str
     interfaces: Interfaces
-    bringup: str
+    bringup: Name
     nodes: tuple[NodePackage, ...]
 
     @property
-    def launch(self) -> str:
+    def launch(self) -> Name:
         """Name of the launch file."""
-        return f"{snake_case(self.id)}.launch.py"
+        return Name(f"{snake_case(self.id)}.launch.py")
 
 
-def application_of(model: sym.SystemModel) -> Application:
-    """Return what templates see of a model.
+def application_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED) -> Application:
+    """Return what templates see of a model, no name of which hides one of `reserved`.
 
     Raises
     ------
@@ -226,13 +243,15 @@ def application_of(model: sym.SystemModel) -> Application:
     """
     parts = split(model)
     packages = node_packages(model, [part.node for part in parts])
-    interfaces = interfaces_of(model)
+    interfaces = interfaces_of(model, reserved)
     return Application(
         id=model.id,
         name=label(model),
         interfaces=interfaces,
         bringup=bringup_package(model.id),
-        nodes=tuple(_node(part, packages[part.node.id], interfaces, _subscribing(model)) for part in parts),
+        nodes=tuple(
+            _node(part, packages[part.node.id], interfaces, _subscribing(model), reserved) for part in parts
+        ),
     )
 
 
@@ -246,10 +265,17 @@ def _subscribing(model: sym.SystemModel) -> dict[str, int]:
 
 
 def _node(
-    part: rtm.RuntimeModel, package: str, interfaces: Interfaces, subscribing: dict[str, int]
+    part: rtm.RuntimeModel,
+    package: Name,
+    interfaces: Interfaces,
+    subscribing: dict[str, int],
+    reserved: Reserved,
 ) -> NodePackage:
     node = part.node
     ports = tuple(_ports(part, interfaces))
+    _require_distinct_overrides(node, ports)
+    parameters = resource_names(signal.id for signal in node.signals)
+    published = resource_names(port.channel for port in ports if port.kind == "publisher")
     return NodePackage(
         id=node.id,
         package=package,
@@ -257,20 +283,35 @@ def _node(
         namespace=node.namespace or "",
         executor=str(node.executor),
         threads=node.threads,
-        transitions=tuple(_transitions(part)),
+        transitions=tuple(_transitions(part, reserved)),
         ports=ports,
-        signals=tuple(Signal(signal.id, bool(signal.initial)) for signal in node.signals),
-        places=tuple(_places(part)),
-        published=tuple(
-            dict.fromkeys(
-                (port.channel, subscribing[port.channel]) for port in ports if port.kind == "publisher"
-            )
+        signals=tuple(
+            Signal(signal.id, bool(signal.initial), Name(parameters[signal.id])) for signal in node.signals
         ),
+        places=tuple(_places(part)),
+        published=tuple((Name(name), subscribing[channel]) for channel, name in published.items()),
         message_packages=tuple(
-            sorted({port.type.partition("/")[0] for port in ports} | {"std_msgs", "std_srvs"})
+            sorted(
+                {Name(port.type.partition("/")[0]) for port in ports} | {Name("std_msgs"), Name("std_srvs")}
+            )
         ),
         runtime_model=xmi_bytes(part),
     )
+
+
+def _require_distinct_overrides(node: sym.NodeNet, ports: Iterable[Port]) -> None:
+    places: dict[tuple[str, Name], str] = {}
+    for port in ports:
+        if port.limit is None:
+            continue
+        same = places.setdefault((port.name, port.override), port.place)
+        if same != port.place:
+            raise NamingError(
+                f"places {same!r} and {port.place!r} of node net {node.id!r} both become the parameter "
+                f"qos_overrides.{port.name}.{port.override}",
+                element=port.place,
+                hint="rename one of them",
+            )
 
 
 def _places(part: rtm.RuntimeModel) -> Iterable[Place]:
@@ -280,7 +321,7 @@ def _places(part: rtm.RuntimeModel) -> Iterable[Place]:
         yield Place(place.id, place.tokens, server.instances if server else 1)
 
 
-def _transitions(part: rtm.RuntimeModel) -> Iterable[Transition]:
+def _transitions(part: rtm.RuntimeModel, reserved: Reserved) -> Iterable[Transition]:
     found = transitions(part)
     inputs: dict[pn.Node, list[ArcEnd]] = defaultdict(list)
     outputs: dict[pn.Node, list[ArcEnd]] = defaultdict(list)
@@ -290,8 +331,8 @@ def _transitions(part: rtm.RuntimeModel) -> Iterable[Transition]:
             inputs[target].append(ArcEnd(source.id, arc.weight, str(arc.kind)))
         else:
             outputs[source].append(ArcEnd(target.id, arc.weight))
-    names = functions(transition.id for transition in found)
-    type_names = classes(transition.id for transition in found)
+    names = functions((transition.id for transition in found), reserved)
+    type_names = classes((transition.id for transition in found), reserved)
     servers = _server_pages(part)
     running = {place.id: _running(place, servers) for place in places(part)}
     initial = {signal.id: bool(signal.initial) for signal in part.node.signals}

@@ -8,6 +8,7 @@ from pathlib import Path
 from dineros.generators import developers
 from dineros.generators.application import Transition
 from dineros.generators.developers import Module, read_module
+from dineros.generators.filters import Name
 from dineros.generators.manifest import DeveloperEntry, Manifest
 from dineros.generators.notices import Notice
 from dineros.generators.plan import DeveloperFile, Plan
@@ -41,9 +42,9 @@ def with_stubs(
     for transition in missing:
         function = transition.function
         while function in taken:
-            function += "_"
+            function = Name(f"{function}_")
         taken.add(function)
-        parts.append(file.write_stub(transition, function, firings))
+        parts.append(file.write_stub(transition, function, Name(firings)))
     return developers.append(module, parts), [transition.id for transition in missing]
 
 

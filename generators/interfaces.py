@@ -10,7 +10,15 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
-from dineros.generators.naming import NamingError, message_fields
+from dineros.generators.filters import Name, Written
+from dineros.generators.naming import (
+    NOTHING_RESERVED,
+    NamingError,
+    Reserved,
+    interface,
+    message_fields,
+    require_own_packages,
+)
 from dineros.metamodel import sym
 from dineros.metamodel.elements import label
 from dineros.metamodel.ros_names import camel_case, interfaces_package
@@ -40,12 +48,12 @@ class Field:
     """
 
     name: str
-    message_name: str
+    message_name: Name
     kind: str
-    python_type: str
-    ros_type: str
+    python_type: Written
+    ros_type: Written
     default: Value
-    ros_default: str
+    ros_default: Written
 
 
 @dataclass(frozen=True)
@@ -66,11 +74,11 @@ class Interfaces:
         Names of the service types.
     """
 
-    package: str
-    token: str
+    package: Name
+    token: Name
     fields: tuple[Field, ...]
-    entries: tuple[tuple[str, str], ...]
-    services: tuple[str, ...]
+    entries: tuple[tuple[Name, Written], ...]
+    services: tuple[Name, ...]
 
     @property
     def files(self) -> list[str]:
@@ -89,41 +97,45 @@ def service_name(channel: str) -> str:
     return camel_case(channel)
 
 
-def interfaces_of(model: sym.SystemModel) -> Interfaces:
-    """Return the interface package of a model.
+def interfaces_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED) -> Interfaces:
+    """Return the interface package of a model, no name of which hides one of `reserved`.
 
     Raises
     ------
     NamingError
         Names of the model collide in ROS.
     """
+    require_own_packages(model.id)
     fields = tuple(_fields(model.tokenType))
     used = {str(field.elementKind) for field in _token_fields(model.tokenType) if str(field.kind) == "map"}
-    entries = tuple((entry_name(kind), ros) for kind, ros in ROS_TYPES.items() if kind in used)
-    token = token_name(model.tokenType)
-    if token in dict(entries):
+    entries = tuple((entry_name(kind), Written(ros)) for kind, ros in ROS_TYPES.items() if kind in used)
+    owner = model.tokenType.id if model.tokenType else None
+    token = interface(f"the token type {owner!r}", token_name(model.tokenType), owner, reserved)
+    if token.lower() in {entry.lower() for entry, _ in entries}:
         raise NamingError(
             f"the token type {token!r} has the name of a message for maps",
-            element=model.tokenType.id if model.tokenType else None,
+            element=owner,
             hint="rename the token type",
         )
-    services: dict[str, str] = {}
+    services: dict[Name, str] = {}
+    files: dict[str, str] = {}  # case does not tell files apart everywhere, and headers have small letters
     for channel in model.channels:
         if isinstance(channel, sym.ServiceChannel) and not channel.type:
-            name = service_name(channel.id)
-            if name in services:
+            name = interface(f"the service {channel.id[:40]!r}", service_name(channel.id), channel.id)
+            same = files.setdefault(name.lower(), channel.id)
+            if same != channel.id:
                 raise NamingError(
-                    f"services {services[name]!r} and {channel.id!r} both become the type {name}",
+                    f"services {same!r} and {channel.id!r} both become the type {name}",
                     element=channel.id,
                     hint="rename one of them",
                 )
             services[name] = channel.id
-    return Interfaces(interfaces_package(model.id), token, fields, entries, tuple(services))
+    return Interfaces(Name(interfaces_package(model.id)), token, fields, entries, tuple(services))
 
 
-def entry_name(kind: str) -> str:
+def entry_name(kind: str) -> Name:
     """Return the name of the message for an entry of a map to elements of a kind."""
-    return f"{kind.capitalize()}Entry"
+    return Name(f"{kind.capitalize()}Entry")
 
 
 def _token_fields(token_type: sym.TokenType | None) -> list[sym.TokenField]:
@@ -135,7 +147,7 @@ def _fields(token_type: sym.TokenType | None) -> list[Field]:
     return [_field(field, names[field.name]) for field in _token_fields(token_type)]
 
 
-def _field(field: sym.TokenField, message_name: str) -> Field:
+def _field(field: sym.TokenField, message_name: Name) -> Field:
     kind, element = str(field.kind), str(field.elementKind)
     default: Value
     if kind == "list":
@@ -154,15 +166,15 @@ def _field(field: sym.TokenField, message_name: str) -> Field:
         text, python, ros, default = kind, PYTHON_TYPES[kind], ROS_TYPES[kind], _EMPTY[kind]
     if field.default is not None:
         default = field_value(field, read_json(field.default))
-    ros_default = _ros_default(default) if field.default is not None and kind != "map" else ""
-    return Field(field.name, message_name, text, python, ros, default, ros_default)
+    ros_default = _ros_default(default) if field.default is not None and kind != "map" else Written()
+    return Field(field.name, message_name, text, Written(python), Written(ros), default, ros_default)
 
 
-def _ros_default(value: Value) -> str:
+def _ros_default(value: Value) -> Written:
     """Write a default value; empty where the interface language cannot be trusted with the text."""
     texts = [
         element for element in (value if isinstance(value, list) else [value]) if isinstance(element, str)
     ]
     if any(not text.isascii() or not text.isprintable() or set(text) & set("\"'\\#") for text in texts):
-        return ""
-    return json.dumps(value)
+        return Written()
+    return Written(json.dumps(value))

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from dineros.generators.application import Transition
+from dineros.generators.filters import Name, Written
 from dineros.generators.manifest import Manifest
 
-WriteStub = Callable[[Transition, str, str], str]
+WriteStub = Callable[[Transition, Name, Name], Written]
 """Writes a stub, given its transition, its function's name and what the module calls ``firings``."""
 
 

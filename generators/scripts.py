@@ -15,6 +15,7 @@ from typing import Any
 
 from dineros.generators.application import Application, NodePackage, Transition
 from dineros.generators.developers import instance_of
+from dineros.generators.filters import Name
 from dineros.metamodel import records
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.json_text import decode_json
@@ -44,7 +45,7 @@ class Script:
         Tokens of each place of the model at the end, all server instances together.
     """
 
-    name: str
+    name: Name
     about: str
     steps: tuple[ScriptStep, ...]
     marking: dict[str, int]
@@ -55,7 +56,9 @@ class Script:
         head = json.dumps(self.about, ensure_ascii=False)
         marking = json.dumps(self.marking, ensure_ascii=False)
         steps = f"\n    {lines}\n  " if lines else ""
-        return f'{{\n  "about": {head},\n  "steps": [{steps}],\n  "marking": {marking}\n}}\n'.encode()
+        return f'{{\n  "about": {head},\n  "steps": [{steps}],\n  "marking": {marking}\n}}\n'.encode(
+            errors="backslashreplace"
+        )
 
     @staticmethod
     def from_json(path: Path, content: bytes) -> Script:
@@ -75,7 +78,7 @@ class Script:
         match values:
             case {"about": str() as about, "steps": list() as steps, "marking": dict() as marking}:
                 if all(map(_is_step, steps)) and all(type(count) is int for count in marking.values()):
-                    return Script(path.stem, about, tuple(map(tuple, steps)), marking)
+                    return Script(Name(path.stem), about, tuple(map(tuple, steps)), marking)
         raise ScriptError("is no script of steps", location=location)
 
 
@@ -124,7 +127,7 @@ def read_script(path: Path, app: Application) -> Script:
     about = f"the trace {path.name}"
     if header.property:
         about = f"{header.property}: {header.verdict}" if header.verdict else header.property
-    return Script(snake_case(path.name.removesuffix(".jsonl")) or "trace", about, tuple(steps), marking)
+    return Script(Name(snake_case(path.name.removesuffix(".jsonl")) or "trace"), about, tuple(steps), marking)
 
 
 def _records(path: Path) -> list[records.Record]:

@@ -20,9 +20,13 @@ from typing import Any
 from dineros.generators import dependencies
 from dineros.generators.application import Application, NodePackage, Transition, application_of
 from dineros.generators.comparison import Comparison, WorkspaceError, compare
+from dineros.generators.filters import Name, Written
+from dineros.generators.handwritten import FIRINGS
 from dineros.generators.manifest import PLACE, Manifest, NodeEntry, read_manifest, write_manifest
+from dineros.generators.naming import NOTHING_RESERVED, Reserved, function_of, require_short_paths
 from dineros.generators.notices import Edit
 from dineros.generators.plan import DeveloperFile, Plan, WriteStub
+from dineros.generators.reserved import reserved_names
 from dineros.generators.scripts import Script, read_script
 from dineros.generators.templates import TemplateError, Templates, generator
 from dineros.metamodel import sym
@@ -149,19 +153,16 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
         )
     source = f"{options.source} with {' '.join(options.settings)}" if options.settings else options.source
     templates = Templates(source, folder)
-    application = application_of(model)
+
+    def render(app: Application, module: str) -> bytes:
+        context = _node_context(app.nodes[0], _common(app, NOTHING_RESERVED, options, chosen))
+        return templates.render(f"node/{module}.py.j2", stubs=[], **context)
+
+    reserved = reserved_names(render)
+    application = application_of(model, reserved)
+    common = _common(application, reserved, options, chosen)
     generated: dict[str, bytes] = {}
     developer: dict[str, DeveloperFile] = {}
-    name, _, address = chosen["maintainer"].removesuffix(">").partition("<")
-    common = {
-        "app": application,
-        "lifecycle": chosen["lifecycle"],
-        "license": chosen["license"],
-        "maintainer": {"name": name.strip(), "email": address.strip()},
-        "source": options.source,
-        "settings": options.settings,
-        "token": application.interfaces.token,
-    }
     _plan_interfaces(application, templates, common, generated)
     for node in application.nodes:
         own = dependencies.read_dependencies(workspace, node.package)
@@ -170,6 +171,7 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
     _plan_bringup(application, templates, common, generated, developer)
     scripts = _scripts(workspace, options, application, known)
     _plan_tests(scripts, application, templates, common, generated)
+    require_short_paths([*generated, *developer])
     manifest = Manifest(
         generator=generator(),
         model=application.id,
@@ -187,9 +189,30 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
     return Plan(manifest, generated, developer, instances)
 
 
-def executable(node: NodePackage) -> str:
+def _common(app: Application, reserved: Reserved, options: Options, chosen: dict[str, Any]) -> dict[str, Any]:
+    """Return what all templates may use."""
+    name, _, address = chosen["maintainer"].removesuffix(">").partition("<")
+    return {
+        "app": app,
+        "lifecycle": chosen["lifecycle"],
+        "license": chosen["license"],
+        "maintainer": {"name": name.strip(), "email": address.strip()},
+        "source": options.source,
+        "settings": options.settings,
+        "token": app.interfaces.token,
+        "token_function": function_of(app.interfaces.token, reserved.tokens),
+        "taken": reserved.firings | reserved.tokens,
+    }
+
+
+def _node_context(node: NodePackage, common: dict[str, Any]) -> dict[str, Any]:
+    """Return what the templates of a node's package may use."""
+    return {**common, "node": node, "executable": executable(node), "imports": _typing(node)}
+
+
+def executable(node: NodePackage) -> Name:
     """Return the name of a node's program, as ``ros2 run`` takes it."""
-    return snake_case(node.name)
+    return Name(snake_case(node.name))
 
 
 def _entry(node: NodePackage) -> NodeEntry:
@@ -242,7 +265,7 @@ def _plan_node(
     developer: dict[str, DeveloperFile],
 ) -> None:
     root = f"src/{node.package}"
-    context = {**common, "node": node, "executable": executable(node), "imports": _typing(node)}
+    context = _node_context(node, common)
     module = f"{root}/{node.package}"
     for template, path in (
         ("package.xml", f"{root}/package.xml"),
@@ -264,11 +287,11 @@ def _plan_node(
     comment = templates.render("node/runtime_model.xml.j2", **context).strip()
     generated[f"{module}/node.rtm.xmi"] = node.runtime_model.replace(b"?>\n", b"?>\n" + comment + b"\n", 1)
 
-    def write_stub(transition: Transition, function: str, firings: str) -> str:
+    def write_stub(transition: Transition, function: Name, firings: Name) -> Written:
         stub = templates.render(
             "node/stub.py.j2", transition=transition, function=function, firings=firings, **context
         )
-        return stub.decode().strip("\n") + "\n"
+        return Written(stub.decode().strip("\n") + "\n")
 
     developer[f"{module}/handlers.py"] = DeveloperFile(
         templates.render("node/handlers.py.j2", stubs=_stubs(node, write_stub), **context),
@@ -285,18 +308,20 @@ def _plan_node(
     )
 
 
-def _typing(node: NodePackage) -> list[str]:
+def _typing(node: NodePackage) -> list[Name]:
     """Return what the module `firings` takes from `typing`."""
     names = ["TypeAlias", "TypedDict", "Unpack"]
     if node.transitions:
         names.insert(0, "Literal")
     if len(node.transitions) != 1:
         names.insert(0, "Any")
-    return [*names, "overload"] if len(node.transitions) > 1 else names
+    if len(node.transitions) > 1:
+        names.append("overload")
+    return [Name(name) for name in names]
 
 
-def _stubs(node: NodePackage, write_stub: WriteStub) -> list[str]:
-    return [write_stub(transition, transition.function, "firings") for transition in node.transitions]
+def _stubs(node: NodePackage, write_stub: WriteStub) -> list[Written]:
+    return [write_stub(transition, transition.function, Name(FIRINGS)) for transition in node.transitions]
 
 
 def _plan_bringup(

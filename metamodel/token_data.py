@@ -17,7 +17,8 @@ from dineros.metamodel.errors import FeatureValueError, near_matches
 Value = str | int | float | bool | list["Value"] | dict[str, "Value"]
 """A value of a token field."""
 
-_INTEGER = re.compile(r"[+-]?[0-9]{1,18}")
+_INTEGER = re.compile(r"[+-]?[0-9]{1,19}")
+_INT64 = range(-(2**63), 2**63)  # what messages carry
 _ARTICLES = {"text": "a text", "integer": "an integer", "number": "a number", "boolean": "true or false"}
 
 
@@ -89,14 +90,17 @@ def _scalar(name: str, kind: str, value: object) -> Value:
         if value in ("true", "false"):
             return value == "true"
     if kind == "integer":
-        if isinstance(value, int) and not isinstance(value, bool):
-            return value
+        number = value
         if isinstance(value, str) and _INTEGER.fullmatch(value.strip()):
-            return int(value)
-    if kind == "number":
-        number = _number(value)
-        if number is not None and math.isfinite(number):
+            number = int(value)
+        if isinstance(number, int) and not isinstance(number, bool):
+            if number not in _INT64:
+                raise FeatureValueError(f"{name} takes an integer of 64 bits, not {_shown(value)}")
             return number
+    if kind == "number":
+        real = _number(value)
+        if real is not None and math.isfinite(real):
+            return real
     raise FeatureValueError(f"{name} takes {_ARTICLES.get(kind, kind)}, not {_shown(value)}")
 
 

@@ -126,13 +126,12 @@ def _model_processes(
 def _expected(system: sym.SystemModel) -> dict[str, list[str]]:
     """Return the parameters by which each node waits at its start for subscribers to what it publishes."""
     from dineros.generators.application import application_of
-    from dineros.metamodel.ros_names import resource_name
 
     return {
         node.id: [
             word
-            for channel, subscribers in node.published
-            for word in ("-p", f"expected_subscribers.{resource_name(channel)}:={subscribers}")
+            for name, subscribers in node.published
+            for word in ("-p", f"expected_subscribers.{name}:={subscribers}")
         ]
         for node in application_of(system).nodes
     }

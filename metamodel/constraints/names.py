@@ -11,6 +11,8 @@ from dineros.metamodel.constraints.wording import describe, kind_of
 from dineros.metamodel.elements import label
 
 _BLANK = re.compile(r"\s")
+# What quotes, comments, tags, variables and tables are made of in XML, Python, C, CMake, shells and Markdown.
+_NOT_IN_IDS = frozenset("\"'`\\<>&{}|$;")
 _NODE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _PACKAGE = re.compile(r"[a-z][a-z0-9_]*[a-z0-9]")
 _NAMESPACE = re.compile(r"/|(/[A-Za-z_][A-Za-z0-9_]*)+")
@@ -54,6 +56,19 @@ def _kind_and_place(element: pn.Element) -> str:
 def id_without_blanks(element: pn.Element, index: Index) -> Outcome:
     """An id has no white space."""
     return not (element.id and _BLANK.search(element.id))
+
+
+@constraint(
+    "{it} has {found} in its id",
+    fix="write the id with letters, digits and signs such as _ - . @ and use the name for people",
+    guard=lambda element, index: index.is_distributed and bool(element.id),
+)
+def id_characters(element: pn.Element, index: Index) -> Outcome:
+    """An id in a system model has characters that every generated format carries: no quotes, no braces."""
+    for character in element.id:
+        if character in _NOT_IN_IDS or not (character.isprintable() or character.isspace()):
+            return repr(character)
+    return True
 
 
 @constraint(

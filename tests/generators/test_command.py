@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from lxml import etree
 
 from dineros.cli.main import main
 from dineros.generators import read_manifest
@@ -126,7 +127,7 @@ def test_a_template_of_ones_own(run: Run) -> None:
     own = Path("mine/node")
     own.mkdir(parents=True)
     (own / "README.md.j2").write_text(
-        "{{ header('<!--', '-->') }}\n# My {{ node.package }} for {{ app.name }}\n"
+        "{{ header('<!--', '-->') }}\n# My {{ node.package }} for {{ app.name | md }}\n"
     )
     run("--templates", "mine")
     text = Path("ws/src/waiter/README.md").read_text()
@@ -167,6 +168,15 @@ def test_a_template_is_no_program(run: Run) -> None:
         ("node/README.md.j2", "a\n{% if %}\n", "mine/node/README.md.j2:2: "),
         ("node/README.md.j2", "a\nb\n{{ node.nonsense }}\n", "mine/node/README.md.j2:3: "),
         ("node/README.md.j2", "{{ nonsense }}\n", "mine/node/README.md.j2:1: 'nonsense' is undefined"),
+        (
+            "node/README.md.j2",
+            "a\n{{ app.name }}\n",
+            "mine/node/README.md.j2:2: 'kitchen' goes through no filter (write ",
+        ),
+        ("node/README.md.j2", "{{ app.name | safe }}", "goes through no filter"),
+        ("node/README.md.j2", "{{ node.package ~ app.name }}", "'waiterkitchen' goes through no filter"),
+        ("node/README.md.j2", "{{ app.id | name ~ '' }}", "'kitchen' goes through no filter"),
+        ("node/__init__.py.j2", "a b {{ node.package }}\n", "makes no Python: invalid syntax: 'a b waiter'"),
         ("node/REDAME.md.j2", "", "mine/node/REDAME.md.j2: overrides no template (did you mean 'node/README"),
     ],
 )
@@ -219,3 +229,20 @@ def test_fields_that_ros_cannot_have_are_refused(run: Run, old: str, new: str, s
     next(field for field in model.tokenType.fields if field.name == old).name = new
     save(model, "kitchen.sym.xmi")
     assert is_one_line_of_wrong_use(run(), said)
+
+
+@pytest.mark.parametrize("name", ["a---b", "a\nimport evil\n", "\udcff"])
+def test_any_name_of_a_file_is_text(run: Run, name: str) -> None:
+    """XML can be read, Python says the name as it is, and the next generation finds all up to date."""
+    source = f"{name}.sym.xmi"
+    save(kitchen(), source)
+    command = ["generate", source, "-o", "other", "--set", "Hungry.name=x---y"]
+    assert CliRunner().invoke(main, command).exit_code == 0
+    for path in ("package.xml", "waiter/node.rtm.xmi"):
+        etree.parse(Path("other/src/waiter") / path)
+    manifest = read_manifest(Path("other"))
+    assert manifest is not None
+    assert manifest.source == source
+    base = Path("other/src/waiter/waiter/base.py").read_text()
+    assert f"SOURCE = {source!a}".replace("'", '"') in base
+    assert "up to date" in CliRunner().invoke(main, command).stdout

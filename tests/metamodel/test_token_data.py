@@ -49,6 +49,12 @@ def test_reads_values_and_texts_that_denote_them(name: str, raw: object, value: 
         ("integer", True, "integer takes an integer, not true"),
         ("integer", "1_000", 'integer takes an integer, not "1_000"'),
         ("integer", None, "integer takes an integer, not null"),
+        ("integer", 2**63, "integer takes an integer of 64 bits, not 9223372036854775808"),
+        (
+            "integer",
+            "-9223372036854775809",
+            'integer takes an integer of 64 bits, not "-9223372036854775809"',
+        ),
         ("number", "nan", 'number takes a number, not "nan"'),
         ("number", True, "number takes a number, not true"),
         ("number", 10**400, "number takes a number, not 1000000000000000000000000000000000000..."),

@@ -41,6 +41,24 @@ def id_with_a_blank(small: Small) -> None:
 
 
 @CASES.breaks(
+    "id-characters",
+    'place "it\'s" has "\'" in its id',
+    "write the id with letters, digits and signs such as _ - . @ and use the name for people",
+)
+def quote_in_an_id(small: Small) -> None:
+    small["Idle"].id = "it's"
+
+
+@CASES.breaks(
+    "id-characters",
+    "place 'right\\u202eleft' has '\\u202e' in its id",
+    "write the id with letters, digits and signs such as _ - . @ and use the name for people",
+)
+def unprintable_id(small: Small) -> None:
+    small["Idle"].id = "right\u202eleft"
+
+
+@CASES.breaks(
     "id-unique",
     "place 'p' has the id of another element, a place in page 'left'",
     "give one of them another id",

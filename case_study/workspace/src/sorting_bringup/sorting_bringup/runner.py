@@ -96,7 +96,7 @@ def interrupted(*_: object) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the nodes until all have ended, one fails again and again, or Ctrl-C."""
-    parser = argparse.ArgumentParser(description="Runs the nodes of sorting.")
+    parser = argparse.ArgumentParser(description="Runs the nodes of sorting_bringup.")
     parser.add_argument("--journal", type=Path, default=Path("journal"), help="takes records and logs")
     parser.add_argument("--ros-args", nargs=argparse.REMAINDER, default=[], help="for all nodes")
     given = parser.parse_args(arguments)

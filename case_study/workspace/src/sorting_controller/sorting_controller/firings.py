@@ -36,7 +36,7 @@ Outcome: TypeAlias = Changes | Given | None
 """What a handler returns: some fields, what `give` made, or nothing: the data goes on as it left it."""
 
 
-# TReqControlL: ReqControlL -> GetReqL
+# Transition TReqControlL: ReqControlL -> GetReqL
 class TReqControlLInputs(TypedDict):
     """What TReqControlL takes and reads."""
 
@@ -52,7 +52,7 @@ class TReqControlLOutputs(TypedDict, total=False):
 TReqControlLFiring: TypeAlias = TypedFiring[Data, TReqControlLInputs, TReqControlLOutputs]
 
 
-# TStartPickL: GetResL -> PickReqL
+# Transition TStartPickL: GetResL -> PickReqL
 class TStartPickLInputs(TypedDict):
     """What TStartPickL takes and reads."""
 
@@ -68,7 +68,7 @@ class TStartPickLOutputs(TypedDict, total=False):
 TStartPickLFiring: TypeAlias = TypedFiring[Data, TStartPickLInputs, TStartPickLOutputs]
 
 
-# TStartPlaceL: PickResL -> PlaceReqL
+# Transition TStartPlaceL: PickResL -> PlaceReqL
 class TStartPlaceLInputs(TypedDict):
     """What TStartPlaceL takes and reads."""
 
@@ -84,7 +84,7 @@ class TStartPlaceLOutputs(TypedDict, total=False):
 TStartPlaceLFiring: TypeAlias = TypedFiring[Data, TStartPlaceLInputs, TStartPlaceLOutputs]
 
 
-# TReleaseL: PlaceResL -> EndReqL
+# Transition TReleaseL: PlaceResL -> EndReqL
 class TReleaseLInputs(TypedDict):
     """What TReleaseL takes and reads."""
 
@@ -100,7 +100,7 @@ class TReleaseLOutputs(TypedDict, total=False):
 TReleaseLFiring: TypeAlias = TypedFiring[Data, TReleaseLInputs, TReleaseLOutputs]
 
 
-# TReportL: EndResL -> ResultL
+# Transition TReportL: EndResL -> ResultL
 class TReportLInputs(TypedDict):
     """What TReportL takes and reads."""
 
@@ -116,7 +116,7 @@ class TReportLOutputs(TypedDict, total=False):
 TReportLFiring: TypeAlias = TypedFiring[Data, TReportLInputs, TReportLOutputs]
 
 
-# TReqControlR: ReqControlR -> GetReqR
+# Transition TReqControlR: ReqControlR -> GetReqR
 class TReqControlRInputs(TypedDict):
     """What TReqControlR takes and reads."""
 
@@ -132,7 +132,7 @@ class TReqControlROutputs(TypedDict, total=False):
 TReqControlRFiring: TypeAlias = TypedFiring[Data, TReqControlRInputs, TReqControlROutputs]
 
 
-# TStartPickR: GetResR -> PickReqR
+# Transition TStartPickR: GetResR -> PickReqR
 class TStartPickRInputs(TypedDict):
     """What TStartPickR takes and reads."""
 
@@ -148,7 +148,7 @@ class TStartPickROutputs(TypedDict, total=False):
 TStartPickRFiring: TypeAlias = TypedFiring[Data, TStartPickRInputs, TStartPickROutputs]
 
 
-# TStartPlaceR: PickResR -> PlaceReqR
+# Transition TStartPlaceR: PickResR -> PlaceReqR
 class TStartPlaceRInputs(TypedDict):
     """What TStartPlaceR takes and reads."""
 
@@ -164,7 +164,7 @@ class TStartPlaceROutputs(TypedDict, total=False):
 TStartPlaceRFiring: TypeAlias = TypedFiring[Data, TStartPlaceRInputs, TStartPlaceROutputs]
 
 
-# TReleaseR: PlaceResR -> EndReqR
+# Transition TReleaseR: PlaceResR -> EndReqR
 class TReleaseRInputs(TypedDict):
     """What TReleaseR takes and reads."""
 
@@ -180,7 +180,7 @@ class TReleaseROutputs(TypedDict, total=False):
 TReleaseRFiring: TypeAlias = TypedFiring[Data, TReleaseRInputs, TReleaseROutputs]
 
 
-# TReportR: EndResR -> ResultR
+# Transition TReportR: EndResR -> ResultR
 class TReportRInputs(TypedDict):
     """What TReportR takes and reads."""
 

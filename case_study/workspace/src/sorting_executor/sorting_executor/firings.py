@@ -36,7 +36,7 @@ Outcome: TypeAlias = Changes | Given | None
 """What a handler returns: some fields, what `give` made, or nothing: the data goes on as it left it."""
 
 
-# TRetry: Unsafe -> SensorReq
+# Transition TRetry: Unsafe -> SensorReq
 class TRetryInputs(TypedDict):
     """What TRetry takes and reads."""
 
@@ -52,7 +52,7 @@ class TRetryOutputs(TypedDict, total=False):
 TRetryFiring: TypeAlias = TypedFiring[Data, TRetryInputs, TRetryOutputs]
 
 
-# TSafe: SensorRes -> Safe
+# Transition TSafe: SensorRes -> Safe
 class TSafeInputs(TypedDict):
     """What TSafe takes and reads."""
 
@@ -68,7 +68,7 @@ class TSafeOutputs(TypedDict, total=False):
 TSafeFiring: TypeAlias = TypedFiring[Data, TSafeInputs, TSafeOutputs]
 
 
-# TUnsafe: SensorRes -> Unsafe
+# Transition TUnsafe: SensorRes -> Unsafe
 class TUnsafeInputs(TypedDict):
     """What TUnsafe takes and reads."""
 
@@ -84,7 +84,7 @@ class TUnsafeOutputs(TypedDict, total=False):
 TUnsafeFiring: TypeAlias = TypedFiring[Data, TUnsafeInputs, TUnsafeOutputs]
 
 
-# TStop: Safe -> SensorReq
+# Transition TStop: Safe -> SensorReq
 class TStopInputs(TypedDict):
     """What TStop takes and reads."""
 
@@ -100,7 +100,7 @@ class TStopOutputs(TypedDict, total=False):
 TStopFiring: TypeAlias = TypedFiring[Data, TStopInputs, TStopOutputs]
 
 
-# TPick: PickEntry + Safe -> PickRun + Safe
+# Transition TPick: PickEntry + Safe -> PickRun + Safe
 class TPickInputs(TypedDict):
     """What TPick takes and reads."""
 
@@ -118,7 +118,7 @@ class TPickOutputs(TypedDict, total=False):
 TPickFiring: TypeAlias = TypedFiring[Data, TPickInputs, TPickOutputs]
 
 
-# TPickAbort: PickRun + Unsafe -> PickExit + Unsafe
+# Transition TPickAbort: PickRun + Unsafe -> PickExit + Unsafe
 class TPickAbortInputs(TypedDict):
     """What TPickAbort takes and reads."""
 
@@ -136,7 +136,7 @@ class TPickAbortOutputs(TypedDict, total=False):
 TPickAbortFiring: TypeAlias = TypedFiring[Data, TPickAbortInputs, TPickAbortOutputs]
 
 
-# TPickSuccess: PickRun -> PickExit
+# Transition TPickSuccess: PickRun -> PickExit
 class TPickSuccessInputs(TypedDict):
     """What TPickSuccess takes and reads."""
 
@@ -152,7 +152,7 @@ class TPickSuccessOutputs(TypedDict, total=False):
 TPickSuccessFiring: TypeAlias = TypedFiring[Data, TPickSuccessInputs, TPickSuccessOutputs]
 
 
-# TPickFail: PickRun -> PickExit
+# Transition TPickFail: PickRun -> PickExit
 class TPickFailInputs(TypedDict):
     """What TPickFail takes and reads."""
 
@@ -168,7 +168,7 @@ class TPickFailOutputs(TypedDict, total=False):
 TPickFailFiring: TypeAlias = TypedFiring[Data, TPickFailInputs, TPickFailOutputs]
 
 
-# TPlace: PlaceEntry + Safe -> PlaceRun + Safe
+# Transition TPlace: PlaceEntry + Safe -> PlaceRun + Safe
 class TPlaceInputs(TypedDict):
     """What TPlace takes and reads."""
 
@@ -186,7 +186,7 @@ class TPlaceOutputs(TypedDict, total=False):
 TPlaceFiring: TypeAlias = TypedFiring[Data, TPlaceInputs, TPlaceOutputs]
 
 
-# TPlaceAbort: PlaceRun + Unsafe -> PlaceExit + Unsafe
+# Transition TPlaceAbort: PlaceRun + Unsafe -> PlaceExit + Unsafe
 class TPlaceAbortInputs(TypedDict):
     """What TPlaceAbort takes and reads."""
 
@@ -204,7 +204,7 @@ class TPlaceAbortOutputs(TypedDict, total=False):
 TPlaceAbortFiring: TypeAlias = TypedFiring[Data, TPlaceAbortInputs, TPlaceAbortOutputs]
 
 
-# TPlaceSuccess: PlaceRun -> PlaceExit
+# Transition TPlaceSuccess: PlaceRun -> PlaceExit
 class TPlaceSuccessInputs(TypedDict):
     """What TPlaceSuccess takes and reads."""
 
@@ -220,7 +220,7 @@ class TPlaceSuccessOutputs(TypedDict, total=False):
 TPlaceSuccessFiring: TypeAlias = TypedFiring[Data, TPlaceSuccessInputs, TPlaceSuccessOutputs]
 
 
-# TPlaceFail: PlaceRun -> PlaceExit
+# Transition TPlaceFail: PlaceRun -> PlaceExit
 class TPlaceFailInputs(TypedDict):
     """What TPlaceFail takes and reads."""
 

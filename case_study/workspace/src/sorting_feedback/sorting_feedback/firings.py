@@ -34,7 +34,7 @@ Outcome: TypeAlias = Changes | Given | None
 """What a handler returns: some fields, what `give` made, or nothing: the data goes on as it left it."""
 
 
-# TShowResult: Feedback -> Shown
+# Transition TShowResult: Feedback -> Shown
 class TShowResultInputs(TypedDict):
     """What TShowResult takes and reads."""
 

@@ -36,7 +36,7 @@ Outcome: TypeAlias = Changes | Given | None
 """What a handler returns: some fields, what `give` made, or nothing: the data goes on as it left it."""
 
 
-# SelectRed: RedObjects -> SortRed
+# Transition SelectRed: RedObjects -> SortRed
 class SelectRedInputs(TypedDict):
     """What SelectRed takes and reads."""
 
@@ -52,7 +52,7 @@ class SelectRedOutputs(TypedDict, total=False):
 SelectRedFiring: TypeAlias = TypedFiring[Data, SelectRedInputs, SelectRedOutputs]
 
 
-# SelectBlue: BlueObjects -> SortBlue
+# Transition SelectBlue: BlueObjects -> SortBlue
 class SelectBlueInputs(TypedDict):
     """What SelectBlue takes and reads."""
 
@@ -68,7 +68,7 @@ class SelectBlueOutputs(TypedDict, total=False):
 SelectBlueFiring: TypeAlias = TypedFiring[Data, SelectBlueInputs, SelectBlueOutputs]
 
 
-# SelectGreen: GreenObjects -> SortGreen
+# Transition SelectGreen: GreenObjects -> SortGreen
 class SelectGreenInputs(TypedDict):
     """What SelectGreen takes and reads."""
 

@@ -34,7 +34,7 @@ Outcome: TypeAlias = Changes | Given | None
 """What a handler returns: some fields, what `give` made, or nothing: the data goes on as it left it."""
 
 
-# TSense: SensorEntry -> SensorExit
+# Transition TSense: SensorEntry -> SensorExit
 class TSenseInputs(TypedDict):
     """What TSense takes and reads."""
 

@@ -36,7 +36,7 @@ Outcome: TypeAlias = Changes | Given | None
 """What a handler returns: some fields, what `give` made, or nothing: the data goes on as it left it."""
 
 
-# TGet: GetEntry + StateGet -> GetExit + StateEnd
+# Transition TGet: GetEntry + StateGet -> GetExit + StateEnd
 class TGetInputs(TypedDict):
     """What TGet takes and reads."""
 
@@ -54,7 +54,7 @@ class TGetOutputs(TypedDict, total=False):
 TGetFiring: TypeAlias = TypedFiring[Data, TGetInputs, TGetOutputs]
 
 
-# TEnd: EndEntry + StateEnd -> EndExit + StateGet
+# Transition TEnd: EndEntry + StateEnd -> EndExit + StateGet
 class TEndInputs(TypedDict):
     """What TEnd takes and reads."""
 
