@@ -86,7 +86,7 @@ def texts() -> list[tuple[str, str]]:
         for name, feature in features_of(type(element)).items()
         if is_text(feature)
     }
-    return list(found)
+    return sorted(found)
 
 
 def changed(kind: str, name: str, text: str) -> sym.SystemModel:
