@@ -163,8 +163,9 @@ class TestSystemPackages:
         )
         machine.command("id", "echo 0")
         with said.open("wb") as output:
-            command = ["bash", self.script, wanted]
-            subprocess.run(command, env={"PATH": str(machine.bin)}, stdout=output, check=True, timeout=60)
+            subprocess.run(
+                [self.script, wanted], env={"PATH": str(machine.bin)}, stdout=output, check=True, timeout=60
+            )
         assert "graphviz (class diagrams); spin (model checks)" in (machine.home / "before").read_text()
 
     @pytest.mark.parametrize("answer", ["no", "0", "false"])

@@ -29,7 +29,7 @@ MACHINES = [
 def locked(name: str) -> dict[str, tuple[str, Marker | None, list[str]]]:
     """From each distribution in a lock to its version, for which machines, and its hashes."""
     text = (ROOT / f"requirements/{name}.txt").read_text(encoding="utf-8").replace("\\\n", "")
-    found = {}
+    found: dict[str, tuple[str, Marker | None, list[str]]] = {}
     for line in text.splitlines():
         if not line.startswith("#"):
             wanted, *hashes = line.split(" --hash=")
