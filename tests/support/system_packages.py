@@ -1,6 +1,7 @@
 """Tests that need a system package: skipped by its name where it is missing; with CI set they fail."""
 
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -23,6 +24,12 @@ def require(*packages: str) -> None:
         pytest.fail(f"CI is set: {absent} must be there")
     if absent:
         pytest.skip(f"without {absent}")
+
+
+def require_for(examples: str) -> None:
+    """Skip the test that runs if command lines in these examples need a package that is missing."""
+    if re.search(r"dineros rules .*\.svg", examples):
+        require("graphviz")
 
 
 def needs(*packages: str) -> pytest.MarkDecorator:
