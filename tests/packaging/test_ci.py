@@ -20,7 +20,7 @@ def script(machine: Machine) -> Path:
     (machine.home / "checkouts/shared").mkdir()
     machine.python("venv-python", "3.11")
     venv = f"mkdir -p .venv/bin; cp {machine.bin}/venv-python .venv/bin/python"
-    beside = '[ "$1" != -C ] || ls -d "$2/../shared"'
+    beside = '[ "${2:-}" != -C ] || ls -d "$3/../shared"'
     machine.command("make", f'echo "make $* (CI=$CI)" >>{machine.home}/calls; {venv}; {beside}')
     machine.command("git", f'echo "git $1 $2 $3" >>{machine.home}/calls; mkdir -p "$4"')
     return Path(shutil.copy(ROOT / ".ci/run", project / ".ci/run"))
@@ -32,7 +32,7 @@ def test_both_pythons_are_tested_where_both_are_there(machine: Machine, script: 
     done = machine.run(script, TMPDIR=f"{machine.home}/temporary")
     assert done.returncode == 0, done.stderr
     assert machine.calls[:3] == ["make install (CI=1)", "make test (CI=1)", "git clone --quiet ."]
-    assert machine.calls[3].startswith(f"make -C {machine.home}/temporary/")
+    assert machine.calls[3].startswith(f"make --no-print-directory -C {machine.home}/temporary/")
     assert machine.calls[3].endswith("/dineros test PYTHON=python3.12 (CI=1)")
     assert len(machine.calls) == 4
     assert list((machine.home / "temporary").iterdir()) == [], "the clone is removed"
@@ -58,7 +58,7 @@ def test_one_that_pyenv_keeps_is_found(machine: Machine, script: Path) -> None:
     assert machine.calls[-1].endswith(f"/dineros test PYTHON={kept}/python3.12 (CI=1)")
 
 
-@pytest.mark.parametrize("failing", ["test", "-C*"])
+@pytest.mark.parametrize("failing", ["test", "*-C*"])
 def test_a_failure_of_either_is_one(machine: Machine, script: Path, failing: str) -> None:
     machine.python("python3.12", "3.12")
     make = (machine.bin / "make").read_text()
