@@ -4,24 +4,13 @@ SHELL := /bin/bash
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
-# What development needs; an extra joins when the room that needs it is there.
-extras := regenerate,docs,test
-ifneq ($(wildcard analysis),)
-extras := $(extras),analysis,cluster
-endif
-ifneq ($(wildcard views/nets),)
-extras := $(extras),view
-endif
-ifneq ($(wildcard runtime/ros),)
-extras := $(extras),ros-build,mqtt,rest
-endif
-
 python := .venv/bin/python
 stamp := .venv/.installed
+maintenance := build/maintenance
 checked := $(wildcard metamodel cli transformations analysis generators runtime views case_study benchmarks docs tests tools) setup.py
 
-# The stamp names what was installed where: another place, other extras or a PYTHON given by hand mean a new installation.
-wanted := $(CURDIR) $(extras)
+# The stamp names where it was installed: another place or a PYTHON given by hand mean a new installation.
+wanted := $(CURDIR)
 ifneq ($(shell cat $(stamp) 2>/dev/null),$(wanted))
 .PHONY: $(stamp)
 endif
@@ -38,8 +27,8 @@ help: ## Show this list
 install: $(stamp) ## Make .venv with everything in it (quick when nothing changed)
 	@tools/system-packages
 
-$(stamp): pyproject.toml setup.py constraints.txt tools/install
-	@tools/install $(extras)
+$(stamp): pyproject.toml setup.py requirements/build.txt requirements/development.txt tools/install
+	@tools/install
 	@echo '$(wanted)' >$@
 
 .PHONY: demo
@@ -71,9 +60,18 @@ benchmark: install ## Run every benchmark
 	@for script in benchmarks/[!_]*.py; do \
 		name=benchmarks.$$(basename "$$script" .py); echo "== $$name"; $(python) -m "$$name"; done
 
+$(maintenance)/.installed: requirements/maintenance.txt
+	@$(python) -m venv --clear $(maintenance)
+	@$(maintenance)/bin/python -m pip --disable-pip-version-check --quiet install --require-hashes --no-deps -r $<
+	@touch $@
+
 .PHONY: lock
-lock: install ## Write constraints.txt anew
-	@$(python) tools/lock.py analysis,cluster,docs,mqtt,regenerate,rest,ros-build,test,view
+lock: install $(maintenance)/.installed ## Write requirements/ anew; UPGRADE=yes takes newer versions
+	@$(python) tools/lock.py $(maintenance)/bin/uv $(if $(UPGRADE),--upgrade)
+
+.PHONY: audit
+audit: install $(maintenance)/.installed ## Ask for known holes in what is installed
+	@$(python) tools/audit.py $(maintenance)/bin/pip-audit requirements/*.txt
 
 .PHONY: clean
 clean: ## Remove .venv and everything built

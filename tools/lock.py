@@ -1,57 +1,65 @@
-"""Write ``constraints.txt``: the exact version of everything that pip resolves for some extras, today.
+"""Write ``requirements/*.txt``: exact versions of all that is installed, and the hashes of their files.
 
-Versions are those that the first Python 3.11 can use: distributions ship Pythons some patch releases old, and
-packages ask for patch releases. Run it with Python 3.11, which needs more packages than 3.12.
+``pip install --require-hashes`` refuses any other file, wherever it comes from. One lock serves every
+supported Python and machine: markers say what only some need, hashes are those of all files of a version.
+Versions stay as they are where they still fit; ``--upgrade`` takes the newest.
 
-Usage: ``.venv/bin/python tools/lock.py EXTRA,EXTRA...``
+Usage: ``make lock [UPGRADE=yes]``, which brings uv.
 """
 
-import json
+import os
 import subprocess
 import sys
 import tempfile
+import tomllib
 from pathlib import Path
-from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
-HEAD = "# Exact versions for development and CI, written by `make lock`; asked for in pyproject.toml.\n"
-OLDEST = "3.11.0"
-SOURCE_ONLY = ["empy==3.3.4"]  # pip resolves for other Pythons from wheels only: we make these
+LOCKS = ROOT / "requirements"
+SHADOWS_LARK = "lark-parser"
+"""What the wheels of ROS 2 ask for: an old lark, which writes over the files of lark. They run with lark."""
 
 
-def pins(report: dict[str, Any]) -> list[str]:
-    """Name each distribution of pip's installation report, without this project, as ``name==version``.
+def commands(uv: str, build: str, upgrade: bool) -> dict[str, list[str]]:
+    """Return how each lock is made.
 
     Parameters
     ----------
-    report
-        What ``pip install --report`` wrote.
+    uv
+        The program.
+    build
+        A file with what building packages needs.
+    upgrade
+        Whether newer versions are taken.
 
     Returns
     -------
-    list of str
-        Sorted by name, regardless of case.
+    dict
+        From each lock's name to the command that writes it, run in the project's root, in this order.
     """
-    found = [(item["metadata"]["name"], item["metadata"]["version"]) for item in report["install"]]
-    found.sort(key=lambda pin: pin[0].lower())
-    return [f"{name}=={version}" for name, version in found if name != "dineros"]
+    oldest = "3.11"  # its first release: distributions ship Pythons some patch releases old
+    compile_ = [uv, "--no-config", "pip", "compile", "--quiet", "--universal", "--python-version", oldest]
+    compile_ += ["--generate-hashes", "--no-annotate", "--no-emit-package", SHADOWS_LARK]
+    compile_ += ["--upgrade"] if upgrade else []
+    development = "requirements/development.txt"
+    return {
+        "development": [*compile_, "--all-extras", "-o", development, "pyproject.toml"],
+        "build": [*compile_, "-c", development, "-o", "requirements/build.txt", build],
+        "maintenance": [*compile_, "--group", "maintenance", "-o", "requirements/maintenance.txt"],
+    }
 
 
-def main(extras: str) -> None:
-    """Resolve the project with its extras, ignoring what is installed, and write the versions."""
-    if sys.version_info[:2] != (3, 11):
-        sys.exit("Lock with Python 3.11: make lock PYTHON=python3.11")
-    pip = [sys.executable, "-P", "-m", "pip", "--disable-pip-version-check", "--quiet"]
-    wanted = ["pip", "setuptools", "--editable", f"{ROOT}[{extras}]"]
-    options = ["--dry-run", "--ignore-installed", "--no-build-isolation", "--report", "-"]
-    options += ["--python-version", OLDEST, "--only-binary", ":all:"]
-    with tempfile.TemporaryDirectory() as wheels:
-        subprocess.run([*pip, "wheel", "--no-deps", "--wheel-dir", wheels, *SOURCE_ONLY], check=True)
-        command = [*pip, "install", *options, "--find-links", wheels, *wanted]
-        report = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout)
-    lines = "".join(f"{pin}\n" for pin in pins(report))
-    (ROOT / "constraints.txt").write_text(HEAD + lines, encoding="utf-8")
+def main(uv: str, *options: str) -> None:
+    """Write all locks."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    LOCKS.mkdir(exist_ok=True)
+    environment = {**os.environ, "UV_CUSTOM_COMPILE_COMMAND": "make lock"}
+    with tempfile.TemporaryDirectory() as folder:
+        build = Path(folder, "build.in")
+        build.write_text("\n".join(["pip", *settings["build-system"]["requires"]]), encoding="utf-8")
+        for command in commands(uv, str(build), upgrade="--upgrade" in options).values():
+            subprocess.run(command, cwd=ROOT, env=environment, check=True, stdout=subprocess.DEVNULL)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])

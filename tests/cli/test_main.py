@@ -17,6 +17,7 @@ from dineros.cli.main import main
 from dineros.cli.options import ExampleCommand
 from dineros.metamodel.files import save
 from tests.cli.conftest import Run
+from tests.support.system_packages import require_for
 from tests.support.talker import talker
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -75,6 +76,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("example", [example for name in NAMES for example in the_command(name).examples])
 def test_every_example_runs(example: str, desk: Path, tmp_path: Path) -> None:
+    require_for(example)
     shutil.copytree(desk, tmp_path, dirs_exist_ok=True)
     for folder in (".local/share/bash-completion/completions", ".zfunc", ".config/fish/completions"):
         (tmp_path / folder).mkdir(parents=True)

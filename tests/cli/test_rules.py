@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import shutil
 from pathlib import Path
 
 import pytest
 
 from dineros.transformations.catalogue import FAMILIES, name_of
 from tests.cli.conftest import Run
+from tests.support.system_packages import needs
 
 WATCHDOG = Path(__file__).resolve().parents[2] / "docs/examples/watchdog_rules.py"
 
@@ -43,7 +43,7 @@ def test_one_rule_as_text_and_json(run: Run) -> None:
     assert described["rhs"][-1] == {"name": "arc", "is": "topic -> transport"}
 
 
-@pytest.mark.skipif(not shutil.which("dot"), reason="Graphviz (dot) is not installed")
+@needs("graphviz")
 def test_a_rule_is_drawn(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "t2.svg"
     result = run("rules", "T2", "-o", out)

@@ -9,6 +9,7 @@ import pytest
 
 from tests.support.layouter import without_line
 from tests.support.markdown import blocks, commands, run_page
+from tests.support.system_packages import require_for
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -16,6 +17,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_examples_of_a_page_run(page: Path, tmp_path: Path) -> None:
+    require_for(page.read_text(encoding="utf-8"))
     (tmp_path / "case_study").mkdir()
     for suffix in ("*.xmi", "*.pnml"):
         for model in (ROOT / "case_study").glob(suffix):

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import html
 import importlib.util
-import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +15,7 @@ import pytest
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import load
 from dineros.metamodel.settings import apply
+from tests.support.system_packages import needs
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -70,9 +69,7 @@ def test_the_reference_holds_every_command() -> None:
         assert f"Usage: dineros {command}" in reference
 
 
-@pytest.mark.skipif(
-    not shutil.which("dot") and not os.environ.get("CI"), reason="Graphviz (dot) is not installed"
-)
+@needs("graphviz")
 def test_the_diagrams_are_laid_out() -> None:
     pictures = hook("class_diagrams").pictures()
     assert set(pictures) >= {"class-pn-net", "class-sym-channels", "class-rtm", "class-pnm", "class-trace"}

@@ -1,22 +1,15 @@
 """Our metamodels and models under the Eclipse Modeling Framework itself: its loader and its validation."""
 
-import os
-import shutil
 import subprocess
 from pathlib import Path
 
-import pytest
-
 from dineros.metamodel.generate import METAMODELS
+from tests.support.system_packages import needs
 
 ROOT = Path(__file__).resolve().parents[2]
 JARS = [Path(f"/usr/share/java/eclipse-emf-{part}.jar") for part in ("common", "ecore", "ecore-xmi")]
 
-missing = not all(jar.exists() for jar in JARS) or shutil.which("javac") is None
-pytestmark = pytest.mark.skipif(
-    missing and "CI" not in os.environ,
-    reason="Debian's libeclipse-emf-ecore-xmi-java or a JDK is not installed",
-)
+pytestmark = needs("libeclipse-emf-ecore-xmi-java", "default-jdk-headless")
 
 
 def validate(*files: Path) -> subprocess.CompletedProcess[str]:

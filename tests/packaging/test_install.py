@@ -4,61 +4,13 @@ import os
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+from tests.packaging.conftest import Machine
+
 ROOT = Path(__file__).resolve().parents[2]
-ORDINARY = ["bash", "env", "dirname", "sed", "cut", "rm"]
-
-
-@dataclass
-class Machine:
-    """A folder that is all of PATH; its commands write what they were asked to the file ``calls``."""
-
-    home: Path
-
-    @property
-    def bin(self) -> Path:
-        return self.home / "bin"
-
-    def command(self, name: str, script: str = "exit 0") -> None:
-        file = self.bin / name
-        file.unlink(missing_ok=True)
-        file.write_text(f"#!{shutil.which('bash')}\n{script}\n")
-        file.chmod(0o755)
-
-    def python(self, name: str, version: str, script: str = "exit 0") -> None:
-        """A Python that knows its version; `script` answers everything else."""
-        self.command(name, f'case "$*" in *version_info*) echo {version};; *) {script};; esac')
-
-    def run(self, script: Path, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            [script, *arguments],
-            env={"PATH": str(self.bin), "HOME": str(self.home), "LANG": "C.UTF-8", **variables},
-            cwd=self.home,
-            capture_output=True,
-            text=True,
-            timeout=60,
-            check=False,
-        )
-
-    @property
-    def calls(self) -> list[str]:
-        file = self.home / "calls"
-        return file.read_text().splitlines() if file.exists() else []
-
-
-@pytest.fixture
-def machine(tmp_path: Path) -> Machine:
-    made = Machine(tmp_path)
-    made.bin.mkdir()
-    for name in ORDINARY:
-        found = shutil.which(name)
-        assert found
-        (made.bin / name).symlink_to(found)
-    return made
 
 
 class TestInstall:
@@ -123,9 +75,26 @@ class TestInstall:
         machine.python("venv-python", "3.12", "echo no network >&2; exit 1")
         machine.command("g++")
         machine.command("cmake")
-        done = machine.run(script, "docs")
+        done = machine.run(script)
         assert done.returncode == 1
         assert "no network" in done.stderr
+
+    def test_whatever_pip_fetches_has_a_locked_hash(self, machine: Machine, script: Path) -> None:
+        machine.python("venv-python", "3.12", f'echo "$*" >>{machine.home}/calls')
+        (script.parents[1] / ".venv/bin").mkdir(parents=True)
+        (script.parents[1] / ".venv/bin/python").symlink_to(machine.bin / "venv-python")
+        machine.python("python3", "3.12")
+        machine.command("g++")
+        machine.command("cmake")
+        assert machine.run(script).returncode == 0
+        fetching = [call for call in machine.calls if " install " in call and "--no-index" not in call]
+        assert [call.split()[-1] for call in fetching] == [
+            "requirements/build.txt",
+            "requirements/development.txt",
+        ]
+        assert all("--require-hashes --no-deps" in call for call in fetching)
+        (own,) = (call for call in machine.calls if "--editable ." in call)
+        assert "--no-deps --no-build-isolation" in own, "nothing is fetched to build it either"
 
 
 class TestSystemPackages:
@@ -178,11 +147,40 @@ class TestSystemPackages:
         Path(wanted).write_text(text.replace(" dot ", f" {machine.home}/installed "))
         done = machine.run(self.script, wanted, CI="1")
         assert done.returncode == 0
-        assert done.stdout == "Installing system packages: graphviz spin\n"
+        assert done.stdout == (
+            "Installing system packages with apt-get, which DINEROS_APT=no leaves out:"
+            " graphviz (class diagrams); spin (model checks)\n"
+        )
         assert machine.calls == [
             "apt-get update -qq (noninteractive)",
             "apt-get install -y -qq --no-install-recommends graphviz spin (noninteractive)",
         ]
+
+    def test_root_reads_what_will_be_installed_before_it_is(self, machine: Machine, wanted: str) -> None:
+        said = machine.home / "said"
+        machine.command(
+            "apt-get", f'while read -r line; do echo "$line"; done <{said} >{machine.home}/before'
+        )
+        machine.command("id", "echo 0")
+        with said.open("wb") as output:
+            subprocess.run(
+                [self.script, wanted], env={"PATH": str(machine.bin)}, stdout=output, check=True, timeout=60
+            )
+        assert "graphviz (class diagrams); spin (model checks)" in (machine.home / "before").read_text()
+
+    @pytest.mark.parametrize("answer", ["no", "0", "false"])
+    def test_root_who_wants_no_packages_gets_none(self, machine: Machine, wanted: str, answer: str) -> None:
+        machine.command("apt-get", f'echo "apt-get $*" >>{machine.home}/calls')
+        machine.command("id", "echo 0")
+        done = machine.run(self.script, wanted, DINEROS_APT=answer)
+        assert done.returncode == 0
+        assert done.stdout == (
+            "System packages are missing. Install them with: sudo apt-get install graphviz spin\n"
+            "  without graphviz, skipped: class diagrams\n"
+            "  without spin, skipped: model checks\n"
+        )
+        assert machine.calls == []
+        assert machine.run(self.script, wanted, DINEROS_APT=answer, CI="1").returncode == 1
 
     def test_root_without_network_goes_on_but_says_so(self, machine: Machine, wanted: str) -> None:
         machine.command("apt-get", "echo 'E: no network' >&2; exit 100")

@@ -1,11 +1,10 @@
-"""The Makefile's help, the pinned versions, and what mypy is shown."""
+"""The Makefile's help, and what mypy is shown."""
 
 import os
 import re
 import subprocess
 from pathlib import Path
 
-from tools.lock import pins
 from tools.typecheck import link_rooms, show_to_others
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -22,7 +21,9 @@ def make(*arguments: str) -> list[str]:
 def test_help_names_every_target() -> None:
     targets = re.findall(r"^\.PHONY: ([a-z]+)$", (ROOT / "Makefile").read_text(), re.MULTILINE)
     assert [line.split()[0] for line in make("help")] == targets
-    assert {"install", "demo", "test", "regenerate", "format", "benchmark", "lock", "clean"} <= set(targets)
+    assert {"install", "demo", "test", "regenerate", "format", "benchmark", "lock", "audit", "clean"} <= set(
+        targets
+    )
 
 
 def test_tests_come_last() -> None:
@@ -31,19 +32,6 @@ def test_tests_come_last() -> None:
     steps = ["ruff check", "ruff format", "typecheck.py", "generate --check", "-m pytest"]
     lines = [next(number for number, line in enumerate(plan) if step in line) for step in steps]
     assert lines == sorted(lines)
-
-
-def test_every_constraint_is_exact() -> None:
-    lines = (ROOT / "constraints.txt").read_text().splitlines()
-    assert lines[0].startswith("#")
-    for line in lines[1:]:
-        assert re.fullmatch(r"[\w.-]+==[\w.]+", line), line
-
-
-def test_lock_sorts_and_leaves_this_project_out() -> None:
-    names = [("rich", "15.0.0"), ("dineros", "0.1.0"), ("Jinja2", "3.1.6")]
-    report = {"install": [{"metadata": {"name": name, "version": version}} for name, version in names]}
-    assert pins(report) == ["Jinja2==3.1.6", "rich==15.0.0"]
 
 
 def test_links_show_the_rooms_and_forget_old_ones(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """The wheel holds every module and data file of every room, and works where the source tree is not."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -8,6 +9,7 @@ from pathlib import Path
 from zipfile import ZipFile
 
 import pytest
+from packaging.specifiers import SpecifierSet
 
 ROOT = Path(__file__).resolve().parents[2]
 SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -79,6 +81,45 @@ def test_metadata_names_licence_and_command(wheel: Path) -> None:
         (metadata,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
         text = archive.read(metadata).decode()
         commands = archive.read(metadata.replace("METADATA", "entry_points.txt")).decode()
-    assert "License-Expression: Apache-2.0" in text
-    assert "Requires-Python: >=3.11" in text
+    assert "License-Expression: Apache-2.0 AND " in text
+    (versions,) = re.findall("^Requires-Python: (.*)$", text, re.MULTILINE)
+    supported = SpecifierSet(versions)
+    tried = [f"3.{minor}.0" for minor in range(16) if f"3.{minor}.0" in supported]
+    named = re.findall(r"^Classifier: .* :: Python :: 3\.(\d+)$", text, re.MULTILINE)
+    assert tried == [f"3.{minor}.0" for minor in named] == ["3.11.0", "3.12.0"]
     assert "dineros = dineros.cli.main:main" in commands
+
+
+def test_licence_expression_names_what_is_inside(wheel: Path) -> None:
+    """Ours, and one for each folder of what others made, whose own text is among the licence files."""
+    with ZipFile(wheel) as archive:
+        names = archive.namelist()
+        (metadata,) = (name for name in names if name.endswith(".dist-info/METADATA"))
+        text = archive.read(metadata).decode()
+        about = archive.read("dineros/views/vendor/ABOUT.md").decode()
+    bundled = {name.split("/")[3] for name in names if re.match("dineros/views/vendor/[^/]+/", name)}
+    licences = dict(re.findall(r"^\| `(\w+)/` \|[^|]*\|[^|]*\| ([\w.-]+)\b", about, re.MULTILINE))
+    assert set(licences) == bundled, (
+        "views/vendor/ABOUT.md names each folder and the SPDX name of its licence"
+    )
+    (expression,) = re.findall("^License-Expression: (.*)$", text, re.MULTILINE)
+    assert expression.split(" AND ") == ["Apache-2.0", *sorted(set(licences.values()))]
+    files = set(re.findall("^License-File: (.*)$", text, re.MULTILINE))
+    assert {Path(file).parent.as_posix() for file in files} == {
+        ".",
+        *(f"views/vendor/{each}" for each in bundled),
+    }
+    assert all(f"{Path(metadata).parent}/licenses/{file}" in names for file in files)
+
+
+def test_what_others_made_lies_in_the_vendor_folder(wheel: Path) -> None:
+    """Minified scripts, fonts, archives and notices of other holders of rights stand nowhere else."""
+    foreign = re.compile(rb"SPDX-License|Copyright|@licen[cs]e|\(c\) (19|20)\d\d", re.IGNORECASE)
+    with ZipFile(wheel) as archive:
+        for name in archive.namelist():
+            if not name.startswith("dineros/") or name.startswith("dineros/views/vendor/"):
+                continue
+            assert Path(name).suffix not in {".ttf", ".otf", ".woff", ".woff2", ".jar", ".so", ".wasm"}, name
+            content = archive.read(name)
+            assert max(map(len, content.splitlines()), default=0) < 2000, f"{name} looks minified"
+            assert not foreign.search(content), name

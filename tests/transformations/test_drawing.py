@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 from pathlib import Path
 
 import pytest
@@ -20,9 +19,10 @@ from dineros.transformations.flatten import OVERFLOW_RULES, SIGNAL_RULES, rules_
 from dineros.transformations.notation import arc, place, transition
 from dineros.transformations.patterns import Absent, Made, Node
 from dineros.transformations.rule import Rule
+from tests.support.system_packages import needs
 
 RULES = [rule for family in FAMILIES for rule in family.rules]
-needs_graphviz = pytest.mark.skipif(not shutil.which("dot"), reason="Graphviz (dot) is not installed")
+needs_graphviz = needs("graphviz")
 
 
 class Odd(Rule):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import time
 from collections.abc import Iterator
@@ -10,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import pytest
+from tests.support.system_packages import require
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, ConsoleMessage, Page
@@ -26,9 +25,7 @@ def chromium() -> Iterator[Browser]:
     """Start a browser; skip the test where there is none, but not in CI."""
     program = next(filter(None, map(shutil.which, PROGRAMS)), None)
     if program is None:
-        if os.environ.get("CI"):
-            pytest.fail("Chromium is missing")
-        pytest.skip("Chromium is missing")
+        require("chromium")
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import random
 import re
-import shutil
 import subprocess
 
 import pytest
@@ -19,6 +18,7 @@ from dineros.analysis.logic.syntax import And, Atom, Formula, Not, Or
 from dineros.analysis.logic.translation import translate
 from tests.analysis.logic.generated import PROPOSITIONS, Letter, random_ltl, random_word
 from tests.analysis.logic.reference_ltl import accepts_word
+from tests.support.system_packages import needs
 
 TWO = PROPOSITIONS[:2]
 
@@ -202,7 +202,7 @@ def _intersection_is_empty(left: Automaton, right: Automaton) -> bool:
     return True
 
 
-@pytest.mark.skipif(shutil.which("spin") is None, reason="spin is not installed")
+@needs("spin")
 @pytest.mark.parametrize("seed", range(4))
 def test_automata_agree_with_spin(seed: int) -> None:
     # Debian's Spin knows no X. Ours for f and Spin's for !f share no word, and the other way round; what ours

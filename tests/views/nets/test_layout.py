@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 import time
 from pathlib import Path
 
@@ -19,11 +18,12 @@ from dineros.views.nets.graphviz import layout_by_graphviz
 from dineros.views.nets.shown import visible
 from tests.support.layouter import needs_layouter
 from tests.support.small_systems import small_system_models
+from tests.support.system_packages import needs
 from tests.views.nets.geometry import faults, label_overlaps
 from tests.views.nets.samples import arranged, case_study, models
 
 SEVERAL = settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-needs_graphviz = pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz is missing")
+needs_graphviz = needs("graphviz")
 NAMES = list(models())
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from typing import Any
 
@@ -17,12 +16,13 @@ from dineros.views.nets import ViewModel, collapse, compare, layout, view_of
 from dineros.views.nets.elk import layout_by_elk
 from dineros.views.nets.graphviz import layout_by_graphviz
 from tests.support.layouter import needs_layouter
+from tests.support.system_packages import needs
 from tests.support.talker import talker
 from tests.views.nets.arranged import at, covered, displaced, nested_nets, scale_of, sheets, stands, systems
 from tests.views.nets.geometry import crossed, faults, label_overlaps
 from tests.views.nets.samples import arranged_study, case_study
 
-needs_graphviz = pytest.mark.skipif(shutil.which("dot") is None, reason="Graphviz is missing")
+needs_graphviz = needs("graphviz")
 Engine = Callable[[dict[str, Any]], dict[str, Any]]
 ENGINES = [
     pytest.param(layout_by_elk, marks=needs_layouter),
