@@ -18,6 +18,7 @@ from dineros.runtime.topics import Publisher, Subscriber
 from dineros.runtime.traffic import SendError, Traffic, sender_of
 from dineros.runtime.transport import (
     Answer,
+    Check,
     ClientPort,
     Data,
     Message,
@@ -117,6 +118,13 @@ class Exchange:
                 self._engine.unhold_departure(client.departure)
             else:
                 client.ask_again()
+
+    def checks(self, transport: Transport) -> dict[int, Check]:
+        """Return what checks the data that comes onto places whose tokens are sent: place -> check."""
+        found = [(each.place, transport.check(each.port)) for each in self._publishers]
+        found += [(each.request, transport.check(port)) for port, each in self._clients.items()]
+        found += [(each.exit, transport.check(each.server.port)) for each in self._instances]
+        return {place: check for place, check in found if check is not None}
 
     def depart(self) -> bool:
         """Send all tokens that are due; return whether there were any."""

@@ -209,6 +209,9 @@ class Ports:
     signals: tuple[SignalPort, ...]
 
 
+Check = Callable[[Data], None]
+"""Raises an error for data that cannot be sent."""
+
 Answer = Callable[[Message], None]
 """Sends the response to a request; called once by the node, on its own thread. It does not raise."""
 
@@ -250,6 +253,9 @@ class Transport(Protocol):
 
     def request(self, port: ClientPort, message: Message) -> None:
         """Send a request. The node has one under way per client and sends it again after a time-out."""
+
+    def check(self, port: Port) -> Check | None:
+        """Return what raises for data that cannot be sent at a port; None: it takes all that tokens carry."""
 
     def close(self) -> None:
         """Leave the channels; when it returns, the receiver is called no more."""

@@ -98,6 +98,9 @@ def run_in_process(
         resume=resumed,
         simulated_time=is_simulated,
     )
+    if wanted.watchdog is not None:
+        for net in application.nets.values():
+            net.watchdog = wanted.watchdog or None
     handlers = load_handler_file(what.handlers) if what.handlers is not None else None
     if handlers is not None:
         handlers.simulate(application)

@@ -12,7 +12,7 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime import Net, Node
 from dineros.runtime.recording import KEPT_RESPONSES, Checkpoint, ListRecorder
-from dineros.runtime.transport import ClientPort, Message, Ports, PublisherPort, Receiver, ServerPort
+from dineros.runtime.transport import ClientPort, Message, Port, Ports, PublisherPort, Receiver, ServerPort
 from tests.runtime.tiny import events, token_type
 
 
@@ -68,6 +68,9 @@ class Wire:
             self.fails -= 1
             raise OSError("the cable is out")
         self.sent.append((name, message))
+
+    def check(self, port: Port) -> None:
+        return None
 
     def close(self) -> None:
         self.is_open = False
