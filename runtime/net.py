@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from dineros.metamodel import rtm
-from dineros.metamodel.errors import DinerosError, Location, ModelFileError
+from dineros.metamodel.errors import DinerosError, FeatureValueError, Location, ModelFileError
 from dineros.metamodel.files import load
 from dineros.runtime.core import Change, Core
 from dineros.runtime.handlers import Handler, HandlerFunction
