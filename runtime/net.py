@@ -241,7 +241,7 @@ class Net:
     @watchdog.setter
     def watchdog(self, seconds: float | None) -> None:
         if seconds is not None and not 0 < seconds < float("inf"):
-            raise DinerosError(
+            raise FeatureValueError(
                 f"a watchdog takes seconds above 0, not {seconds}", hint="None switches it off"
             )
         self._core.execution.watchdog.limit = seconds

@@ -104,6 +104,7 @@ def run(
     from dineros.cli.running.applications import application_of
     from dineros.cli.running.watching import Wanted
     from dineros.metamodel.errors import DinerosError
+    from dineros.runtime.application.ending import Ending
     from dineros.runtime.application.observer import FolderObserver
 
     if resume and trace is None:
@@ -111,7 +112,7 @@ def run(
     if programs and (local or simulate):
         raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
     application = application_of(model, settings, handler_file)
-    status = INTERRUPTED
+    process: Ending | None = None
     with ExitStack() as stack:
         # Whoever supervises this program ends it as Ctrl-C does.
         former = signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -131,14 +132,11 @@ def run(
             stack.enter_context(_page(folder, application))
         if local or simulate:
             from dineros.cli.running.local import run_in_process
-            from dineros.runtime.application.ending import Ending
             from dineros.runtime.application.logs import logs_to, terminal_handler
 
             level = logging.INFO if invocation().verbosity > 0 else logging.WARNING
             stack.enter_context(logs_to(terminal_handler(), level))
-            process = Ending(INTERRUPTED, signal.default_int_handler)
-            stack.callback(lambda: process.leave(status))  # a handler that does not return keeps nobody
-            with process:
+            with Ending(INTERRUPTED, signal.default_int_handler) as process:
                 ending = run_in_process(application, wanted, observer, is_simulated=simulate)
         else:
             from dineros.cli.running.ros import RosOptions, run_on_ros
@@ -147,6 +145,8 @@ def run(
             options = RosOptions(number, reach, programs, restarts)  # type: ignore[arg-type]
             ending = run_on_ros(application, wanted, observer, options)
         status = _report(application, wanted, observer, ending, trace, as_json)
+    if process is not None:
+        process.leave(status)  # a handler that does not return keeps nobody
     return status
 
 

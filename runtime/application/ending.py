@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import faulthandler
+import logging
 import os
 import signal
 import sys
@@ -20,7 +21,7 @@ SECONDS = 4.5
 """From the signal to the end by force."""
 
 _LEFT_OVER = 1.0
-"""Seconds that threads of the developers have when all else has ended in order."""
+"""Seconds that an error has for being told, where threads of the developers are left over."""
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -72,20 +73,25 @@ class Ending:
         self._has_ended.set()
         self._thread.join()
         os.close(self._pipe[0])
-        if any(exception):
-            self.leave(self._status)
-
-    def leave(self, status: int) -> None:
-        """Have the process end with this status, also where threads of the developers still run.
-
-        To be called last, when all that is to be done is done; does nothing unless it was told to end.
-        """
-        left = [each for each in threading.enumerate() if not each.daemon and each not in self._known]
-        if self.asked.is_set() and left:
-            _flush()
-            timer = threading.Timer(_LEFT_OVER, os._exit, (status,))
+        if any(exception) and self._is_left_over():  # nobody will come to `leave`
+            timer = threading.Timer(_LEFT_OVER, os._exit, (self._status,))
             timer.daemon = True
             timer.start()
+
+    def leave(self, status: int) -> None:
+        """End the process with this status where it was told to end and threads of the developers still run.
+
+        To be called last, when all that is to be done is done. Python would wait at its exit for some of
+        these threads, and take down under others what they use.
+        """
+        if self._is_left_over():
+            logging.shutdown()
+            _flush()
+            os._exit(status)
+
+    def _is_left_over(self) -> bool:
+        # Daemons as well: Python waits at its exit for all threads of `concurrent.futures`.
+        return self.asked.is_set() and not self._known.issuperset(threading.enumerate())
 
     def _hear(self) -> None:
         while heard := os.read(self._pipe[0], 64):
