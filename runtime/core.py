@@ -142,7 +142,7 @@ class Core:
             state, reason = "blocked", f"{blocked} has not returned"
         elif halted is not None:
             state, reason = "halted", halted
-        return Status(self.structure.ports.node, state, reason, error, blocked, self._failures)
+        return Status(self.structure.ports.node, time.time(), state, reason, error, blocked, self._failures)
 
     # What it is in.
 

@@ -24,6 +24,8 @@ class Status:
     ----------
     node : str
         Its id.
+    time : float
+        When it was told, in seconds since the epoch.
     state : {"running", "halted", "blocked", "failed", "ended", "crashed"}
     reason : str or None
         Why it does not run.
@@ -36,6 +38,7 @@ class Status:
     """
 
     node: str
+    time: float
     state: State
     reason: str | None = None
     error: ErrorReport | None = None

@@ -47,7 +47,7 @@ class Announcer:
         order = {"topic": f"/{ports.namespace.strip('/')}/{ports.name}/state".replace("//", "/")}
         if event.event == "failed":
             said = f": {event.said}" if event.said else ""
-            status = Status(ports.node, "crashed", f"{status_text(event.status)}{said}")
+            status = Status(ports.node, event.time, "crashed", f"{status_text(event.status)}{said}")
             order["text"] = status.json()
         elif event.event != "restarted":
             return

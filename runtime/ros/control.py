@@ -11,11 +11,13 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 from typing import Any
 
 from dineros.runtime.net import Net
 from dineros.runtime.ros.quality import signal_quality
 from dineros.runtime.ros.session import LOG
+from dineros.runtime.status import Status
 
 INACTIVE = "the node is not active"
 """Why a managed node is halted that waits for being activated."""
@@ -42,7 +44,7 @@ class Control:
         self._net = net
         self.is_active = True
         self._lock = threading.Lock()
-        self._said = ""
+        self._said: Status | None = None
         self._publisher: Any = None
         self._services: list[Any] = []
 
@@ -69,10 +71,10 @@ class Control:
         from std_msgs.msg import String
 
         with self._lock:
-            said = self._net.status.json()
-            if self._publisher is not None and said != self._said:
-                self._said = said
-                self._publisher.publish(String(data=said))
+            status = self._net.status
+            if self._publisher is not None and replace(status, time=0.0) != self._said:
+                self._said = replace(status, time=0.0)
+                self._publisher.publish(String(data=status.json()))
 
     def _proceed(self) -> tuple[bool, str]:
         halted = self._net._core.execution.halted
