@@ -9,8 +9,8 @@ from typing import TypeVar, cast
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.token_data import Value
 from dineros.runtime.engine import Engine
-from dineros.runtime.execution import Observer
 from dineros.runtime.loop import Loop
+from dineros.runtime.observing import Observer
 from dineros.runtime.recording import Checkpoint, PendingRequest
 from dineros.runtime.services import Client, Instance, Server
 from dineros.runtime.structure import Structure

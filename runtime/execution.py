@@ -9,22 +9,23 @@ from __future__ import annotations
 
 import inspect
 import logging
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Awaitable, Sequence
 from random import Random
-from typing import Any, Protocol
+from typing import Any
 
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.choosing import Chooser
+from dineros.runtime.departures import Departures
 from dineros.runtime.engine import Engine, Tokens
 from dineros.runtime.flights import Flight, Flights
 from dineros.runtime.handlers import Firing, Handler, Handlers
 from dineros.runtime.loop import Loop
+from dineros.runtime.observing import Observer, shown
 from dineros.runtime.policies import Aside, Halt, Policy, Retry
 from dineros.runtime.results import checked_result
 from dineros.runtime.selection import SelectionFunction, named_copies
 from dineros.runtime.timing import Timing
 from dineros.runtime.tokens import copy_data
-from dineros.runtime.transport import Data
 from dineros.runtime.watchdog import GivenUpError, Watchdog
 from dineros.runtime.workers import Workers
 
@@ -33,24 +34,6 @@ LOG = logging.getLogger("dineros.runtime")
 
 class HandlerTimeoutError(DinerosError):
     """A handler took longer than it may."""
-
-
-class Observer(Protocol):
-    """Told what happens.
-
-    Attributes
-    ----------
-    is_observing : bool
-        Whether anybody wants to know; if not, nothing is put together for it.
-    """
-
-    is_observing: bool
-
-    def emit(self, event: str, **fields: object) -> None:
-        """Tell of an event, when it has happened."""
-
-    def status_changed(self) -> None:
-        """Learn that the node is not as it was: it runs, is halted, or is blocked."""
 
 
 class Execution:
@@ -66,6 +49,8 @@ class Execution:
         Firings whose handlers run elsewhere.
     watchdog : Watchdog
         Watches the handlers that run on the node's thread.
+    departures : Departures
+        Refuses what cannot be sent.
     firings : int
         How many have committed.
     """
@@ -85,18 +70,9 @@ class Execution:
         self._workers = Workers()
         self._timing = Timing(engine.structure, loop)
         self._chooser = Chooser(random, self._timing, self.watchdog)
-        self._checks: Mapping[int, Callable[[Data], None]] = {}
-        self._checked: frozenset[int] = frozenset()
+        self.departures = Departures()
         # Transition -> the tokens of its last failure and how often it failed with them.
         self._failures: dict[int, tuple[frozenset[int], int]] = {}
-
-    def check_departures(self, checks: Mapping[int, Callable[[Data], None]]) -> None:
-        """Let nothing onto places whose tokens are sent that cannot be sent: place -> what raises for it."""
-        self._checks = checks
-        outputs = self.engine.structure.outputs
-        self._checked = frozenset(
-            number for number, places in enumerate(outputs) if any(place in checks for place, _ in places)
-        )
 
     def fire_one(self) -> bool:
         """Begin at most one firing; return whether one began."""
@@ -120,7 +96,7 @@ class Execution:
             taken is not None
             or self._observer.is_observing
             or self.handlers.of(transition)
-            or transition in self._checked
+            or transition in self.departures.transitions
         ):
             self._begin(transition, engine.would_take(transition) if taken is None else taken)
         else:
@@ -146,7 +122,7 @@ class Execution:
             policy = Retry(attempts=1 << 31)
         elif isinstance(policy, Retry) and attempt >= policy.attempts:
             policy = Halt()
-        name, text = getattr(self.selection, "__name__", "selection"), _shown(error)
+        name, text = getattr(self.selection, "__name__", "selection"), shown(error)
         LOG.error("the selection %s failed; policy: %s", name, policy.name, exc_info=error)
         self._observer.emit(
             "error", transition=None, handler=name, error=text, attempt=attempt, policy=policy.name
@@ -169,7 +145,7 @@ class Execution:
         data = engine.passed_on(transition, taken)
         if not handlers:
             made = engine.made(transition, taken, data)
-            if (error := self._refused(made)) is not None:
+            if (error := self.departures.refused(made)) is not None:
                 self._fail(transition, taken, None, error)
                 return
             self._commit(transition, taken, made, (), started)
@@ -339,22 +315,10 @@ class Execution:
             )
             return
         made = engine.made(transition, flight.taken, flight.data, flight.given)
-        if (error := self._refused(made)) is not None:
+        if (error := self.departures.refused(made)) is not None:
             self._fail(transition, flight.taken, flight.handlers[-1], error)
             return
         self._commit(transition, flight.taken, made, flight.handlers, flight.started)
-
-    def _refused(self, made: Tokens) -> Exception | None:
-        """Return why tokens that a firing makes cannot be sent; None: they can, or need not be."""
-        for place, tokens in made:
-            check = self._checks.get(place)
-            if check is not None:
-                try:
-                    for token in tokens:
-                        check(token.data)
-                except Exception as error:
-                    return error
-        return None
 
     def _commit(
         self, transition: int, taken: Tokens, made: Tokens, handlers: Sequence[Handler], started: float
@@ -400,7 +364,7 @@ class Execution:
             policy = policy.then
         if isinstance(policy, Aside) and not taken:
             policy = Halt()  # there is nothing to put aside
-        text = _shown(error)
+        text = shown(error)
         failed = f"the handler {name}" if handler is not None else "the firing"
         LOG.error("%s: %s failed; policy: %s", id, failed, policy.name, exc_info=error)
         self._observer.emit(
@@ -457,11 +421,3 @@ class Execution:
             self._end(flight)
         self._workers.close()
         self.watchdog.close()
-
-
-def _shown(error: BaseException) -> str:
-    """Return an exception as one line; a wrong return speaks for itself."""
-    text = " ".join(str(error).split())
-    if isinstance(error, DinerosError):
-        return text
-    return f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -135,7 +135,7 @@ class Node:
 
     def _join(self, transport: Transport) -> None:
         transport.open(self._core.structure.ports, self)
-        self._execution.check_departures(self.exchange.checks(transport))
+        self._execution.departures.check_by(self.exchange.checks(transport), self._core.structure)
         self.exchange.begin(transport)
         if self._is_resumed:
             # What was sent when the node was killed, but not recorded any more, was sent before all that

@@ -35,6 +35,8 @@ from dineros.runtime.ros.parameters import JOURNAL, LOG_LEVEL, RESUME, SEED, WAT
 from dineros.runtime.ros.running import RosNode
 from dineros.runtime.ros.session import Session
 
+LOG = logging.getLogger("dineros.runtime")
+
 Register = Callable[[Net], None]
 """Gives a net its handlers."""
 
@@ -176,6 +178,7 @@ def _register(register: Register, net: Net) -> None:
         place = Location(Path(at[-1].filename), at[-1].lineno) if at else None
         if isinstance(error, SyntaxError) and error.filename:
             place = Location(Path(error.filename), error.lineno)
+        LOG.debug("the handlers cannot be registered", exc_info=error)
         raise HandlerFileError(f"{type(error).__name__}: {error}", location=place) from error
 
 

@@ -63,17 +63,15 @@ def test_a_handler_that_blocks_is_named_once_with_its_stack(
 @pytest.mark.parametrize("what", ["selection", "callback"])
 def test_other_code_on_the_nodes_thread_is_named_too(gate: threading.Event, what: str) -> None:
     net = Net(tiny({"go": "a -> b"}, {"a": 1}), watchdog=0.1)
-    if what == "selection":
 
-        @net.selection
-        def dawdle(enabled: object) -> None:
+    def dawdle(told: object) -> None:
+        if not isinstance(told, Change) or told.event == "fire":
             gate.wait(SECONDS)
-    else:
 
-        @net.on_change
-        def dawdle(change: Change) -> None:
-            if change.event == "fire":
-                gate.wait(SECONDS)
+    if what == "selection":
+        net.selection(dawdle)
+    else:
+        net.on_change(dawdle)
 
     with net:
         wait_until(lambda: net.status.state == "blocked")
