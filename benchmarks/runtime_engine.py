@@ -26,7 +26,7 @@ from dineros.metamodel.token_data import Value
 from dineros.runtime import Net, Node
 from dineros.runtime.engine import Engine
 from dineros.runtime.recording import Recorder
-from dineros.runtime.transport import ClientPort, Message, Port, Ports, PublisherPort, Receiver
+from dineros.runtime.transport import ClientPort, Message, Ports, PublisherPort, Receiver
 from dineros.transformations.split import split
 
 MODEL = Path(__file__).resolve().parent.parent / "case_study/sorting.sym.xmi"
@@ -43,9 +43,6 @@ class Echo:
 
     def request(self, port: ClientPort, message: Message) -> None:
         self.receiver.response_arrived(port, message)
-
-    def check(self, port: Port) -> None:
-        return None
 
     def close(self) -> None:
         pass

@@ -27,6 +27,7 @@ from dineros.runtime.transport import (
     ServerPort,
     SubscriberPort,
     Transport,
+    check_of,
 )
 
 LOG = logging.getLogger("dineros.runtime")
@@ -111,6 +112,8 @@ class Exchange:
     def begin(self, transport: Transport) -> None:
         """Let tokens depart; what was asked before a restart is asked again."""
         self._traffic.transport = transport
+        for port, server in self._servers.items():
+            server.check = check_of(transport, port)
         for departure in range(len(self._publishers)):
             self._engine.unhold_departure(departure)
         for client in self._clients.values():
@@ -121,9 +124,9 @@ class Exchange:
 
     def checks(self, transport: Transport) -> dict[int, Check]:
         """Return what checks the data that comes onto places whose tokens are sent: place -> check."""
-        found = [(each.place, transport.check(each.port)) for each in self._publishers]
-        found += [(each.request, transport.check(port)) for port, each in self._clients.items()]
-        found += [(each.exit, transport.check(each.server.port)) for each in self._instances]
+        found = [(each.place, check_of(transport, each.port)) for each in self._publishers]
+        found += [(each.request, check_of(transport, port)) for port, each in self._clients.items()]
+        found += [(each.exit, check_of(transport, each.server.port)) for each in self._instances]
         return {place: check for place, check in found if check is not None}
 
     def depart(self) -> bool:

@@ -17,10 +17,8 @@ from functools import partial
 
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.transport import (
-    Check,
     ClientPort,
     Message,
-    Port,
     Ports,
     PublisherPort,
     Receiver,
@@ -264,10 +262,6 @@ class LocalTransport:
     def request(self, port: ClientPort, message: Message) -> None:
         """Send a request."""
         self._network.request(port, message)
-
-    def check(self, port: Port) -> Check | None:
-        """Return None: tokens travel as they are."""
-        return None
 
     def close(self) -> None:
         """Leave the channels."""

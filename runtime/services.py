@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dineros.runtime.recording import KEPT_RESPONSES
 from dineros.runtime.timers import Timer
 from dineros.runtime.traffic import SendError, Traffic, number_of, sender_of
-from dineros.runtime.transport import Answer, ClientPort, Data, Message, ServerPort
+from dineros.runtime.transport import Answer, Check, ClientPort, Data, Message, ServerPort
 
 LOG = logging.getLogger("dineros.runtime")
 RESEND_DELAY = 0.1
@@ -188,6 +188,8 @@ class Server:
     responses : dict of str to dict of str to Data
         The last responses of each sender, by the request's id, the oldest first: for requests that come
         again.
+    check : callable or None
+        Raises for data that cannot be sent.
     """
 
     def __init__(self, traffic: Traffic, port: ServerPort) -> None:
@@ -196,6 +198,7 @@ class Server:
         self.instances: list[Instance] = []
         self.waiting: deque[tuple[Message, list[Answer]]] = deque()
         self.responses: dict[str, dict[str, Data]] = {}
+        self.check: Check | None = None
 
     def requested(self, message: Message, answer: Answer) -> None:
         """Serve a request, or let it wait; one that came before gets the same response."""
@@ -249,9 +252,9 @@ class Server:
             that this is a token of the initial marking, or of a journal that another version has written.
         """
         traffic, port = self._traffic, self.port
-        if (check := traffic.joined.check(port)) is not None:
+        if self.check is not None:
             try:
-                check(traffic.engine.oldest(instance.exit).data)
+                self.check(traffic.engine.oldest(instance.exit).data)
             except Exception as error:
                 raise SendError(f"cannot answer a request of {port.service}: {error}") from error
         token = traffic.engine.take(instance.exit)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol, runtime_checkable
 
 from dineros.metamodel.token_data import Value
 
@@ -238,6 +238,19 @@ class Receiver(Protocol):
         """Set an input signal, by id; `source` says where it came from and is recorded."""
 
 
+@runtime_checkable
+class Choosy(Protocol):
+    """A transport that does not send all that tokens can carry."""
+
+    def check(self, port: Port) -> Check | None:
+        """Return what raises for data that cannot be sent at a port; None: it sends all."""
+
+
+def check_of(transport: Transport, port: Port) -> Check | None:
+    """Return what raises for data that a transport cannot send at a port; None: it sends all."""
+    return transport.check(port) if isinstance(transport, Choosy) else None
+
+
 class Transport(Protocol):
     """What a node calls, from the thread of its loop."""
 
@@ -253,9 +266,6 @@ class Transport(Protocol):
 
     def request(self, port: ClientPort, message: Message) -> None:
         """Send a request. The node has one under way per client and sends it again after a time-out."""
-
-    def check(self, port: Port) -> Check | None:
-        """Return what raises for data that cannot be sent at a port; None: it takes all that tokens carry."""
 
     def close(self) -> None:
         """Leave the channels; when it returns, the receiver is called no more."""

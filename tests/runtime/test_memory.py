@@ -6,7 +6,7 @@ import gc
 import tracemalloc
 
 from dineros.runtime import Net, Node
-from dineros.runtime.transport import ClientPort, Message, Port, Ports, PublisherPort, Receiver
+from dineros.runtime.transport import ClientPort, Message, Ports, PublisherPort, Receiver
 from dineros.transformations.split import split
 from tests.runtime.tiny import case_study
 
@@ -22,9 +22,6 @@ class Echo:
 
     def request(self, port: ClientPort, message: Message) -> None:
         self.receiver.response_arrived(port, message)
-
-    def check(self, port: Port) -> None:
-        return None
 
     def close(self) -> None:
         pass

@@ -17,7 +17,6 @@ from typing import Any
 from dineros.runtime.transport import (
     ClientPort,
     Message,
-    Port,
     Ports,
     PublisherPort,
     Receiver,
@@ -58,9 +57,6 @@ class SocketTransport:
     def request(self, port: ClientPort, message: Message) -> None:
         fields = {"name": port.service, "client": port.client}
         self._send(kind="request", **fields, id=message.id, data=dict(message.data))
-
-    def check(self, port: Port) -> None:
-        return None
 
     def close(self) -> None:
         self._connection.shutdown(socket.SHUT_RDWR)
