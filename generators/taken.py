@@ -11,6 +11,9 @@ import sys
 from importlib.machinery import PathFinder
 from pathlib import Path
 
+from dineros.metamodel.errors import ModelFileError
+from dineros.metamodel.files.reading import open_plain
+
 _NEEDED = frozenset(
     """
     ament_copyright ament_flake8 ament_index_python ament_package ament_pep257 catkin_pkg click
@@ -86,7 +89,7 @@ def _installed(package: str) -> str | None:
 
 def _says_generated(file: Path) -> bool:
     try:
-        with file.open("rb") as content:
+        with os.fdopen(open_plain(file), "rb") as content:
             return _MARK.encode() in content.read(2000)
-    except OSError:
+    except (OSError, ModelFileError):
         return False

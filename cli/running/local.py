@@ -98,6 +98,9 @@ def run_in_process(
         resume=resumed,
         simulated_time=is_simulated,
     )
+    if wanted.watchdog is not None:
+        for net in application.nets.values():
+            net.watchdog = wanted.watchdog or None
     handlers = load_handler_file(what.handlers) if what.handlers is not None else None
     if handlers is not None:
         handlers.simulate(application)
@@ -105,13 +108,12 @@ def run_in_process(
             handlers.configure(net)
     if not is_simulated:
         with application:
-            return watch(wanted, observer, lambda: _all_run(application))
+            ending: Ending = watch(wanted, observer, lambda: _all_run(application))
+        return ending if observe(wanted, observer) else "deviated"
     until = wanted.until
     with application:
         try:
-            ending: Ending = application.run(
-                lambda _: until is not None and until(marking, signals), wanted.timeout
-            )
+            ending = application.run(lambda _: until is not None and until(marking, signals), wanted.timeout)
         except KeyboardInterrupt:
             ending = "interrupted"
     return ending if observe(wanted, observer) else "deviated"

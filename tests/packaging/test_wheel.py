@@ -114,7 +114,9 @@ def test_licence_expression_names_what_is_inside(wheel: Path) -> None:
 
 def test_what_others_made_lies_in_the_vendor_folder(wheel: Path) -> None:
     """Minified scripts, fonts, archives and notices of other holders of rights stand nowhere else."""
-    foreign = re.compile(rb"SPDX-License|Copyright|@licen[cs]e|\(c\) (19|20)\d\d", re.IGNORECASE)
+    foreign = re.compile(
+        rb"SPDX-License|Copyright \(c\)|Copyright [12]|@licen[cs]e|\(c\) (19|20)\d\d", re.IGNORECASE
+    )
     with ZipFile(wheel) as archive:
         for name in archive.namelist():
             if not name.startswith("dineros/") or name.startswith("dineros/views/vendor/"):
