@@ -200,7 +200,7 @@ def manifest_bytes(manifest: Manifest) -> bytes:
             for path, entry in sorted(manifest.developer.items())
         },
     }
-    return (json.dumps(values, indent=2, ensure_ascii=False) + "\n").encode(errors="backslashreplace")
+    return (json.dumps(values, indent=2, ensure_ascii=False) + "\n").encode(errors="replace")
 
 
 def _manifest(values: dict[str, Any]) -> Manifest:

@@ -57,7 +57,7 @@ class Script:
         marking = json.dumps(self.marking, ensure_ascii=False)
         steps = f"\n    {lines}\n  " if lines else ""
         return f'{{\n  "about": {head},\n  "steps": [{steps}],\n  "marking": {marking}\n}}\n'.encode(
-            errors="backslashreplace"
+            errors="replace"
         )
 
     @staticmethod
