@@ -242,7 +242,7 @@ def test_any_name_of_a_file_is_text(run: Run, name: str) -> None:
         etree.parse(Path("other/src/waiter") / path)
     manifest = read_manifest(Path("other"))
     assert manifest is not None
-    assert manifest.source == source
+    assert manifest.source == source.encode(errors="replace").decode()  # half a character is none
     base = Path("other/src/waiter/waiter/base.py").read_text()
     assert f"SOURCE = {source!a}".replace("'", '"') in base
     assert "up to date" in CliRunner().invoke(main, command).stdout
