@@ -75,6 +75,8 @@ class Inspection:
         Requests that wait for a server instance.
     drops : mapping of (str, str) to int
         Messages lost, by channel and queue.
+    refused : mapping of str to int
+        Messages that were not taken, by channel: their id is not plausible.
     firings, failures : int
         How many have committed, and how many failed.
     errors : tuple of ErrorReport
@@ -90,6 +92,7 @@ class Inspection:
     aside: Mapping[str, Mapping[str, tuple[int, ...]]]
     waiting_requests: int
     drops: Mapping[tuple[str, str], int]
+    refused: Mapping[str, int]
     firings: int
     failures: int
     errors: tuple[ErrorReport, ...]
