@@ -9,6 +9,7 @@ from typing import TypedDict
 
 from dineros.runtime.engine import Engine
 from dineros.runtime.execution import Execution
+from dineros.runtime.sources import SourceState
 from dineros.runtime.tokens import Token, copy_data
 
 
@@ -83,6 +84,10 @@ class Inspection:
         The last failures, the oldest first.
     halted : str or None
         Why nothing fires any more.
+    stale : tuple of str
+        Signals whose source is silent for longer than expected.
+    sources : tuple of SourceState
+        The bridges that set signals from outside.
     """
 
     marking: Mapping[str, tuple[Token, ...]]
@@ -97,6 +102,8 @@ class Inspection:
     failures: int
     errors: tuple[ErrorReport, ...]
     halted: str | None
+    stale: tuple[str, ...]
+    sources: tuple[SourceState, ...]
 
     def count(self, place: str) -> int:
         """Return how many tokens a place holds."""

@@ -37,13 +37,12 @@ def topic_quality(port: PublisherPort | SubscriberPort) -> Any:
     )
 
 
-def signal_quality() -> Any:
-    """Return the QoS profile of a signal's topic: whoever comes later gets the last value."""
+def signal_quality(*, is_kept: bool) -> Any:
+    """Return the QoS profile of a signal's topic; `is_kept`: for what was published before."""
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-    return QoSProfile(
-        depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
-    )
+    durability = DurabilityPolicy.TRANSIENT_LOCAL if is_kept else DurabilityPolicy.VOLATILE
+    return QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE, durability=durability)
 
 
 def service_quality() -> Any:

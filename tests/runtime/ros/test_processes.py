@@ -229,6 +229,51 @@ def test_signals_from_outside(ros: Ros) -> None:
     assert office.interrupt() == 0
 
 
+def test_publisher_with_default_quality(ros: Ros) -> None:
+    """It matches; what a latched publisher sends comes by two subscriptions and counts once, in order."""
+    ros.node("office")
+    ros.wait(lambda: ros.records("office", "start"), "the start")
+    ros.script(
+        "import rclpy, time\n"
+        "from rclpy.qos import QoSProfile, DurabilityPolicy\n"
+        "from std_msgs.msg import Bool, String\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('stranger')\n"
+        "def publish(type, topic, quality, count, *values):\n"
+        "    publisher = node.create_publisher(type, topic, quality)\n"
+        "    while publisher.get_subscription_count() < count:\n"
+        "        time.sleep(0.01)\n"
+        "    for value in values:\n"
+        "        publisher.publish(type(data=value))\n"
+        "    publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=30))\n"
+        "    return publisher\n"
+        "publish(Bool, '/office/signals/Open', 10, 1, True, False, True)\n"
+        "latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)\n"
+        "publish(Bool, '/office/signals/Open', latched, 2, False, True, False, True)\n"
+        "deep = '{\"Open\":' + '[' * 100000\n"
+        "publish(String, '/office/signals', 10, 1, deep, '{', '{\"Opn\": true}', 'x' * 70000)\n"
+        "publish(String, '/office/signals', 10, 1, '{\"Open\": false, \"too-late\": true}')\n"
+        "rclpy.shutdown()\n"
+    )
+    ros.wait(lambda: len(ros.records("office", "signal")) >= 9, "the signals")
+    changes = [(record["signal"], record["value"]) for record in ros.records("office", "signal")]
+    toggles = [value for signal, value in changes if signal == "Open"]
+    assert toggles == [True, False, True, False, True, False, True, False]
+    assert changes[-2:] == [("Open", False), ("too-late", True)]
+    errors = [record["error"] for record in ros.records("office", "error")]
+    assert len(errors) == 1
+    assert errors[0].startswith("~/signals: no truth value")
+    assert ros.processes[0].output().count("incompatible QoS") == 0
+
+
+def test_stale_signal(ros: Ros) -> None:
+    """Parameters say after what time a signal is stale, and what is done then."""
+    ros.node("office", {"stale_after.too_late": 0.2, "when_stale.too_late": True})
+    ros.wait(lambda: ros.records("office", "signal"), "the fallback")
+    (change,) = ros.records("office", "signal")
+    assert (change["signal"], change["value"], change["source"]) == ("too-late", True, "stale")
+
+
 def test_parameters_are_described(ros: Ros) -> None:
     ros.node("office")
     ros.wait(lambda: ros.records("office", "start"), "the start")
