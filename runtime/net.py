@@ -31,6 +31,7 @@ from dineros.runtime.inspection import Inspection
 from dineros.runtime.policies import Halt, Policy
 from dineros.runtime.selection import SelectionFunction
 from dineros.runtime.signals import Signal
+from dineros.runtime.sources import Source
 from dineros.runtime.staleness import Expectation
 from dineros.runtime.structure import Structure, read_structure
 
@@ -291,6 +292,14 @@ class Net:
                 raise FeatureValueError(f"the signal {name} takes True or False, not {value!r}")
             numbered[core.names.signal(name)] = value
         core.loop.submit(lambda: core.set_signals(numbered, source))
+
+    def new_source(self, name: str) -> Source:
+        """Return the counters of something that sets signals, which `inspect` shows from now on."""
+        return self._core.new_source(name)
+
+    def remove_source(self, source: Source) -> None:
+        """Show it no more."""
+        self._core.remove_source(source)
 
     def on_change(self, callback: C) -> C:
         """Have a function called after each change, on the node's thread; works as a decorator.
