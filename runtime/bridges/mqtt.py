@@ -92,6 +92,7 @@ class MqttSignals:
         if credentials is not None and tls is None and not is_own_machine(host):
             LOG.warning("the password for the MQTT broker at %s:%s is sent unencrypted: use TLS", host, port)
         self._credentials = credentials
+        self._is_refused = False
         self._client: Any = None
         self._source: Source | None = None
 
@@ -175,6 +176,7 @@ class MqttSignals:
         if self._ending.is_set():
             client.disconnect()
         elif reason.is_failure:
+            self._is_refused = True  # and will be disconnected, which is no news then
             self._failed(f"refuses: {reason}")
         elif self._targets:
             client.subscribe([(topic, 1) for topic in self._targets])
@@ -186,8 +188,9 @@ class MqttSignals:
 
     def _disconnected(self, client: Any, data: Any, flags: Any, reason: Any, properties: Any) -> None:
         self._subscribed.clear()
-        if reason.is_failure:
+        if reason.is_failure and not self._is_refused:
             self._failed(f"is gone: {reason}")
+        self._is_refused = False
 
     def _has_subscribed(self, client: Any, data: Any, number: Any, reasons: Any, properties: Any) -> None:
         assert self._source is not None
