@@ -110,6 +110,8 @@ async def _answer(net: Net, request: Request, source: Source | None) -> Mapping[
     name = request.path_params.get("name")
     if name is not None and len(name) > NAME_LIMIT:
         raise _RefusedError(404, f"no signal has a name of {len(name)} characters")
+    if not request.scope["path"].isprintable():  # of a line feed at the end, the path's pattern knows nothing
+        raise _RefusedError(404, "no signal has a name with control characters")
     try:
         if request.method != "PUT":
             if name is None:

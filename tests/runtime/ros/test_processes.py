@@ -192,6 +192,45 @@ def test_restarted_subscriber_gets_what_it_missed_once(ros: Ros) -> None:
     assert ros.records("house", "drop") == []
 
 
+def test_forged_ids_from_a_stranger(ros: Ros) -> None:
+    """A server that answers with other ids is asked again; letters with forged ids silence nobody."""
+    ros.node("house")
+    ros.node("desk")
+    ros.wait(lambda: ros.records("house", "start"), "the start")
+    ros.script(
+        "import rclpy, time\n"
+        "from post_interfaces.msg import Letter\n"
+        "from post_interfaces.srv import Weigh\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('stranger')\n"
+        "asked = []\n"
+        "def answer(request, response):\n"
+        "    asked.append(request.token.message_id)\n"
+        "    response.token = request.token\n"
+        "    if asked.count(asked[-1]) == 1:\n"
+        "        response.token.message_id = 'forged/id/' + '9' * 5000\n"
+        "    return response\n"
+        "node.create_service(Weigh, '/weigh', answer)\n"
+        "while len(asked) < 4:\n"
+        "    rclpy.spin_once(node)\n"
+        "publisher = node.create_publisher(Letter, '/letters', 10)\n"
+        "while not publisher.get_subscription_count():\n"
+        "    rclpy.spin_once(node, timeout_sec=0.05)\n"
+        "for number in ('9' * 5000, '-1', '1000000', '1', '2', '2'):\n"
+        "    letter = Letter(message_id=f'office/Sent/{number}', size=[0.0, 0.0, 0.0])\n"
+        "    publisher.publish(letter)\n"
+        "    time.sleep(0.05)\n"
+        "publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=30))\n"
+        "rclpy.shutdown()\n"
+    )
+    ros.wait(lambda: len(ros.records("desk", "response")) == 2, "two responses")
+    assert len(ros.records("desk", "timeout")) == 2
+    ros.wait(lambda: len(ros.records("house", "take")) == 3, "three letters")
+    numbers = [record["message"].rpartition("/")[2] for record in ros.records("house", "take")]
+    assert numbers == ["1000000", "1", "2"]
+    assert len(ros.records("house", "error")) == 1
+
+
 def test_signals_from_outside(ros: Ros) -> None:
     """By topic, by service, by parameter; the node under another name and namespace."""
     office = ros.node(
