@@ -109,7 +109,13 @@ class TestMqtt:
 
     def test_broker_that_breaks_the_protocol(self, net: Net) -> None:
         """Whatever it says, it is tried again."""
-        answers = [b"\x20\x03\x00\x00\x00\x30\xff\xff\xff\xff\xff", b"\xff" * 50, b"\x20\x01\x00", b""]
+        answers = [
+            b"\x20\x05\x00\x00\x02\xff\x00",
+            b"\x20\x03\x00\x00\x00\x30\xff\xff\xff\xff\xff",
+            b"\xff" * 50,
+            b"\x20\x01\x00",
+            b"",
+        ]
         calls: list[None] = []
         with socket.create_server(("127.0.0.1", 0)) as listener:
 

@@ -305,6 +305,44 @@ def test_publisher_with_default_quality(ros: Ros) -> None:
     assert ros.processes[0].output().count("incompatible QoS") == 0
 
 
+def test_latched_topic_counts_each_message_once(ros: Ros) -> None:
+    """What was published before comes, and what comes by two subscriptions is handed on once, in order."""
+    said = ros.script(
+        "import rclpy, time\n"
+        "from rclpy.qos import QoSProfile, DurabilityPolicy\n"
+        "from std_msgs.msg import String\n"
+        "from dineros.runtime.ros.latched import LatchedTopic\n"
+        "rclpy.init()\n"
+        "node, other = rclpy.create_node('node'), rclpy.create_node('stranger')\n"
+        "latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)\n"
+        "publisher = other.create_publisher(String, '/node/topic', latched)\n"
+        "default = other.create_publisher(String, '/node/topic', 10)\n"
+        "publisher.publish(String(data='before'))\n"
+        "default.publish(String(data='gone'))\n"
+        "got = []\n"
+        "topic = LatchedTopic(node, String, '~/topic', lambda message: got.append(message.data))\n"
+        "def spin(last):\n"
+        "    while got[-1:] != [last]:\n"
+        "        rclpy.spin_once(node, timeout_sec=0.05)\n"
+        "while publisher.get_subscription_count() < 2 or default.get_subscription_count() < 1:\n"
+        "    rclpy.spin_once(node, timeout_sec=0.05)\n"
+        "spin('before')\n"
+        "for number in range(5):\n"
+        "    publisher.publish(String(data=f'latched {number}'))\n"
+        "spin('latched 4')\n"
+        "for number in range(5):\n"
+        "    default.publish(String(data=f'default {number}'))\n"
+        "spin('default 4')\n"
+        "for _ in range(5):\n"
+        "    rclpy.spin_once(node, timeout_sec=0.05)\n"
+        "print(*got, sep=',')\n"
+        "rclpy.shutdown()\n"
+    )
+    numbers = range(5)
+    expected = ["before", *(f"latched {n}" for n in numbers), *(f"default {n}" for n in numbers)]
+    assert said.strip().split(",") == expected
+
+
 def test_stale_signal(ros: Ros) -> None:
     """Parameters say after what time a signal is stale, and what is done then."""
     ros.node("office", {"stale_after.too_late": 0.2, "when_stale.too_late": True})
