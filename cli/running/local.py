@@ -98,6 +98,9 @@ def run_in_process(
         resume=resumed,
         simulated_time=is_simulated,
     )
+    for node, expected in what.expected.items():
+        for signal, expectation in expected.items():
+            application.nets[node].signal(signal).stale_after(expectation.seconds, expectation.then)
     handlers = load_handler_file(what.handlers) if what.handlers is not None else None
     if handlers is not None:
         handlers.simulate(application)

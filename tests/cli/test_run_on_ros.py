@@ -18,7 +18,6 @@ CACHE = Path(__file__).resolve().parents[2] / "build/tests/cache"
 HANDLERS = """
 def configure(net):
     if net.id == "talker":
-        net.signal("Button").set(True)
         net.handler("Say")(lambda firing: print("said", flush=True))
 """
 
@@ -32,6 +31,7 @@ def test_a_model_runs_as_one_process_per_node(tmp_path: Path) -> None:
     (tmp_path / "handlers.py").write_text(HANDLERS, encoding="utf-8")
     command = [sys.executable, "-m", "dineros.cli.main", "run", "greeting.sym.xmi", "--until", "Noted >= 3"]
     options = ["--trace", "traces", "--domain", "63", "--reach", "memory", "--timeout", "120", "--monitor"]
+    options += ["--stale-after", "Button=0.1:true"]  # nobody else presses it
     CACHE.mkdir(parents=True, exist_ok=True)
     with (CACHE / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -45,4 +45,6 @@ def test_a_model_runs_as_one_process_per_node(tmp_path: Path) -> None:
         )
     assert (done.returncode, done.stderr) == (0, ""), done.stdout
     assert done.stdout.startswith("the condition holds; marked: Noted 3\nconformance: conforms, ")
-    assert (tmp_path / "traces/talker.log").read_text().splitlines() == ["said"] * 3
+    stale, *said = (tmp_path / "traces/talker.log").read_text().splitlines()
+    assert stale.endswith("the signal Button is stale: not heard for 0.1 s; it becomes true")
+    assert said == ["said"] * 3
