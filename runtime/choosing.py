@@ -7,6 +7,7 @@ from random import Random
 from dineros.runtime.engine import Engine, Tokens
 from dineros.runtime.selection import Candidates, Enabled, SelectionFunction, chosen_tokens
 from dineros.runtime.timing import Timing
+from dineros.runtime.watchdog import Watchdog
 
 
 class Chooser:
@@ -18,6 +19,8 @@ class Chooser:
         Decides where nobody else does.
     timing : Timing
         Which ready transitions may fire by now.
+    watchdog : Watchdog
+        Watches the selection.
 
     Attributes
     ----------
@@ -29,12 +32,13 @@ class Chooser:
         How often the selection has failed since it last returned something.
     """
 
-    def __init__(self, random: Random, timing: Timing) -> None:
+    def __init__(self, random: Random, timing: Timing, watchdog: Watchdog) -> None:
         self.selection: SelectionFunction | None = None
         self.is_paused = False
         self.failures = 0
         self._random = random
         self._timing = timing
+        self._watchdog = watchdog
 
     def choose(self, engine: Engine) -> tuple[int, Tokens | None] | None:
         """Return a transition and the tokens it takes, None: the oldest; or None, where nothing is to fire.
@@ -74,6 +78,7 @@ class Chooser:
         if not allowed:
             return None
         candidates = Candidates([Enabled(engine, number) for number in allowed], self._random)
-        chosen = chosen_tokens(engine, candidates, selection(candidates))
+        name = getattr(selection, "__name__", "selection")
+        chosen = chosen_tokens(engine, candidates, self._watchdog.call(selection, candidates, name))
         self.failures = 0
         return chosen

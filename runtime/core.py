@@ -24,6 +24,7 @@ from dineros.runtime.policies import Policy
 from dineros.runtime.recording import Checkpoint
 from dineros.runtime.sources import Source
 from dineros.runtime.staleness import Expectations
+from dineros.runtime.status import State, Status
 from dineros.runtime.structure import Structure
 from dineros.runtime.tokens import Token
 
@@ -59,6 +60,8 @@ class Core:
         The node that runs it.
     is_observing : bool
         Whether changes are recorded or reported; if not, nothing is put together for it.
+    on_status : callable or None
+        Called when the node's status may be another one; from any thread.
     """
 
     def __init__(self, structure: Structure, seed: int, policy: Policy, clock: Callable[[], float]) -> None:
@@ -66,6 +69,7 @@ class Core:
         self.seed = seed
         self.names = Names(structure)
         self.loop = Loop(clock)
+        self.on_status: Callable[[], None] | None = None
         self.handlers = Handlers(self.names.transitions, len(structure.transitions))
         self._departures = departures_of(structure)
         self.engine = Engine(structure, self._departures)
@@ -94,8 +98,9 @@ class Core:
         if self._callbacks:
             change = Change(event, MappingProxyType(_copied(fields)))
             for callback in self._callbacks:
+                name = f"{getattr(callback, '__name__', 'a callback')}, called at each change,"
                 try:
-                    callback(change)
+                    self.execution.watchdog.call(callback, change, name)
                 except Exception:
                     LOG.exception("a callback of on_change failed at %s", event)
 
@@ -123,6 +128,27 @@ class Core:
             for name in ("transition", "handler", "policy")
         )
         self._errors.append(ErrorReport(time.time(), transition, handler, str(fields["error"]), policy))
+        self.status_changed()
+
+    def status_changed(self) -> None:
+        """Tell whoever wants to know that the status may be another one."""
+        if (callback := self.on_status) is not None:
+            callback()
+
+    def status(self) -> Status:
+        """Return how the node is; from any thread, also while a handler blocks it."""
+        blocked, halted, node = self.execution.watchdog.blocked, self.execution.halted, self.node
+        error = self._errors[-1] if self._errors else None
+        state: State = "running"
+        reason = None
+        if node is not None and node.ended_by is not None:
+            reason = node.ended_by
+            state = "ended" if node.failure is None else "failed"
+        elif blocked is not None:
+            state, reason = "blocked", f"{blocked} has not returned"
+        elif halted is not None:
+            state, reason = "halted", halted
+        return Status(self.structure.ports.node, time.time(), state, reason, error, blocked, self._failures)
 
     # What it is in.
 

@@ -10,8 +10,8 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.message_ids import Senders
 from dineros.metamodel.token_data import Value
 from dineros.runtime.engine import Engine
-from dineros.runtime.execution import Observer
 from dineros.runtime.loop import Loop
+from dineros.runtime.observing import Observer
 from dineros.runtime.recording import Checkpoint, PendingRequest
 from dineros.runtime.services import Client, Instance, Server
 from dineros.runtime.structure import Structure
@@ -19,6 +19,7 @@ from dineros.runtime.topics import Publisher, Subscriber
 from dineros.runtime.traffic import SendError, Traffic
 from dineros.runtime.transport import (
     Answer,
+    Check,
     ClientPort,
     Data,
     Message,
@@ -27,6 +28,7 @@ from dineros.runtime.transport import (
     ServerPort,
     SubscriberPort,
     Transport,
+    check_of,
 )
 
 LOG = logging.getLogger("dineros.runtime")
@@ -116,6 +118,8 @@ class Exchange:
     def begin(self, transport: Transport) -> None:
         """Let tokens depart; what was asked before a restart is asked again."""
         self._traffic.transport = transport
+        for port, server in self._servers.items():
+            server.check = check_of(transport, port)
         for departure in range(len(self._publishers)):
             self._engine.unhold_departure(departure)
         for client in self._clients.values():
@@ -123,6 +127,13 @@ class Exchange:
                 self._engine.unhold_departure(client.departure)
             else:
                 client.ask_again()
+
+    def checks(self, transport: Transport) -> dict[int, Check]:
+        """Return what checks the data that comes onto places whose tokens are sent: place -> check."""
+        found = [(each.place, check_of(transport, each.port)) for each in self._publishers]
+        found += [(each.request, check_of(transport, port)) for port, each in self._clients.items()]
+        found += [(each.exit, check_of(transport, each.server.port)) for each in self._instances]
+        return {place: check for place, check in found if check is not None}
 
     def depart(self) -> bool:
         """Send all tokens that are due; return whether there were any."""

@@ -11,19 +11,22 @@ import inspect
 import logging
 from collections.abc import Awaitable, Sequence
 from random import Random
-from typing import Any, Protocol
+from typing import Any
 
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.choosing import Chooser
+from dineros.runtime.departures import Departures
 from dineros.runtime.engine import Engine, Tokens
 from dineros.runtime.flights import Flight, Flights
 from dineros.runtime.handlers import Firing, Handler, Handlers
 from dineros.runtime.loop import Loop
+from dineros.runtime.observing import Observer, shown
 from dineros.runtime.policies import Aside, Halt, Policy, Retry
 from dineros.runtime.results import checked_result
 from dineros.runtime.selection import SelectionFunction, named_copies
 from dineros.runtime.timing import Timing
 from dineros.runtime.tokens import copy_data
+from dineros.runtime.watchdog import GivenUpError, Watchdog
 from dineros.runtime.workers import Workers
 
 LOG = logging.getLogger("dineros.runtime")
@@ -31,21 +34,6 @@ LOG = logging.getLogger("dineros.runtime")
 
 class HandlerTimeoutError(DinerosError):
     """A handler took longer than it may."""
-
-
-class Observer(Protocol):
-    """Told what happens.
-
-    Attributes
-    ----------
-    is_observing : bool
-        Whether anybody wants to know; if not, nothing is put together for it.
-    """
-
-    is_observing: bool
-
-    def emit(self, event: str, **fields: object) -> None:
-        """Tell of an event, when it has happened."""
 
 
 class Execution:
@@ -59,6 +47,10 @@ class Execution:
         Why nothing fires any more.
     in_flight : Flights
         Firings whose handlers run elsewhere.
+    watchdog : Watchdog
+        Watches the handlers that run on the node's thread.
+    departures : Departures
+        Refuses what cannot be sent.
     firings : int
         How many have committed.
     """
@@ -71,12 +63,14 @@ class Execution:
         self.policy: Policy = Halt()
         self.halted: str | None = None
         self.in_flight = Flights()
+        self.watchdog = Watchdog(engine.structure.ports.node, observer.status_changed)
         self.firings = 0
         self._loop = loop
         self._observer = observer
         self._workers = Workers()
         self._timing = Timing(engine.structure, loop)
-        self._chooser = Chooser(random, self._timing)
+        self._chooser = Chooser(random, self._timing, self.watchdog)
+        self.departures = Departures()
         # Transition -> the tokens of its last failure and how often it failed with them.
         self._failures: dict[int, tuple[frozenset[int], int]] = {}
 
@@ -88,7 +82,7 @@ class Execution:
             return False
         try:
             chosen = chooser.choose(engine)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, GivenUpError):
             raise
         except BaseException as error:
             if chooser.selection is None:
@@ -98,7 +92,12 @@ class Execution:
         if chosen is None:
             return False
         transition, taken = chosen
-        if taken is not None or self._observer.is_observing or self.handlers.of(transition):
+        if (
+            taken is not None
+            or self._observer.is_observing
+            or self.handlers.of(transition)
+            or transition in self.departures.transitions
+        ):
             self._begin(transition, engine.would_take(transition) if taken is None else taken)
         else:
             engine.fire(transition)
@@ -123,7 +122,7 @@ class Execution:
             policy = Retry(attempts=1 << 31)
         elif isinstance(policy, Retry) and attempt >= policy.attempts:
             policy = Halt()
-        name, text = getattr(self.selection, "__name__", "selection"), _shown(error)
+        name, text = getattr(self.selection, "__name__", "selection"), shown(error)
         LOG.error("the selection %s failed; policy: %s", name, policy.name, exc_info=error)
         self._observer.emit(
             "error", transition=None, handler=name, error=text, attempt=attempt, policy=policy.name
@@ -145,7 +144,11 @@ class Execution:
         handlers = self.handlers.of(transition)
         data = engine.passed_on(transition, taken)
         if not handlers:
-            self._commit(transition, taken, engine.made(transition, taken, data), (), started)
+            made = engine.made(transition, taken, data)
+            if (error := self.departures.refused(made)) is not None:
+                self._fail(transition, taken, None, error)
+                return
+            self._commit(transition, taken, made, (), started)
             return
         structure, status = engine.structure, [True]
         firing = Firing(
@@ -166,13 +169,17 @@ class Execution:
             if handler.is_asynchronous or handler.thread or handler.timeout is not None:
                 self._send_off(flight, handler)
                 return
+            id = self.engine.structure.transitions[flight.transition]
             try:
-                result = handler.function(flight.firing)
+                result = self.watchdog.call(handler.function, flight.firing, handler.name, id)
             except KeyboardInterrupt:
                 self._end(flight)
                 raise
+            except GivenUpError:
+                raise
             except BaseException as error:
-                self._fail(flight, handler, error)
+                self._end(flight)
+                self._fail(flight.transition, flight.taken, handler, error)
                 return
             if inspect.isawaitable(result):
                 self._send_off(flight, handler, result)
@@ -194,7 +201,8 @@ class Execution:
                 result,
             )
         except Exception as error:
-            self._fail(flight, handler, error)
+            self._end(flight)
+            self._fail(flight.transition, flight.taken, handler, error)
             return False
         flight.data, flight.given = data, given
         flight.firing.data = copy_data(data)
@@ -209,7 +217,7 @@ class Execution:
         firing, function = flight.firing, handler.function
 
         def done(result: Any, error: BaseException | None) -> None:
-            self._loop.post(lambda: self._return(flight, handler, result, error))
+            self._loop.post(lambda: self._returned(flight, handler, result, error))
 
         async def wait_for(some: Awaitable[Any]) -> Any:
             return await some
@@ -221,14 +229,19 @@ class Execution:
         else:
             flight.cancel = self._workers.start_thread(lambda: function(firing), handler.name, done)
         if handler.timeout is not None:
-            expire = HandlerTimeoutError(f"took longer than {handler.timeout:g} s")
+            error = HandlerTimeoutError(f"took longer than {handler.timeout:g} s")
             flight.timer = self._loop.timers.call_later(
-                handler.timeout, lambda: self._return(flight, handler, None, expire)
+                handler.timeout, lambda: self._give_up(flight, handler, error)
             )
 
-    def _return(self, flight: Flight, handler: Handler, result: object, error: BaseException | None) -> None:
-        """Go on with a firing whose handler has returned, failed or timed out; on the node's thread."""
-        if flight.is_over or flight.handlers[flight.position] is not handler:
+    def _returned(
+        self, flight: Flight, handler: Handler, result: object, error: BaseException | None
+    ) -> None:
+        """Go on with a firing whose handler has returned or failed; on the node's thread."""
+        if flight.is_over:  # too late: what it returned counts no more
+            if inspect.iscoroutine(result):
+                result.close()
+            self.in_flight.outlived(self.engine, flight)
             return
         if flight.timer is not None:
             flight.timer.cancel()
@@ -236,10 +249,50 @@ class Execution:
         if error is None and inspect.isawaitable(result):  # a function on a thread that made a coroutine
             self._send_off(flight, handler, result)
         elif error is not None:
-            flight.cancel()
-            self._fail(flight, handler, error)
+            self._end(flight)
+            self._fail(flight.transition, flight.taken, handler, error)
         elif self._accept(flight, handler, result):
             self._go_on(flight)
+
+    def _give_up(self, flight: Flight, handler: Handler, error: DinerosError) -> None:
+        """Let a firing fail whose handler still runs; its transition waits until that has ended."""
+        self.in_flight.outlive(self.engine, flight)
+        flight.cancel()
+        self._end(flight)
+        self._fail(flight.transition, flight.taken, handler, error)
+
+    def give_up(self) -> list[str]:
+        """Release all firings in flight, and return their transitions.
+
+        What their handlers return counts no more.
+        """
+        given_up = []
+        for flight in list(self.in_flight):
+            id, handler = (
+                self.engine.structure.transitions[flight.transition],
+                flight.handlers[flight.position],
+            )
+            self.in_flight.outlive(self.engine, flight)
+            flight.cancel()
+            self._end(flight)
+            self._tell_released(id, handler.name, "released by hand")
+            given_up.append(id)
+        return given_up
+
+    def give_up_blocking(self, seconds: float) -> bool:
+        """Cut off the handler that keeps the node's thread from ending; False: there is none.
+
+        From another thread than the node's, which does nothing any more where this returns True.
+        """
+        call = self.watchdog.give_up()
+        if call is None:
+            return False
+        self._tell_released(*call, f"did not return within {seconds:g} s when the node was to end")
+        return True
+
+    def _tell_released(self, id: str | None, handler: str, error: str) -> None:
+        LOG.error("%s: the handler %s: %s; its firing is released", id, handler, error)
+        self._observer.emit("error", transition=id, handler=handler, error=error, attempt=1, policy=None)
 
     def refresh(self) -> None:
         """Let the handlers in flight know whether they could still commit."""
@@ -262,6 +315,9 @@ class Execution:
             )
             return
         made = engine.made(transition, flight.taken, flight.data, flight.given)
+        if (error := self.departures.refused(made)) is not None:
+            self._fail(transition, flight.taken, flight.handlers[-1], error)
+            return
         self._commit(transition, flight.taken, made, flight.handlers, flight.started)
 
     def _commit(
@@ -295,33 +351,33 @@ class Execution:
         if flight.is_reserved:
             self.in_flight.remove(self.engine, flight)
 
-    def _fail(self, flight: Flight, handler: Handler, error: BaseException) -> None:
+    def _fail(self, transition: int, taken: Tokens, handler: Handler | None, error: BaseException) -> None:
         """Leave everything as it was and do as the policy says."""
-        self._end(flight)
-        transition = flight.transition
         id = self.engine.structure.transitions[transition]
-        tokens = frozenset(token.id for _, tokens in flight.taken for token in tokens)
+        tokens = frozenset(token.id for _, tokens in taken for token in tokens)
         known, attempt = self._failures.get(transition, (tokens, 0))
         attempt = attempt + 1 if known == tokens else 1
         self._failures[transition] = (tokens, attempt)
-        policy = handler.policy or self.policy
+        name = handler.name if handler is not None else None
+        policy = (handler.policy if handler is not None else None) or self.policy
         if isinstance(policy, Retry) and attempt >= policy.attempts:
             policy = policy.then
-        if isinstance(policy, Aside) and not flight.taken:
+        if isinstance(policy, Aside) and not taken:
             policy = Halt()  # there is nothing to put aside
-        text = _shown(error)
-        LOG.error("%s: the handler %s failed; policy: %s", id, handler.name, policy.name, exc_info=error)
+        text = shown(error)
+        failed = f"the handler {name}" if handler is not None else "the firing"
+        LOG.error("%s: %s failed; policy: %s", id, failed, policy.name, exc_info=error)
         self._observer.emit(
-            "error", transition=id, handler=handler.name, error=text, attempt=attempt, policy=policy.name
+            "error", transition=id, handler=name, error=text, attempt=attempt, policy=policy.name
         )
         if isinstance(policy, Retry):
             self.engine.hold(transition)
             self._loop.timers.call_later(policy.delay_after(attempt), lambda: self.engine.unhold(transition))
         elif isinstance(policy, Aside):
             del self._failures[transition]
-            self._put_aside(transition, flight.taken)
+            self._put_aside(transition, taken)
         else:
-            self.halt(f"the handler {handler.name} of {id} failed: {text}")
+            self.halt(f"{failed} of {id} failed: {text}")
 
     def _put_aside(self, transition: int, taken: Tokens) -> None:
         structure = self.engine.structure
@@ -349,12 +405,14 @@ class Execution:
         if self.halted is None:
             LOG.log(level, "the node halts: %s", reason)
             self.halted = reason
+            self._observer.status_changed()
 
     def proceed(self) -> None:
         """Fire again after a halt."""
         self.halted = None
         self._failures.clear()
         self._chooser.failures = 0
+        self._observer.status_changed()
 
     def close(self) -> None:
         """Give up all firings in flight; their handlers are cancelled where that is possible."""
@@ -362,11 +420,4 @@ class Execution:
             flight.cancel()
             self._end(flight)
         self._workers.close()
-
-
-def _shown(error: BaseException) -> str:
-    """Return an exception as one line; a wrong return speaks for itself."""
-    text = " ".join(str(error).split())
-    if isinstance(error, DinerosError):
-        return text
-    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+        self.watchdog.close()

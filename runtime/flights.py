@@ -1,4 +1,8 @@
-"""Firings under way: while a long handler runs, the tokens of its firing are reserved."""
+"""Firings under way: while a long handler runs, the tokens of its firing are reserved.
+
+A handler may outlive its firing: a thread cannot be stopped, and a coroutine that is cancelled may have to
+tidy up. Then its transition waits for its end, so that it never runs twice at a time.
+"""
 
 from __future__ import annotations
 
@@ -62,6 +66,7 @@ class Flights:
     def __init__(self) -> None:
         self._flights: list[Flight] = []
         self._full: set[int] = set()  # transitions with as many firings in flight as they may have
+        self._outliving: list[Flight] = []
 
     def __iter__(self) -> Iterator[Flight]:
         return iter(self._flights)
@@ -85,6 +90,22 @@ class Flights:
         engine.release(flight.taken)
         if flight.transition in self._full and not self._is_full(flight):
             self._full.remove(flight.transition)
+            engine.unhold(flight.transition)
+
+    @property
+    def outliving(self) -> tuple[Flight, ...]:
+        """The firings that are over, but whose handlers still run."""
+        return tuple(self._outliving)
+
+    def outlive(self, engine: Engine, flight: Flight) -> None:
+        """Keep the transition of a firing that is given up from beginning another one, until `outlived`."""
+        self._outliving.append(flight)
+        engine.hold(flight.transition)
+
+    def outlived(self, engine: Engine, flight: Flight) -> None:
+        """Let the transition fire again: the handler of the firing has ended at last."""
+        if flight in self._outliving:
+            self._outliving.remove(flight)
             engine.unhold(flight.transition)
 
     def refresh(self, engine: Engine) -> None:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TypedDict
 
-from dineros.runtime.engine import Engine
+from dineros.runtime.engine import Engine, Tokens
 from dineros.runtime.execution import Execution
+from dineros.runtime.flights import Flight
 from dineros.runtime.sources import SourceState
 from dineros.runtime.tokens import Token, copy_data
 
@@ -70,6 +71,8 @@ class Inspection:
         Transitions that the net's firing rule allows to fire.
     in_flight : tuple of InFlight
         Firings under way.
+    outliving : tuple of InFlight
+        Handlers that still run although their firings were given up; their transitions wait for their end.
     aside : mapping of str to mapping of str to tuple of int
         Transition -> place -> ids of the tokens it leaves alone after a failure.
     waiting_requests : int
@@ -94,6 +97,7 @@ class Inspection:
     signals: Mapping[str, bool]
     enabled: tuple[str, ...]
     in_flight: tuple[InFlight, ...]
+    outliving: tuple[InFlight, ...]
     aside: Mapping[str, Mapping[str, tuple[int, ...]]]
     waiting_requests: int
     drops: Mapping[tuple[str, str], int]
@@ -115,6 +119,7 @@ class _OfEngine(TypedDict):
     signals: Mapping[str, bool]
     enabled: tuple[str, ...]
     in_flight: tuple[InFlight, ...]
+    outliving: tuple[InFlight, ...]
     aside: Mapping[str, Mapping[str, tuple[int, ...]]]
 
 
@@ -122,15 +127,15 @@ def inspect_engine(engine: Engine, execution: Execution, now: float) -> _OfEngin
     """Return what engine and execution tell of an inspection."""
     structure = engine.structure
     places, transitions = structure.places, structure.transitions
-    in_flight = tuple(
-        InFlight(
+
+    def shown(flight: Flight, taken: Tokens) -> InFlight:
+        return InFlight(
             transitions[flight.transition],
             flight.handlers[flight.position].name,
             now - flight.started,
-            _frozen({places[place]: tuple(token.id for token in tokens) for place, tokens in flight.taken}),
+            _frozen({places[place]: tuple(token.id for token in tokens) for place, tokens in taken}),
         )
-        for flight in execution.in_flight
-    )
+
     aside = {
         transitions[transition]: _frozen(
             {places[place]: tuple(sorted(ids)) for place, ids in by_place.items()}
@@ -150,7 +155,8 @@ def inspect_engine(engine: Engine, execution: Execution, now: float) -> _OfEngin
             for number, id in enumerate(transitions)
             if engine.is_enabled(number) and not engine.is_overridden(number)
         ),
-        "in_flight": in_flight,
+        "in_flight": tuple(shown(flight, flight.taken) for flight in execution.in_flight),
+        "outliving": tuple(shown(flight, []) for flight in execution.in_flight.outliving),
         "aside": MappingProxyType(aside),
     }
 

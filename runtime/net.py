@@ -33,7 +33,9 @@ from dineros.runtime.selection import SelectionFunction
 from dineros.runtime.signals import Signal
 from dineros.runtime.sources import Source
 from dineros.runtime.staleness import Expectation
+from dineros.runtime.status import Status
 from dineros.runtime.structure import Structure, read_structure
+from dineros.runtime.watchdog import LIMIT
 
 POLL = 0.05
 """Seconds after which `wait_for` looks again where nothing was told."""
@@ -56,6 +58,8 @@ class Net:
         What becomes of a failed firing where its handler says nothing else.
     clock : callable
         Returns seconds, for time-outs and delays.
+    watchdog : float, optional
+        Seconds after which a handler is named that keeps the node from all else; None: never.
 
     Raises
     ------
@@ -70,10 +74,12 @@ class Net:
         seed: int | None = None,
         policy: Policy | None = None,
         clock: Callable[[], float] = time.monotonic,
+        watchdog: float | None = LIMIT,
     ) -> None:
         own_seed = random.SystemRandom().getrandbits(32) if seed is None else seed
         self._ros_node: Any = None
         self._core = Core(read_structure(model), own_seed, policy or Halt(), clock)
+        self.watchdog = watchdog
 
     @classmethod
     def load(
@@ -83,6 +89,7 @@ class Net:
         seed: int | None = None,
         policy: Policy | None = None,
         clock: Callable[[], float] = time.monotonic,
+        watchdog: float | None = LIMIT,
     ) -> Net:
         """Return the net of a runtime model in a file.
 
@@ -93,7 +100,7 @@ class Net:
         DinerosError
             The model cannot run.
         """
-        return cls(load_runtime_model(path), seed=seed, policy=policy, clock=clock)
+        return cls(load_runtime_model(path), seed=seed, policy=policy, clock=clock, watchdog=watchdog)
 
     @property
     def id(self) -> str:
@@ -228,6 +235,19 @@ class Net:
     def policy(self, policy: Policy) -> None:
         self._core.execution.policy = policy
 
+    @property
+    def watchdog(self) -> float | None:
+        """Seconds after which a handler is named that keeps the node from all else; None: never."""
+        return self._core.execution.watchdog.limit
+
+    @watchdog.setter
+    def watchdog(self, seconds: float | None) -> None:
+        if seconds is not None and not 0 < seconds < float("inf"):
+            raise FeatureValueError(
+                f"a watchdog takes seconds above 0, not {seconds}", hint="None switches it off"
+            )
+        self._core.execution.watchdog.limit = seconds
+
     def release(self, transition: str | None = None) -> None:
         """Let a transition, or all of them, take again the tokens that were put aside after a failure.
 
@@ -239,6 +259,14 @@ class Net:
         everything = tuple(range(len(self._core.structure.transitions)))
         numbers = everything if transition is None else self._core.names.transitions(transition)
         self._core.loop.submit(lambda: self._core.execution.release(numbers))
+
+    def give_up(self) -> list[str]:
+        """Release all firings in flight, and return their transitions; from any thread.
+
+        Coroutines are cancelled. Of threads, which cannot be stopped, the results count no more; the
+        transition waits until its thread has ended.
+        """
+        return self._core.loop.call(self._core.execution.give_up)
 
     def halt(self, reason: str = "halted by the program") -> None:
         """Fire nothing more until `proceed`; tokens and signals still arrive."""
@@ -313,8 +341,16 @@ class Net:
         """Call a function of `on_change` no more."""
         self._core.remove_callback(callback)
 
+    @property
+    def status(self) -> Status:
+        """How the node is, in short; at once, also while a handler blocks it. From any thread."""
+        return self._core.status()
+
     def inspect(self) -> Inspection:
-        """Return what the net is in now; from any thread."""
+        """Return what the net is in now; from any thread.
+
+        It waits for a handler that blocks the node; `status` does not.
+        """
         return self._core.loop.call(self._core.inspect)
 
     def count(self, place: str) -> int:

@@ -26,8 +26,11 @@ from dineros.runtime.transport import (
     SubscriberPort,
     Transport,
 )
+from dineros.runtime.watchdog import GivenUpError
 
 LOG = logging.getLogger("dineros.runtime")
+PATIENCE = 2.0
+"""Seconds that a handler has to return when its node is to end; then its firing is released."""
 
 
 class Node:
@@ -88,6 +91,12 @@ class Node:
         self._is_open = False
         self._is_ending = False
         self._failure: BaseException | None = None
+        self._ended_by: str | None = None
+
+    @property
+    def ended_by(self) -> str | None:
+        """Why it does not run any more; None: it does, or has not begun."""
+        return self._ended_by
 
     @property
     def failure(self) -> BaseException | None:
@@ -118,7 +127,7 @@ class Node:
             resumed=self._is_resumed,
             seed=core.seed,
         )
-        self._is_open = True
+        self._is_open, self._ended_by = True, None
         with self._loop:
             core.expectations.begin()
         if self._transport is not None:
@@ -130,6 +139,7 @@ class Node:
 
     def _join(self, transport: Transport) -> None:
         transport.open(self._core.structure.ports, self)
+        self._execution.departures.check_by(self.exchange.checks(transport), self._core.structure)
         self.exchange.begin(transport)
         if self._is_resumed:
             # What was sent when the node was killed, but not recorded any more, was sent before all that
@@ -139,9 +149,16 @@ class Node:
 
     def step(self) -> bool:
         """Do what came in, begin at most one firing, send what is due; return whether there was anything."""
+        with self._loop:
+            return self.turn()
+
+    def turn(self) -> bool:
+        """Do as `step` does, on the thread that has adopted the loop.
+
+        It does not lock the loop, so that others can end the node while a handler blocks it.
+        """
         try:
-            with self._loop:
-                return self._step()
+            return self._step()
         except Exception as error:  # what is not recorded must not be built upon
             self._fail(error)
             raise
@@ -178,6 +195,7 @@ class Node:
         if not self._is_open:
             return
         self._is_open = False
+        self._ended_by = self._ended_by or reason
         try:
             if self._transport is not None:
                 self._transport.close()
@@ -188,6 +206,7 @@ class Node:
             try:
                 if self._failure is None:
                     self._core.emit("stop", reason=reason)
+                self._core.status_changed()
             finally:
                 self._core.record_with(None)
                 self._recorder.close()
@@ -208,6 +227,8 @@ class Node:
             while not self._is_ending:
                 if not step():
                     loop.wait()
+        except GivenUpError:
+            pass
         except BaseException as error:
             self._fail(error)
         finally:
@@ -216,24 +237,69 @@ class Node:
     def _fail(self, error: BaseException) -> None:
         LOG.critical("the node %s ends: %s", self.net.id, error, exc_info=error)
         self._failure = error
+        self._ended_by = f"{type(error).__name__}: {error}"
         self._execution.halt(f"the node has ended: {error}")
 
-    def stop(self, reason: str = "stopped") -> None:
+    def end(self) -> None:
+        """Have the thread end after the step it is in; `stop` waits for that."""
+        self._is_ending = True
+        self._loop.post(lambda: None)
+
+    def stop(self, reason: str = "stopped", patience: float = PATIENCE) -> None:
         """End the thread after the step it is in, and close the node.
+
+        Parameters
+        ----------
+        reason : str
+            Why, for the record.
+        patience : float
+            Seconds that a handler has to return; then its firing is released, and what it returns counts no
+            more.
 
         Raises
         ------
+        DinerosError
+            The thread does not end, although no handler runs.
         BaseException
             What ended the loop before.
         """
-        self._is_ending = True
-        self._loop.post(lambda: None)
+        self.end()
         if self._thread is not None and self._thread is not threading.current_thread():
-            self._thread.join()
+            self.await_end(self.join, patience)
             self._thread = None
         self.close(reason)
         if self._failure is not None:
             raise self._failure
+
+    def await_end(self, join: Callable[[float], bool], patience: float = PATIENCE) -> bool:
+        """Wait until the thread of the node has ended, or cut it off where a handler keeps it.
+
+        Parameters
+        ----------
+        join : callable
+            Waits so many seconds for the thread; returns whether it has ended.
+        patience : float
+            Seconds that a handler has to return.
+
+        Returns
+        -------
+        bool
+            Whether it has ended; False: a handler is still on it, but nothing of the node any more.
+
+        Raises
+        ------
+        DinerosError
+            It does not end, although no handler runs.
+        """
+        if join(patience):
+            return True
+        for _ in range(50):
+            if self._execution.give_up_blocking(patience):
+                self._loop.abandon()
+                return False
+            if join(0.1):
+                return True
+        raise DinerosError(f"the node {self.net.id} does not end", hint="its transport or its disk may hang")
 
     def join(self, timeout: float | None = None) -> bool:
         """Wait until the thread has ended by itself, by a failure; return whether it has."""

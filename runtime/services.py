@@ -14,7 +14,7 @@ from dineros.metamodel.message_ids import Senders, parse_id
 from dineros.runtime.recording import KEPT_RESPONSES
 from dineros.runtime.timers import Timer
 from dineros.runtime.traffic import SendError, Traffic
-from dineros.runtime.transport import Answer, ClientPort, Data, Message, ServerPort
+from dineros.runtime.transport import Answer, Check, ClientPort, Data, Message, ServerPort
 
 LOG = logging.getLogger("dineros.runtime")
 RESEND_DELAY = 0.1
@@ -33,6 +33,8 @@ class Client:
         How often it was sent.
     departure : int
         Number of the departure; on hold while a request is under way.
+    request : int
+        The place of its requests.
     """
 
     def __init__(
@@ -45,7 +47,7 @@ class Client:
     ) -> None:
         self._traffic = traffic
         self.port = port
-        self._request, self._response = places
+        self.request, self._response = places
         self.departure = departure
         self._timeout = timeout
         self._timer: Timer | None = None
@@ -60,7 +62,7 @@ class Client:
         SendError
             The transport failed; the token stays where it is.
         """
-        traffic, port, place = self._traffic, self.port, self._request
+        traffic, port, place = self._traffic, self.port, self.request
         token = traffic.engine.oldest(place)
         message = Message(traffic.next_id(place), token.data)
         self._ask(message)
@@ -187,6 +189,8 @@ class Server:
     responses : dict of str to dict of str to Data
         The last responses of each sender, by the request's id, the oldest first: for requests that come
         again.
+    check : callable or None
+        Raises for data that cannot be sent.
     """
 
     def __init__(self, traffic: Traffic, port: ServerPort) -> None:
@@ -196,6 +200,7 @@ class Server:
         self.waiting: deque[tuple[Message, list[Answer]]] = deque()
         self.responses: dict[str, dict[str, Data]] = {}
         self._served = Senders()
+        self.check: Check | None = None
 
     def requested(self, message: Message, answer: Answer) -> None:
         """Serve a request, or let it wait; one that came before gets the same response."""
@@ -243,8 +248,20 @@ class Server:
                     )
 
     def reply(self, instance: Instance) -> None:
-        """Send the response of an instance, which is inactive then."""
+        """Send the response of an instance, which is inactive then.
+
+        Raises
+        ------
+        SendError
+            The transport cannot send what the token carries; it stays where it is. Firings are checked, so
+            that this is a token of the initial marking, or of a journal that another version has written.
+        """
         traffic, port = self._traffic, self.port
+        if self.check is not None:
+            try:
+                self.check(traffic.engine.oldest(instance.exit).data)
+            except Exception as error:
+                raise SendError(f"cannot answer a request of {port.service}: {error}") from error
         token = traffic.engine.take(instance.exit)
         response = Message(instance.message or "", token.data)
         for answer in instance.answers:

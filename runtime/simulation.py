@@ -17,7 +17,7 @@ from dineros.metamodel import rtm
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.local import LocalNetwork
 from dineros.runtime.net import Net
-from dineros.runtime.node import Node
+from dineros.runtime.node import PATIENCE, Node
 from dineros.runtime.policies import Policy
 from dineros.runtime.recording import Checkpoint, Recorder
 from dineros.runtime.timers import Timers
@@ -169,7 +169,8 @@ class LocalApplication:
     def _let_time_pass(self, end: float | None) -> bool:
         """Go on to the next thing to happen; False: there is nothing to wait for."""
         assert self._simulated is not None
-        if any(net.inspect().in_flight for net in self.nets.values()):
+        states = [net.inspect() for net in self.nets.values()]
+        if any(state.in_flight or (state.outliving and state.halted is None) for state in states):
             started = time.monotonic()
             time.sleep(STEP_TIME)  # handlers elsewhere take real time
             self._simulated.now += time.monotonic() - started
@@ -214,13 +215,16 @@ class LocalApplication:
     def stop(self, reason: str = "stopped") -> None:
         """End simulators, nodes and channels, in this order."""
         self._ending.set()
+        for node in self.nodes.values():
+            node.end()
+        end = time.monotonic() + PATIENCE  # for all of them together
         for thread in self._threads:
-            thread.join()
+            thread.join(max(0.0, end - time.monotonic()))
         self._threads.clear()
         failures = []
         for node in self.nodes.values():
             try:
-                node.stop(reason)
+                node.stop(reason, max(0.0, end - time.monotonic()))
             except Exception as error:
                 failures.append(error)
         self.network.stop()

@@ -144,9 +144,11 @@ def _check_for(field: FieldType) -> _Check:
 
 def _scalar_check(name: str, kind: str) -> _Check:
     def text(value: object) -> Value:
-        if isinstance(value, str) and (value.isascii() or _encodable(value)):
-            return str(value)
-        raise _wrong(name, kind, value)
+        if not isinstance(value, str) or not (value.isascii() or _encodable(value)):
+            raise _wrong(name, kind, value)
+        if "\0" in value:  # ROS sends a text up to its first NUL
+            raise FeatureValueError(f"{name} takes a text without NUL, not {_shown(value)}")
+        return str(value)
 
     def boolean(value: object) -> Value:
         if isinstance(value, bool):

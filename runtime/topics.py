@@ -12,8 +12,8 @@ class Publisher:
 
     def __init__(self, traffic: Traffic, port: PublisherPort, place: int) -> None:
         self._traffic = traffic
-        self._port = port
-        self._place = place
+        self.port = port
+        self.place = place
 
     def send(self) -> None:
         """Publish the oldest token.
@@ -23,7 +23,7 @@ class Publisher:
         SendError
             The transport failed; the token stays where it is.
         """
-        traffic, port, place = self._traffic, self._port, self._place
+        traffic, port, place = self._traffic, self.port, self.place
         token = traffic.engine.oldest(place)
         message = Message(traffic.next_id(place), token.data)
         try:

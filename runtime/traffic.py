@@ -13,8 +13,8 @@ from collections import Counter
 from dineros.metamodel.errors import DinerosError, FeatureValueError
 from dineros.metamodel.message_ids import MessageIdError, parse_id
 from dineros.runtime.engine import Engine
-from dineros.runtime.execution import Observer
 from dineros.runtime.loop import Loop
+from dineros.runtime.observing import Observer
 from dineros.runtime.tokens import Token
 from dineros.runtime.transport import Data, Port, PublisherPort, Queue, SubscriberPort, Transport
 

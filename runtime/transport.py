@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol, runtime_checkable
 
 from dineros.metamodel.token_data import Value
 from dineros.runtime.sources import Source
@@ -211,6 +211,9 @@ class Ports:
     signals: tuple[SignalPort, ...]
 
 
+Check = Callable[[Data], None]
+"""Raises an error for data that cannot be sent."""
+
 Answer = Callable[[Message], None]
 """Sends the response to a request; called once by the node, on its own thread. It does not raise."""
 
@@ -250,6 +253,19 @@ class Receiver(Protocol):
 
     def remove_source(self, source: Source) -> None:
         """Show it no more."""
+
+
+@runtime_checkable
+class Choosy(Protocol):
+    """A transport that does not send all that tokens can carry."""
+
+    def check(self, port: Port) -> Check | None:
+        """Return what raises for data that cannot be sent at a port; None: it sends all."""
+
+
+def check_of(transport: Transport, port: Port) -> Check | None:
+    """Return what raises for data that a transport cannot send at a port; None: it sends all."""
+    return transport.check(port) if isinstance(transport, Choosy) else None
 
 
 class Transport(Protocol):

@@ -7,8 +7,13 @@ import threading
 from collections.abc import Awaitable, Callable
 from typing import Any
 
+PATIENCE = 1.0
+"""Seconds that cancelled coroutines have for tidying up when the node ends."""
+
 Done = Callable[[Any, BaseException | None], None]
-"""Told the result, or the exception; from any thread."""
+"""Told the result, or the exception, when the handler has ended; from any thread."""
+
+_Outcome = tuple[Any, BaseException | None]
 
 
 class Workers:
@@ -17,30 +22,34 @@ class Workers:
     def __init__(self) -> None:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._thread: threading.Thread | None = None
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._tasks: set[asyncio.Task[_Outcome]] = set()
 
     def start_coroutine(self, make: Callable[[], Awaitable[Any]], done: Done) -> Callable[[], None]:
         """Run an awaitable; return what cancels it."""
         loop = self._started()
-        task: list[asyncio.Task[None]] = []
+        task: list[asyncio.Task[_Outcome]] = []
 
-        async def run() -> None:
+        async def run() -> _Outcome:
             try:
-                result = await make()
+                return await make(), None
             except (KeyboardInterrupt, SystemExit) as error:  # would end the event loop
+                return None, error
+
+        def finish(over: asyncio.Task[_Outcome]) -> None:
+            """Tell what became of it, also where it was cancelled before its first step."""
+            self._tasks.discard(over)
+            if over.cancelled():
+                done(None, asyncio.CancelledError())
+            elif (error := over.exception()) is not None:
                 done(None, error)
-            except BaseException as error:
-                done(None, error)
-                if isinstance(error, asyncio.CancelledError):
-                    raise
             else:
-                done(result, None)
+                done(*over.result())
 
         def begin() -> None:
             started = loop.create_task(run())
             task.append(started)
             self._tasks.add(started)
-            started.add_done_callback(self._tasks.discard)
+            started.add_done_callback(finish)
 
         def cancel() -> None:
             if not loop.is_closed():
@@ -75,12 +84,12 @@ class Workers:
             tasks = list(self._tasks)
             for task in tasks:
                 task.cancel()
-            await asyncio.wait(tasks, timeout=1) if tasks else None
+            await asyncio.wait(tasks, timeout=PATIENCE) if tasks else None
             loop.stop()
 
         asyncio.run_coroutine_threadsafe(end(), loop)
         if thread is not threading.current_thread():
-            thread.join(timeout=2)
+            thread.join(timeout=PATIENCE + 0.5)
 
     def _started(self) -> asyncio.AbstractEventLoop:
         if self._loop is None:

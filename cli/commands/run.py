@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from dineros.cli.running.watching import Ending, Wanted
     from dineros.runtime.application.observer import FolderObserver
 
-VIOLATED, UNKNOWN, INTERRUPTED = 1, 3, 130
+VIOLATED, FAILED, UNKNOWN, INTERRUPTED = 1, 2, 3, 130
 
 
 @command(
@@ -43,6 +43,12 @@ VIOLATED, UNKNOWN, INTERRUPTED = 1, 3, 130
 @click.option("--until", metavar="EXPR", help="End when this holds, such as 'Shown >= 4'.")
 @click.option("--trace", type=click.Path(path_type=Path), metavar="DIR", help="Keep the nodes' traces here.")
 @click.option("--timeout", type=click.FloatRange(min=0), metavar="S", help="End after so many seconds.")
+@click.option(
+    "--watchdog",
+    type=click.FloatRange(0, 86400),
+    metavar="S",
+    help="Name a handler that keeps its node from all else for so many seconds, by default 10; 0: never.",
+)
 @click.option("--resume", is_flag=True, help="Go on from the traces in DIR.")
 @click.option("--monitor", is_flag=True, help="Replay the run on the model meanwhile; end at a deviation.")
 @click.option("--view", is_flag=True, help="Serve a page on 127.0.0.1 that follows the run.")
@@ -84,6 +90,7 @@ def run(
     until: str | None,
     trace: Path | None,
     timeout: float | None,
+    watchdog: float | None,
     resume: bool,
     monitor: bool,
     view: bool,
@@ -99,11 +106,13 @@ def run(
 
     Every node is a ROS 2 process of its own, unless --local or --simulate says otherwise; one that fails is
     started again and goes on from its trace. MODEL is a system model or the folder of a workspace. Exit
-    status: 1 where a step was not allowed, 3 where time was over before --until held.
+    status: 1 where a step was not allowed, 2 where a node could not go on, 3 where time was over before
+    --until held.
     """
     from dineros.cli.running.applications import application_of
     from dineros.cli.running.watching import Wanted
     from dineros.metamodel.errors import DinerosError
+    from dineros.runtime.application.ending import Ending
     from dineros.runtime.application.observer import FolderObserver
 
     if resume and trace is None:
@@ -111,6 +120,7 @@ def run(
     if programs and (local or simulate):
         raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
     application = application_of(model, settings, handler_file, stale_after)
+    process: Ending | None = None
     with ExitStack() as stack:
         # Whoever supervises this program ends it as Ctrl-C does.
         former = signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -121,6 +131,7 @@ def run(
             timeout,
             folder,
             seed,
+            watchdog,
             resume,
             application.monitor() if monitor else None,
         )
@@ -133,14 +144,18 @@ def run(
 
             level = logging.INFO if invocation().verbosity > 0 else logging.WARNING
             stack.enter_context(logs_to(terminal_handler(), level))
-            ending = run_in_process(application, wanted, observer, is_simulated=simulate)
+            with Ending(INTERRUPTED, signal.default_int_handler) as process:
+                ending = run_in_process(application, wanted, observer, is_simulated=simulate)
         else:
             from dineros.cli.running.ros import RosOptions, run_on_ros
 
             number = domain if domain is not None else int(os.environ.get("ROS_DOMAIN_ID") or 0)
             options = RosOptions(number, reach, programs, restarts)  # type: ignore[arg-type]
             ending = run_on_ros(application, wanted, observer, options)
-        return _report(application, wanted, observer, ending, trace, as_json)
+        status = _report(application, wanted, observer, ending, trace, as_json)
+    if process is not None:
+        process.leave(status)  # a handler that does not return keeps nobody
+    return status
 
 
 def _page(folder: Path, application: Application) -> Any:
@@ -170,7 +185,9 @@ def _report(
     trace: Path | None,
     as_json: bool,
 ) -> int:
-    status = {"timeout": UNKNOWN if wanted.until else 0, "deviated": VIOLATED}.get(ending, 0)
+    status = {"timeout": UNKNOWN if wanted.until else 0, "deviated": VIOLATED, "failed": FAILED}.get(
+        ending, 0
+    )
     if wanted.until is not None and ending in ("ended", "idle"):
         status = VIOLATED
     if ending == "interrupted" and wanted.until is not None:
@@ -180,7 +197,7 @@ def _report(
         verdict = wanted.monitor.finish()
         for deviation in verdict.violations:
             warn(f"{deviation.location}: {deviation}")
-        if verdict.status == "violated":
+        if verdict.status == "violated" and status != FAILED:
             status = VIOLATED
     if as_json:
         say_json(
@@ -215,5 +232,6 @@ _ENDINGS: dict[str, str] = {
     "idle": "nothing is left to do",
     "timeout": "time is over",
     "interrupted": "interrupted",
+    "failed": "a node could not go on",
     "deviated": "a step is not allowed by the model",
 }

@@ -101,6 +101,9 @@ def run_in_process(
     for node, expected in what.expected.items():
         for signal, expectation in expected.items():
             application.nets[node].signal(signal).stale_after(expectation.seconds, expectation.then)
+    if wanted.watchdog is not None:
+        for net in application.nets.values():
+            net.watchdog = wanted.watchdog or None
     handlers = load_handler_file(what.handlers) if what.handlers is not None else None
     if handlers is not None:
         handlers.simulate(application)

@@ -7,12 +7,13 @@ import os
 import shlex
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from dineros.cli.console import note, summarise, warn, working
+from dineros.cli.running.announcing import Announcer
 from dineros.cli.running.watching import Ending, Wanted, observe, watch
 from dineros.metamodel.files import save
 from dineros.metamodel.files.reading import open_plain
@@ -21,6 +22,7 @@ from dineros.runtime.application.supervisor import (
     ProcessEvent,
     ProcessPlan,
     RestartPolicy,
+    SupervisionError,
     Supervisor,
     status_text,
 )
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from dineros.cli.running.applications import Application
     from dineros.metamodel import sym
     from dineros.runtime.ros.environment import Reach
+    from dineros.runtime.transport import Ports
 
 SUPERVISOR_LOG = "supervisor.log.jsonl"
 """File beside the traces that tells which process was started and ended when, one JSON object per line."""
@@ -68,7 +71,7 @@ def run_on_ros(
     Raises
     ------
     DinerosError
-        The interfaces cannot be built; a process cannot be started, or fails again and again.
+        The interfaces cannot be built.
     """
     if application.system is None:
         commands, variables = _workspace_processes(application.source)
@@ -76,7 +79,10 @@ def run_on_ros(
         commands, variables = _model_processes(application, application.system, wanted.folder)
     for name, command in commands:
         command.extend(_stale_parameters(application, name))
-    return _run_processes(commands, variables, wanted, observer, options)
+    from dineros.runtime.structure import read_structure
+
+    nodes = {model.node.id: read_structure(model).ports for model in application.models}
+    return _run_processes(commands, variables, nodes, wanted, observer, options)
 
 
 def _stale_parameters(application: Application, node: str) -> list[str]:
@@ -158,6 +164,7 @@ def _expected(system: sym.SystemModel) -> dict[str, list[str]]:
 def _run_processes(
     commands: Commands,
     variables: dict[str, str],
+    nodes: Mapping[str, Ports],
     wanted: Wanted,
     observer: FolderObserver,
     options: RosOptions,
@@ -167,7 +174,9 @@ def _run_processes(
 
     folder = wanted.folder.resolve()
     variables = ros_environment(folder / "ros", options.domain, options.reach, variables)
-    own = ["-p", f"journal:={folder}"] + ([] if wanted.seed is None else ["-p", f"seed:={wanted.seed}"])
+    own = ["-p", f"journal:={folder}"]
+    own += [] if wanted.watchdog is None else ["-p", f"watchdog:={wanted.watchdog!r}"]
+    own += [] if wanted.seed is None else ["-p", f"seed:={wanted.seed}"]
     resume = ["-p", "resume:=true"]
     plans = [
         ProcessPlan(
@@ -186,23 +195,33 @@ def _run_processes(
     flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
     descriptor = open_plain(folder / SUPERVISOR_LOG, flags, follow_links=False)
     with os.fdopen(descriptor, "a", encoding="utf-8") as log:
-        supervisor = Supervisor(plans, RestartPolicy(restarts=options.restarts), _teller(log))
+        announcer = Announcer(nodes, variables, folder / "announcer.log")
+        tell = _teller(log, announcer)
+        supervisor = Supervisor(plans, RestartPolicy(restarts=options.restarts), tell)
         try:
             with supervisor:
                 return watch(wanted, observer, supervisor.poll)
+        except SupervisionError as error:
+            warn(str(error))
+            return "failed"
         finally:
+            announcer.close()
+            observer.restarts = supervisor.restarts
             observe(wanted, observer)  # what the nodes wrote while they ended
             remove_abandoned()
 
 
-def _teller(log: TextIO) -> Callable[[ProcessEvent], None]:
+def _teller(log: TextIO, announcer: Announcer) -> Callable[[ProcessEvent], None]:
     """Return a function that keeps events, and shows those that people should know of."""
 
     def tell(event: ProcessEvent) -> None:
         log.write(json.dumps(asdict(event)) + "\n")
         log.flush()
+        announcer.tell(event)
         if event.event == "failed":
-            warn(f"{event.name} ended with {status_text(event.status)}")
+            warn(
+                f"{event.name} ended with {status_text(event.status)}{': ' if event.said else ''}{event.said}"
+            )
         elif event.event == "restarted":
             summarise(f"{event.name} is started again, process {event.process}")
         else:

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from dineros.analysis.conformance import Monitor
     from dineros.runtime.application.observer import FolderObserver
 
-Ending = Literal["reached", "ended", "idle", "timeout", "interrupted", "deviated"]
+Ending = Literal["reached", "ended", "idle", "timeout", "interrupted", "deviated", "failed"]
 """How a run ends: the condition holds; all processes have ended; nothing can happen any more; time is over;
-Ctrl-C; a step that the model does not allow."""
+Ctrl-C; a step that the model does not allow; a process that cannot start, or fails again and again."""
 
 PERIOD = 0.05
 
@@ -37,6 +37,9 @@ class Wanted:
         Takes the traces.
     seed : int or None
         Seed of the firing selections.
+    watchdog : float or None
+        Seconds after which a handler is named that keeps its node from all else; 0: never, None: as the nodes
+        themselves say.
     is_resumed : bool
         Whether the nodes go on where an earlier run ended.
     monitor : Monitor or None
@@ -47,6 +50,7 @@ class Wanted:
     timeout: float | None
     folder: Path
     seed: int | None
+    watchdog: float | None
     is_resumed: bool
     monitor: Monitor | None
 

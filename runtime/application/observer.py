@@ -22,8 +22,10 @@ class Observer:
         Tokens of each place of the nodes.
     signals : dict of str to bool
         Values of the input signals.
-    firings, drops, errors, restarts : int
+    firings, drops, errors : int
         What was seen so far.
+    restarts : int
+        How often nodes were started again, as whoever starts them says: a node that never began has no trace.
     """
 
     def __init__(self) -> None:
@@ -59,7 +61,6 @@ class Observer:
             self.marking[place] = len(tokens)
             places.add(place)
         self.signals.update(record.signals)
-        self.restarts += record.event == "start" and record.resumed
 
 
 class FolderObserver(Observer):

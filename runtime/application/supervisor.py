@@ -2,7 +2,7 @@
 
 The policy is that of OTP's supervisors: a process that ends by itself with status 0 is done; one that fails
 is started again after a delay that doubles, unless it failed too often within a while (Erlang/OTP design
-principles, "Supervisor Behaviour").
+principles, "Supervisor Behaviour"). One that says that it cannot start, by status 2, is tried three times.
 """
 
 from __future__ import annotations
@@ -22,6 +22,10 @@ from typing import Literal
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.reading import open_plain
 
+CANNOT_START = 2
+"""Exit status by which a process says that it cannot start: its handlers or parameters are wrong, say."""
+
+_LAST_BYTES = 4096
 _PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
 _ENDINGS = ((signal.SIGINT, 6.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 3.0))
 
@@ -66,6 +70,8 @@ class RestartPolicy:
     ----------
     restarts : int
         So many restarts within `window` seconds are made; one more failure gives up.
+    tries : int
+        How often in all a process is started that ends with `CANNOT_START` each time.
     window : float
         Seconds.
     delay : float
@@ -73,6 +79,7 @@ class RestartPolicy:
     """
 
     restarts: int = 5
+    tries: int = 3
     window: float = 60.0
     delay: float = 0.25
 
@@ -93,6 +100,8 @@ class ProcessEvent:
         Its id in the system.
     status : int or None
         How it ended: an exit status, or minus the number of a signal.
+    said : str
+        The last line that it printed, where it failed.
     """
 
     time: float
@@ -100,6 +109,7 @@ class ProcessEvent:
     event: Literal["started", "restarted", "ended", "failed", "stopped"]
     process: int
     status: int | None = None
+    said: str = ""
 
 
 @dataclass
@@ -109,6 +119,11 @@ class _Child:
     failures: list[float] = field(default_factory=list)
     start_at: float | None = None
     is_done: bool = False
+    log_start: int = 0
+    """Size of the log when the process was started."""
+    vain_starts: int = 0
+    """How often it could not start, in a row."""
+    restarts: int = 0
 
 
 class Supervisor:
@@ -151,6 +166,11 @@ class Supervisor:
         """Ids of the processes that run, by name."""
         return {child.plan.name: child.process.pid for child in self._children if child.process is not None}
 
+    @property
+    def restarts(self) -> int:
+        """How often processes were started again."""
+        return sum(child.restarts for child in self._children)
+
     def poll(self) -> bool:
         """Look after the processes; call it several times a second.
 
@@ -162,7 +182,7 @@ class Supervisor:
         Raises
         ------
         SupervisionError
-            A process failed too often.
+            A process failed too often, or cannot start.
         """
         now = time.monotonic()
         for child in self._children:
@@ -198,6 +218,7 @@ class Supervisor:
         try:
             flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
             with os.fdopen(open_plain(plan.log, flags, follow_links=False), "ab") as log:
+                child.log_start = os.fstat(log.fileno()).st_size
                 child.process = subprocess.Popen(
                     command,
                     stdin=subprocess.DEVNULL,
@@ -212,23 +233,31 @@ class Supervisor:
         except OSError as error:
             raise SupervisionError(f"{plan.name} cannot be started: {error}") from error
         child.start_at = None
+        child.restarts += event == "restarted"
         self._tell(child, event)
 
     def _ended(self, child: _Child, now: float) -> None:
         assert child.process is not None
         status = child.process.returncode
-        self._tell(child, "ended" if status == 0 else "failed", status)
+        said = "" if status == 0 else _last_line(child)
+        self._tell(child, "ended" if status == 0 else "failed", status, said)
         child.process = None
         if status == 0:
             child.is_done = True
             return
         child.failures = [moment for moment in child.failures if now - moment < self._policy.window]
         child.failures.append(now)
-        if len(child.failures) > self._policy.restarts:
+        child.vain_starts = child.vain_starts + 1 if status == CANNOT_START else 0
+        failed = ""
+        if child.vain_starts >= self._policy.tries:
+            failed = f"cannot start, tried {child.vain_starts} times"
+        elif len(child.failures) > self._policy.restarts:
+            times = f"{len(child.failures)} times within {self._policy.window:.0f} s"
+            failed = f"failed {times}, the last time with {status_text(status)}"
+        if failed:
             child.is_done = True
             raise SupervisionError(
-                f"{child.plan.name} failed {len(child.failures)} times within {self._policy.window:.0f} s, "
-                f"the last time with {status_text(status)}",
+                f"{child.plan.name} {failed}{': ' if said else ''}{said}",
                 hint=f"its output is in {child.plan.log}",
             )
         child.start_at = now + self._policy.delay * 2 ** (len(child.failures) - 1)
@@ -247,9 +276,10 @@ class Supervisor:
         child: _Child,
         event: Literal["started", "restarted", "ended", "failed", "stopped"],
         status: int | None = None,
+        said: str = "",
     ) -> None:
         assert child.process is not None
-        self._on_event(ProcessEvent(time.time(), child.plan.name, event, child.process.pid, status))
+        self._on_event(ProcessEvent(time.time(), child.plan.name, event, child.process.pid, status, said))
 
 
 def status_text(status: int | None) -> str:
@@ -263,6 +293,16 @@ def status_text(status: int | None) -> str:
     if status is not None and status < 0:
         return f"signal {signal.Signals(-status).name}"
     return f"exit status {status}"
+
+
+def _last_line(child: _Child) -> str:
+    """Return the last line that a process printed: of a traceback, what was raised."""
+    with contextlib.suppress(OSError), child.plan.log.open("rb") as log:
+        size = log.seek(0, os.SEEK_END)
+        log.seek(max(child.log_start, size - _LAST_BYTES))
+        lines = log.read().decode(errors="replace").split("\n")
+        return next((" ".join(line.split())[:500] for line in reversed(lines) if line.strip()), "")
+    return ""
 
 
 def _send(process: subprocess.Popen[bytes], number: signal.Signals) -> None:

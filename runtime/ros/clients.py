@@ -60,8 +60,8 @@ class Clients:
         self._lock = threading.Lock()
         self._timer: Any = None
 
-    def add(self, port: ClientPort, codecs: Codecs) -> None:
-        """Make the client of a port.
+    def add(self, port: ClientPort, codecs: Codecs) -> Codec:
+        """Make the client of a port, and return the codec of its requests.
 
         Raises
         ------
@@ -87,6 +87,7 @@ class Clients:
             self._timer = self._node.create_timer(
                 PERIOD, self._look, callback_group=MutuallyExclusiveCallbackGroup()
             )
+        return requests
 
     def request(self, port: ClientPort, message: Message) -> None:
         """Send a request, now or when its server is there; what was under way is given up."""

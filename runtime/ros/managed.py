@@ -13,10 +13,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from dineros.runtime.ros.control import INACTIVE
 from dineros.runtime.ros.running import RosNode
 from dineros.runtime.ros.session import LOG
-
-HALT = "the node is not active"
 
 
 def make_managed_node(name: str, **options: Any) -> Any:
@@ -49,7 +48,8 @@ def make_managed_node(name: str, **options: Any) -> Any:
             """Open the channels."""
             try:
                 running = self.make()
-                running.net.halt(HALT)
+                running.net.halt(INACTIVE)
+                running.control.is_active = False
                 running.open()
             except Exception as error:
                 LOG.error("cannot be configured: %s", error)
@@ -60,13 +60,15 @@ def make_managed_node(name: str, **options: Any) -> Any:
         def on_activate(self, state: Any) -> Any:
             """Let the net fire."""
             assert self.running is not None
+            self.running.control.is_active = True
             self.running.net.proceed()
             return super().on_activate(state)
 
         def on_deactivate(self, state: Any) -> Any:
             """Let the net fire nothing more."""
             assert self.running is not None
-            self.running.net.halt(HALT)
+            self.running.control.is_active = False
+            self.running.net.halt(INACTIVE)
             return super().on_deactivate(state)
 
         def on_cleanup(self, state: Any) -> Any:

@@ -14,7 +14,7 @@ from dineros.metamodel.errors import near_matches
 from dineros.metamodel.token_data import Value
 from dineros.runtime.ros.interfaces import InterfaceError, load_interface
 from dineros.runtime.ros.messages import finite
-from dineros.runtime.transport import FieldMapping, FieldType, Message, TokenType
+from dineros.runtime.transport import Data, FieldMapping, FieldType, Message, TokenType
 
 _INTEGERS = {f"{sign}int{size}": (sign, size) for sign in ("", "u") for size in (8, 16, 32, 64)}
 _KINDS = {"boolean": "boolean", "float": "number", "double": "number", "string": "text", "wstring": "text"}
@@ -105,14 +105,22 @@ class MappedCodec:
         """
         made = self._interface()
         for field, path, name in self._mapped:
-            value = message.data[field.name]
-            if path.type.is_list:
-                assert isinstance(value, list)
-                converted: Any = _list_value(value, path.type, name)
-            else:
-                converted = _value(value, path.type.element, name)
-            _set(made, path, converted)
+            _set(made, path, _converted(message.data[field.name], path.type, name))
         return made
+
+    def check(self, data: Data) -> None:
+        """Check that a token with this data can be sent.
+
+        Raises
+        ------
+        ConversionError
+            A value is outside the range of its ROS field.
+        """
+        for field, path, name in self._mapped:
+            try:
+                _converted(data[field.name], path.type, name)
+            except ConversionError as error:
+                raise ConversionError(f"{field.name} cannot be sent: {error}") from None
 
     def decode(self, ros_message: Any) -> Message:
         """Return a ROS message as a token without id."""
@@ -221,6 +229,14 @@ def _get(message: Any, path: _Path) -> Any:
     return message
 
 
+def _converted(value: Value, type_: _Type, name: str) -> Any:
+    """Return the value of a token's field as a ROS field has it."""
+    if type_.is_list:
+        assert isinstance(value, list)
+        return _list_value(value, type_, name)
+    return _value(value, type_.element, name)
+
+
 def _list_value(value: list[Value], type_: _Type, name: str) -> list[Any]:
     if type_.bound is not None and len(value) > type_.bound:
         raise ConversionError(f"{name} takes at most {type_.bound} elements, not {len(value)}")
@@ -233,8 +249,11 @@ def _value(value: Value, ros_type: str, name: str) -> Any:
     kind = _KINDS[base]
     if kind == "text":
         limit = bound.rstrip(">").lstrip("=")
-        if limit and len(str(value)) > int(limit):
-            raise ConversionError(f"{name} takes at most {limit} characters, not {len(str(value))}")
+        # Bounds count what the middleware stores: bytes of UTF-8, or units of UTF-16.
+        length = len(str(value).encode("utf-16-le")) // 2 if base == "wstring" else len(str(value).encode())
+        if limit and length > int(limit):
+            unit = "characters" if base == "wstring" else "bytes"
+            raise ConversionError(f"{name} takes at most {limit} {unit}, not {length}")
         return value
     if kind == "boolean":
         return value

@@ -15,13 +15,23 @@ from typing import Any, Protocol
 from dineros.metamodel.ros_names import camel_case, interfaces_package, snake_case
 from dineros.metamodel.token_data import Value
 from dineros.runtime.ros.interfaces import InterfaceError, load_interface
-from dineros.runtime.transport import FieldType, Message, TokenType
+from dineros.runtime.transport import Check, FieldType, Message, TokenType
 
 ARRAY_CODES = {"integer": "q", "number": "d"}
 
 
 class Codec(Protocol):
-    """Turns messages of the net into ROS messages and back."""
+    """Turns messages of the net into ROS messages and back.
+
+    Attributes
+    ----------
+    check : callable or None
+        Raises an error for data that no ROS message can carry; None: every token can be sent.
+    """
+
+    @property
+    def check(self) -> Check | None:  # noqa: D102
+        ...
 
     def encode(self, message: Message) -> Any:
         """Return the ROS message."""
@@ -67,6 +77,8 @@ class TokenCodec:
         self._encoders = [(field.name, name, _encoder(field, model)) for field, name in fields]
         self._decoders = [(field.name, name, _decoder(field)) for field, name in fields]
 
+    check = None  # the fields of the message are those of the token
+
     def encode(self, message: Message) -> Any:
         """Return a token as a ROS message."""
         made = self._interface()
@@ -100,6 +112,8 @@ class PartCodec:
     def __init__(self, interface: Any, token: TokenCodec) -> None:
         self._interface = interface
         self._token = token
+
+    check = None
 
     def encode(self, message: Message) -> Any:
         """Return a token as a request or response."""

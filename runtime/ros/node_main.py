@@ -4,17 +4,18 @@
 ...]``
 
 It ends with status 0 when it is told to end (SIGINT, SIGTERM), 1 when its node fails, and 2 when it cannot
-start.
+start. Told to end, it does so within five seconds, whatever its handlers do.
 """
 
 from __future__ import annotations
 
 import argparse
 import functools
+import importlib
 import logging
-import signal
 import sys
 import threading
+import traceback
 import uuid
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -22,16 +23,19 @@ from typing import Any
 
 from dineros.metamodel import rtm
 from dineros.metamodel.elements import label
-from dineros.metamodel.errors import DinerosError
-from dineros.runtime.application.handler_files import HandlerFile, load_handler_file
+from dineros.metamodel.errors import DinerosError, Location
+from dineros.runtime.application.ending import Ending
+from dineros.runtime.application.handler_files import HandlerFile, HandlerFileError, load_handler_file
 from dineros.runtime.application.logs import FORMAT
 from dineros.runtime.journal import JournalRecorder, resume_journal
 from dineros.runtime.net import Net, load_runtime_model
 from dineros.runtime.recording import Checkpoint
 from dineros.runtime.ros.logs import ros_logs
-from dineros.runtime.ros.parameters import JOURNAL, LOG_LEVEL, RESUME, SEED, declare
+from dineros.runtime.ros.parameters import JOURNAL, LOG_LEVEL, RESUME, SEED, WATCHDOG, declare
 from dineros.runtime.ros.running import RosNode
 from dineros.runtime.ros.session import Session
+
+LOG = logging.getLogger("dineros.runtime")
 
 Register = Callable[[Net], None]
 """Gives a net its handlers."""
@@ -68,26 +72,16 @@ def run_node(
         The exit status: 0, 1 where the node failed, 2 where it could not start.
     """
     logging.basicConfig(format=FORMAT)
-    ending = threading.Event()
-    former = {number: signal.signal(number, lambda *_: ending.set()) for number in _ENDING}
-    try:
-        return _run(
-            model,
-            register,
-            sys.argv[1:] if arguments is None else arguments,
-            {"source": source, "settings": settings},
-            lifecycle,
-            ending,
-        )
-    except DinerosError as error:
-        print(error, file=sys.stderr)
-        return 2
-    finally:
-        for number, handler in former.items():
-            signal.signal(number, handler)
-
-
-_ENDING = (signal.SIGINT, signal.SIGTERM)
+    origin = {"source": source, "settings": settings}
+    given = sys.argv[1:] if arguments is None else arguments
+    with Ending() as ending:
+        try:
+            status = _run(model, register, given, origin, lifecycle, ending.asked)
+        except DinerosError as error:
+            print(error, file=sys.stderr)
+            status = 2
+    ending.leave(status)
+    return status
 
 
 def _run(
@@ -136,7 +130,10 @@ def _work(session: Session, make: Callable[[], RosNode], lifecycle: bool, ending
         ending.wait(0.2)
     if lifecycle:
         session.end()
-        session.join()
+        if session.node.running is not None:
+            session.node.running.await_end()
+        else:
+            session.join()
         session.node.finish()
     else:
         running.stop("signal" if session.failure is None else "failure")
@@ -151,7 +148,8 @@ def _make_node(
     resume = bool(declare(session.node, RESUME))
     net = Net(model, seed=None if seed < 0 else seed)
     net.ros_node = session.node
-    register(net)
+    net.watchdog = float(declare(session.node, WATCHDOG)) or None
+    _register(register, net)
     recorder: JournalRecorder | None = None
     checkpoint: Checkpoint | None = None
     if folder and resume:
@@ -161,6 +159,32 @@ def _make_node(
     # Receivers that outlive this process must not take its messages for those of an earlier one.
     run = "" if checkpoint is not None else uuid.uuid4().hex[:8]
     return RosNode(net, recorder, resume=checkpoint, run=run, session=session)
+
+
+def _register(register: Register, net: Net) -> None:
+    """Give a net its handlers.
+
+    Raises
+    ------
+    HandlerFileError
+        They cannot be imported, or fail while they are registered.
+    """
+    try:
+        register(net)
+    except DinerosError:
+        raise
+    except Exception as error:
+        at = [frame for frame in traceback.extract_tb(error.__traceback__) if _is_of_developers(frame)]
+        place = Location(Path(at[-1].filename), at[-1].lineno) if at else None
+        if isinstance(error, SyntaxError) and error.filename:
+            place = Location(Path(error.filename), error.lineno)
+        LOG.debug("the handlers cannot be registered", exc_info=error)
+        raise HandlerFileError(f"{type(error).__name__}: {error}", location=place) from error
+
+
+def _is_of_developers(frame: traceback.FrameSummary) -> bool:
+    """Return whether a frame is neither of this module nor of Python's import."""
+    return frame.filename not in (__file__, importlib.__file__) and not frame.filename.startswith("<")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -8,6 +8,7 @@ from typing import Any
 
 from dineros.metamodel.ros_names import resource_names
 from dineros.runtime.ros.session import RosError
+from dineros.runtime.watchdog import LIMIT
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,13 @@ DISCOVERY_TIMEOUT = Parameter(
 )
 JOURNAL = Parameter("journal", "", "Folder that takes the records of the run; empty: nothing is recorded.")
 RESUME = Parameter("resume", False, "Whether to go on from the journal, where it holds an earlier run.")
+WATCHDOG = Parameter(
+    "watchdog",
+    LIMIT,
+    "Seconds after which a handler is named that keeps the node from all else; 0: never.",
+    0.0,
+    86400.0,
+)
 SEED = Parameter("seed", -1, "Seed of the firing selection; -1: another one in each run.", -1, 2**32 - 1)
 LOG_LEVEL = Parameter("log_level", "info", "What is logged: debug, info, warn, error or fatal, and worse.")
 

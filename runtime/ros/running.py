@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dineros.runtime.net import Net
 from dineros.runtime.node import Node
 from dineros.runtime.recording import Checkpoint, Recorder
+from dineros.runtime.ros.control import Control
 from dineros.runtime.ros.session import Session
 from dineros.runtime.ros.transport import RclpyTransport
 
@@ -75,6 +76,7 @@ class RosNode:
         )
         self._loop = core.loop
         self._is_adopted = False
+        self.control = Control(self.session.node, net)
 
     @property
     def failure(self) -> BaseException | None:
@@ -85,6 +87,11 @@ class RosNode:
         """Join the channels; whoever runs the session's callbacks calls `work` between them."""
         self._loop.wake_by(self._wake)
         self.node.open()
+        try:
+            self.control.open()
+        except BaseException:
+            self.close("failure")
+            raise
         self._loop.begin()
 
     def work(self) -> float | None:
@@ -92,8 +99,8 @@ class RosNode:
         if not self._is_adopted:
             self._loop.adopt()
             self._is_adopted = True
-        step, end = self.node.step, time.monotonic() + SLICE
-        while step():
+        turn, end = self.node.turn, time.monotonic() + SLICE
+        while turn():
             if time.monotonic() > end:
                 return 0.0
         due = self.net.next_timer
@@ -103,7 +110,10 @@ class RosNode:
         """Leave the channels and record the end; the session goes on."""
         self._loop.abandon()
         self._loop.wake_by(None)
-        self.node.close(reason)
+        try:
+            self.node.close(reason)
+        finally:
+            self.control.close()
 
     def _wake(self) -> None:
         """Have what other threads post done at once, not only after the next ROS callback."""
@@ -121,12 +131,23 @@ class RosNode:
 
     def stop(self, reason: str = "stopped") -> None:
         """End the thread, leave the channels, record the end, take the ROS node down."""
-        self.session.end()
-        self.session.join()
+        self.await_end()
         try:
             self.close(reason)
         finally:
             self.session.close()
+
+    def await_end(self) -> None:
+        """End the thread; where a handler keeps it, release its firing and wait no longer.
+
+        Raises
+        ------
+        DinerosError
+            It does not end, although no handler runs.
+        """
+        self.session.end()
+        if not self.node.await_end(self.session.join):
+            self.session.cut_off()
 
     def join(self, timeout: float | None = None) -> bool:
         """Wait until the node has ended; return whether it has."""

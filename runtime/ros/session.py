@@ -148,6 +148,10 @@ class Session:
             self._thread.join(timeout)
         return self._thread is None or not self._thread.is_alive()
 
+    def cut_off(self) -> None:
+        """Wait for the thread no more: a handler keeps it, and nothing of ROS is left on it."""
+        self._thread = None
+
     def close(self) -> None:
         """End the thread, take the node down, leave ROS; in this order nothing is left behind.
 

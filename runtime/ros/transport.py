@@ -23,8 +23,10 @@ from dineros.runtime.ros.quality import LossCounter, service_quality, topic_qual
 from dineros.runtime.ros.session import LOG, RosError, Session
 from dineros.runtime.ros.signals import RosSignals
 from dineros.runtime.transport import (
+    Check,
     ClientPort,
     Message,
+    Port,
     Ports,
     PublisherPort,
     Receiver,
@@ -52,6 +54,7 @@ class RclpyTransport:
         self._entities: list[tuple[Callable[[Any], Any], Any]] = []
         self._clients: Clients | None = None
         self._signals: RosSignals | None = None
+        self._checks: dict[Port, Check | None] = {}
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
         """Make publishers, subscriptions, clients and services; wait for the subscribers that are expected.
@@ -79,7 +82,7 @@ class RclpyTransport:
         for server in ports.servers:
             self._add_server(node, server, codecs, receiver)
         for client in ports.clients:
-            self._clients.add(client, codecs)
+            self._checks[client] = self._clients.add(client, codecs).check
         for subscriber in ports.subscribers:
             self._add_subscriber(node, subscriber, codecs, receiver)
         self._signals = RosSignals(node, ports.signals, receiver)
@@ -103,6 +106,7 @@ class RclpyTransport:
             ),
         )
         self._publishers[port.channel, port.place] = (codec.encode, publisher)
+        self._checks[port] = codec.check
 
     def _add_subscriber(self, node: Any, port: SubscriberPort, codecs: Codecs, receiver: Receiver) -> None:
         from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -140,6 +144,7 @@ class RclpyTransport:
         from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
         interface, requests, responses = codecs.service(port)
+        self._checks[port] = responses.check
 
         def hand_on(request: Any, response: Any) -> Any:
             return request
@@ -207,6 +212,10 @@ class RclpyTransport:
         """Ask a service, as soon as it is there; a time-out is told to the receiver."""
         assert self._clients is not None
         self._clients.request(port, message)
+
+    def check(self, port: Port) -> Check | None:
+        """Return what raises for data outside the ranges of the ROS fields that it is mapped to."""
+        return self._checks[port]
 
     def close(self) -> None:
         """Take the channels down; the receiver is called no more."""

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from dineros.runtime import Aside, Firing, Net, Node
+from dineros.runtime import Aside, Firing, Net, Node, Retry
 from tests.runtime.tiny import counts, events, settle, stepped, tiny
 
 SECONDS = 20.0
@@ -222,6 +222,7 @@ def test_plain_and_long_handlers_follow_each_other() -> None:
 
 
 def test_closing_cancels_what_is_in_flight() -> None:
+    before = set(threading.enumerate())
     net = Net(tiny({"go": "a -> b"}, {"a": 1}))
     started, cancelled = threading.Event(), threading.Event()
 
@@ -237,4 +238,72 @@ def test_closing_cancels_what_is_in_flight() -> None:
         step_until(node, started.is_set)
     assert cancelled.wait(SECONDS)
     assert counts(net) == {"a": 1, "b": 0}
-    assert not any(thread.name.startswith("dineros") for thread in threading.enumerate())
+    assert set(threading.enumerate()) <= before
+
+
+@pytest.mark.parametrize("kind", ["thread", "plain", "async"])
+def test_a_retry_waits_for_the_end_of_a_handler_that_took_too_long(kind: str) -> None:
+    """One motion at a time: a thread cannot be stopped, and a coroutine may have to tidy up."""
+    net = Net(tiny({"move": "a -> b"}, {"a": 1}), policy=Retry(attempts=3, delay=0.01, then=Aside()))
+    gauge, runs = _Gauge(), []
+
+    def moving(firing: Firing) -> dict[str, object]:
+        runs.append(firing)
+        with gauge:
+            time.sleep(0.4)
+        return {"count": 7}
+
+    async def tidying(firing: Firing) -> None:
+        runs.append(firing)
+        with gauge:
+            try:
+                await asyncio.sleep(SECONDS)
+            finally:
+                await asyncio.sleep(0.4)
+
+    handler = tidying if kind == "async" else moving
+    net.handler("move", timeout=0.05, thread=kind == "thread")(handler)
+    with stepped(net) as (node, recorder):
+        step_until(node, lambda: net.inspect().outliving)
+        (late,) = net.inspect().outliving
+        assert (late.transition, dict(late.tokens), net.inspect().in_flight) == ("move", {}, ())
+        step_until(node, lambda: net.inspect().aside and not net.inspect().outliving)
+        assert (gauge.most, len(runs)) == (1, 3)
+        assert [error["error"] for error in events(recorder, "error")] == ["took longer than 0.05 s"] * 3
+        assert counts(net) == {"a": 1, "b": 0}  # what came too late does not count
+
+
+def test_a_halted_node_that_proceeds_waits_for_the_end_too() -> None:
+    net = Net(tiny({"move": "a -> b", "other": "c -> d"}, {"a": 1, "c": 1}))
+    gate, runs = threading.Event(), []
+
+    @net.handler("move", thread=True, timeout=0.05)
+    def move(firing: Firing) -> None:
+        runs.append(firing)
+        gate.wait(SECONDS)
+
+    net.selection(lambda enabled: enabled.named("move") or enabled[0])
+    with stepped(net) as (node, _):
+        step_until(node, lambda: net.status.state == "halted")
+        net.proceed()
+        node.run_until_idle()
+        assert (counts(net)["d"], len(runs)) == (1, 1)  # the rest goes on
+        gate.set()
+        step_until(node, lambda: len(runs) == 2)
+
+
+def test_firings_in_flight_can_be_released_by_hand() -> None:
+    net = Net(tiny({"move": "a -> b", "rival": "a -> c"}, {"a": 1}))
+    gate = threading.Event()
+    net.handler("move", thread=True)(lambda firing: gate.wait(SECONDS) and None)
+    net.selection(lambda enabled: enabled.named("move") or enabled[0])
+    with stepped(net) as (node, recorder):
+        step_until(node, lambda: net.inspect().in_flight)
+        assert net.give_up() == ["move"]
+        node.run_until_idle()
+        assert counts(net) == {"a": 0, "b": 0, "c": 1}
+        (error,) = events(recorder, "error")
+        assert (error["transition"], error["error"], error["policy"]) == ("move", "released by hand", None)
+        gate.set()
+        settle(node)
+        assert counts(net)["b"] == 0

@@ -12,7 +12,17 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime import Net, Node
 from dineros.runtime.recording import KEPT_RESPONSES, Checkpoint, ListRecorder
-from dineros.runtime.transport import ClientPort, Message, Ports, PublisherPort, Receiver, ServerPort
+from dineros.runtime.transport import (
+    Check,
+    ClientPort,
+    Data,
+    Message,
+    Port,
+    Ports,
+    PublisherPort,
+    Receiver,
+    ServerPort,
+)
 from tests.runtime.tiny import events, token_type
 
 
@@ -52,6 +62,7 @@ class Wire:
         self.sent: list[tuple[str, Message]] = []
         self.fails = 0
         self.is_open = False
+        self.largest: int | None = None
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
         self.ports, self.receiver, self.is_open = ports, receiver, True
@@ -68,6 +79,14 @@ class Wire:
             self.fails -= 1
             raise OSError("the cable is out")
         self.sent.append((name, message))
+
+    def check(self, port: Port) -> Check | None:
+        def small(data: Data) -> None:
+            if data["count"] > largest:  # type: ignore[operator]
+                raise ValueError("count is too large")
+
+        largest = self.largest
+        return small if largest is not None else None
 
     def close(self) -> None:
         self.is_open = False
@@ -311,3 +330,35 @@ def test_a_checkpoint_of_another_model_is_refused() -> None:
     saved = {**node.checkpoint(), "marking": {"s[1].run": [[1, {"colour": 1}]]}}
     with pytest.raises(DinerosError, match="start the node anew"):
         serving(resume=saved)
+
+
+def test_a_response_that_cannot_be_sent_fails_where_the_handler_returns_it() -> None:
+    net, node, asked, recorder = serving()
+    asked.wire.largest = 127
+    node.open()
+    net.handler("finish")(lambda firing: {"count": 300})
+    asked.ask("client/request/1")
+    assert place_counts(net) == {"s[1].run": 1}
+    (error,) = events(recorder, "error")
+    assert (error["transition"], error["handler"]) == ("s[1].finish", "<lambda>")
+    assert (error["error"], error["policy"]) == ("ValueError: count is too large", "halt")
+    assert (asked.answers, events(recorder, "reply")) == ([], [])
+    net.handler("finish", name="<lambda>", replace=True)(lambda firing: {"count": 3})
+    net.proceed()
+    node.run_until_idle()
+    assert [answer.data["count"] for answer in asked.answers] == [3]
+    node.close()
+
+
+@pytest.mark.parametrize("is_observed", [True, False])
+def test_what_is_passed_on_without_a_handler_is_checked_as_well(is_observed: bool) -> None:
+    net, wire = Net(client_model()), Wire()
+    wire.largest = -1
+    node = Node(net, wire, ListRecorder() if is_observed else None)
+    node.open()
+    node.run_until_idle()
+    state = net.inspect()
+    assert (place_counts(net), wire.sent) == ({"todo": 3}, [])
+    assert state.halted == "the firing of ask failed: ValueError: count is too large"
+    assert state.errors[0].handler is None
+    node.close()

@@ -88,6 +88,42 @@ def test_a_process_that_fails_too_often_ends_the_application(tmp_path: Path) -> 
     assert [event.event for event in events if event.name == "good"] == ["started", "stopped"]
 
 
+def test_a_process_that_cannot_start_is_tried_three_times_and_its_error_is_told(tmp_path: Path) -> None:
+    """Each time the last line that it has printed is told; older lines of the log are not."""
+    program = (
+        "import sys, time; print(f'no such hand\\n  at all: {time.time()}', file=sys.stderr); sys.exit(2)"
+    )
+    events: list[ProcessEvent] = []
+    supervisor = Supervisor([plan(tmp_path, program)], RestartPolicy(delay=0.01), events.append)
+    with (
+        pytest.raises(
+            SupervisionError, match=r"node cannot start, tried 3 times: at all: \d.* \(its output is"
+        ),
+        supervisor,
+    ):
+        poll_until_done(supervisor)
+    assert [event.event for event in events] == [
+        "started",
+        "failed",
+        "restarted",
+        "failed",
+        "restarted",
+        "failed",
+    ]
+    assert len({event.said for event in events if event.event == "failed"}) == 3
+    assert supervisor.restarts == 2
+
+
+def test_pauses_grow(tmp_path: Path) -> None:
+    events: list[ProcessEvent] = []
+    supervisor = Supervisor([plan(tmp_path, "raise SystemExit(2)")], RestartPolicy(delay=0.2), events.append)
+    with pytest.raises(SupervisionError), supervisor:
+        poll_until_done(supervisor)
+    times = [event.time for event in events]
+    assert times[2] - times[1] >= 0.2
+    assert times[4] - times[3] >= 0.4
+
+
 def test_stopping_kills_what_ignores_every_other_signal(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,7 +12,7 @@ from dineros.metamodel.ros_names import resource_names
 from dineros.metamodel.token_data import Value
 from dineros.runtime.ros.environment import fast_dds_profile, ros_environment
 from dineros.runtime.ros.interfaces import InterfaceError, load_interface
-from dineros.runtime.ros.mappings import ConversionError, MappedCodec
+from dineros.runtime.ros.mappings import ConversionError, MappedCodec, _converted, _type
 from dineros.runtime.ros.quality import LossCounter
 from dineros.runtime.ros.wheels import mend_paths
 from dineros.runtime.transport import FieldMapping, FieldType, Message, TokenType
@@ -71,12 +71,34 @@ def test_fields_that_are_not_mapped_keep_their_defaults() -> None:
     [
         ("std_msgs/msg/Int8", "count", 128, "takes int8, not 128"),
         ("std_msgs/msg/UInt16", "count", -1, "takes uint16, not -1"),
-        ("std_msgs/msg/Float32", "weight", 1e300, "single-precision"),
+        ("std_msgs/msg/Byte", "count", 256, "takes octet, not 256"),
+        ("std_msgs/msg/Char", "count", -1, "takes uint8, not -1"),
+        ("std_msgs/msg/UInt64", "count", -1, "takes uint64, not -1"),
+        ("std_msgs/msg/Int32", "weight", 1e12, "takes int32, not 1000000000000"),
+        ("std_msgs/msg/Float32", "weight", 1e300, "takes a single-precision number, not 1e.300"),
+        ("std_msgs/msg/Float32MultiArray", "values", [0.0, -1e39], "takes a single-precision number"),
     ],
 )
 def test_values_outside_the_range(interface: str, field: str, value: Value, text: str) -> None:
     with pytest.raises(ConversionError, match=text):
         codec(interface, data=field).encode(token(**{field: value}))
+    with pytest.raises(ConversionError, match=f"{field} cannot be sent: {interface} data {text}"):
+        codec(interface, data=field).check(token(**{field: value}).data)
+
+
+@pytest.mark.parametrize(
+    ("ros_type", "value", "text"),
+    [
+        ("string<4>", "grüß", "at most 4 bytes, not 6"),
+        ("wstring<2>", "😀a", "at most 2 characters, not 3"),
+        ("sequence<double, 2>", [1.0, 2.0, 3.0], "at most 2 elements, not 3"),
+        ("sequence<string<1>, 2>", ["a", "bc"], "at most 1 bytes, not 2"),
+    ],
+)
+def test_values_outside_of_their_bounds(ros_type: str, value: Value, text: str) -> None:
+    """No package that is installed has such a field, so that its type is taken apart here."""
+    with pytest.raises(ConversionError, match=text):
+        _converted(value, _type(ros_type), "field")
 
 
 @pytest.mark.parametrize(("given", "expected"), [(math.inf, 1.7976931348623157e308), (math.nan, 0.0)])

@@ -1,0 +1,107 @@
+"""What a node says of itself on ROS, and what people may tell it when it is halted.
+
+=============  ========================  ========================================================
+``~/state``    ``std_msgs/msg/String``   its status as JSON, latched
+``~/proceed``  ``std_srvs/srv/Trigger``  a halted node goes on
+``~/release``  ``std_srvs/srv/Trigger``  tokens that were put aside may be taken again; a halted
+                                         node gives up what it has in flight
+=============  ========================  ========================================================
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from typing import Any
+
+from dineros.runtime.net import Net
+from dineros.runtime.ros.quality import signal_quality
+from dineros.runtime.ros.session import LOG
+from dineros.runtime.status import Status
+
+INACTIVE = "the node is not active"
+"""Why a managed node is halted that waits for being activated."""
+
+
+class Control:
+    """Topic and services of one node.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The ROS node.
+    net : Net
+        Its net.
+
+    Attributes
+    ----------
+    is_active : bool
+        Whether it may proceed; a managed node does so only while it is active.
+    """
+
+    def __init__(self, node: Any, net: Net) -> None:
+        self._node = node
+        self._net = net
+        self.is_active = True
+        self._lock = threading.Lock()
+        self._said: Status | None = None
+        self._publisher: Any = None
+        self._services: list[Any] = []
+
+    def open(self) -> None:
+        """Make topic and services, and say how the node is."""
+        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+        from std_msgs.msg import String
+        from std_srvs.srv import Trigger
+
+        self._publisher = self._node.create_publisher(String, "~/state", signal_quality(is_kept=True))
+        for name, answer in (("~/proceed", self._proceed), ("~/release", self._release)):
+
+            def answered(request: Any, response: Any, answer: Any = answer) -> Any:
+                response.success, response.message = answer()
+                return response
+
+            group = MutuallyExclusiveCallbackGroup()
+            self._services.append(self._node.create_service(Trigger, name, answered, callback_group=group))
+        self._net._core.on_status = self._say
+        self._say()
+
+    def _say(self) -> None:
+        """Publish the status where it is another one; from any thread."""
+        from std_msgs.msg import String
+
+        with self._lock:
+            status = self._net.status
+            if self._publisher is not None and replace(status, time=0.0) != self._said:
+                self._said = replace(status, time=0.0)
+                self._publisher.publish(String(data=status.json()))
+
+    def _proceed(self) -> tuple[bool, str]:
+        halted = self._net._core.execution.halted
+        if halted is None:
+            return False, "the node is not halted"
+        if not self.is_active:
+            return False, f"{INACTIVE}: activate it"
+        LOG.info("told to proceed")
+        self._net.proceed()
+        return True, f"the node goes on; it was halted: {halted}"
+
+    def _release(self) -> tuple[bool, str]:
+        state = self._net.inspect()
+        given_up = self._net.give_up() if state.halted is not None else []
+        self._net.release()
+        said = [f"{transition} may take again what it left aside" for transition in state.aside]
+        said += [f"{transition} is released" for transition in given_up]
+        LOG.info("told to release: %s", ", ".join(said) or "nothing")
+        return bool(said), ", ".join(said) or "nothing is aside or, in a halted node, in flight"
+
+    def close(self) -> None:
+        """Take topic and services down."""
+        with self._lock:
+            self._net._core.on_status = None
+            publisher, self._publisher = self._publisher, None
+        if publisher is not None:
+            self._node.destroy_publisher(publisher)
+        for service in self._services:
+            self._node.destroy_service(service)
+        self._services.clear()
