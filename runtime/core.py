@@ -22,6 +22,8 @@ from dineros.runtime.loop import Loop
 from dineros.runtime.names import Names
 from dineros.runtime.policies import Policy
 from dineros.runtime.recording import Checkpoint
+from dineros.runtime.sources import Source
+from dineros.runtime.staleness import Expectations
 from dineros.runtime.status import State, Status
 from dineros.runtime.structure import Structure
 from dineros.runtime.tokens import Token
@@ -73,6 +75,10 @@ class Core:
         self.engine = Engine(structure, self._departures)
         self.execution = Execution(self.engine, self.handlers, self.loop, random.Random(seed), self)
         self.execution.policy = policy
+        self.expectations = Expectations(
+            self.loop, self, structure.signals, lambda reason: self.execution.halt(reason, logging.ERROR)
+        )
+        self.sources: tuple[Source, ...] = ()
         self.node: Node | None = None
         self.is_observing = False
         self._record: Callable[..., None] | None = None
@@ -146,10 +152,31 @@ class Core:
 
     # What it is in.
 
-    def set_signal(self, number: int, value: bool, source: str) -> None:
-        """Set a signal; on the node's thread."""
-        if self.engine.set_signal(number, value):
-            self.emit("signal", signal=self.structure.signals[number], value=value, source=source)
+    def set_signals(self, values: Mapping[int, bool], source: str, *, is_heard: bool = True) -> None:
+        """Set signals at once: whoever is told of the first one sees all; on the node's thread."""
+        changed = [number for number, value in values.items() if self.engine.set_signal(number, value)]
+        if is_heard:
+            for number in values:
+                self.expectations.heard(number)
+        for number in changed:
+            self.emit("signal", signal=self.structure.signals[number], value=values[number], source=source)
+
+    def new_source(self, name: str) -> Source:
+        """Return the counters of a bridge, which inspections show from now on; from any thread."""
+
+        def tell(text: str) -> None:
+            fields = {"transition": None, "handler": None, "error": text, "attempt": 1, "policy": None}
+            self.loop.submit(lambda: self.emit("error", **fields))
+
+        source = Source(name, tell)
+        with self._callbacks_lock:
+            self.sources = (*self.sources, source)
+        return source
+
+    def remove_source(self, source: Source) -> None:
+        """Show it no more."""
+        with self._callbacks_lock:
+            self.sources = tuple(known for known in self.sources if known is not source)
 
     def inspect(self) -> Inspection:
         """Return what the net is in; on the node's thread."""
@@ -158,10 +185,13 @@ class Core:
             **inspect_engine(self.engine, self.execution, self.loop.clock()),
             waiting_requests=exchange.waiting_requests if exchange is not None else 0,
             drops=MappingProxyType(dict(exchange.drops) if exchange is not None else {}),
+            refused=MappingProxyType(dict(exchange.refused) if exchange is not None else {}),
             firings=self.execution.firings,
             failures=self._failures,
             errors=tuple(self._errors),
             halted=self.execution.halted,
+            stale=self.expectations.stale,
+            sources=tuple(source.state for source in self.sources),
         )
 
     def save(self) -> Checkpoint:
@@ -177,6 +207,7 @@ class Core:
             next_token=engine.next_token,
             numbers={},
             seen={},
+            seen_apart={},
             requests={},
             serving={},
             responses={},

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import TypeVar, cast
 
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.message_ids import Senders
 from dineros.metamodel.token_data import Value
 from dineros.runtime.engine import Engine
 from dineros.runtime.loop import Loop
@@ -15,7 +16,7 @@ from dineros.runtime.recording import Checkpoint, PendingRequest
 from dineros.runtime.services import Client, Instance, Server
 from dineros.runtime.structure import Structure
 from dineros.runtime.topics import Publisher, Subscriber
-from dineros.runtime.traffic import SendError, Traffic, sender_of
+from dineros.runtime.traffic import SendError, Traffic
 from dineros.runtime.transport import (
     Answer,
     Check,
@@ -105,6 +106,11 @@ class Exchange:
         return self._traffic.drops
 
     @property
+    def refused(self) -> Mapping[str, int]:
+        """Messages that were not taken, by channel."""
+        return self._traffic.refused
+
+    @property
     def waiting_requests(self) -> int:
         """How many requests wait for a server instance."""
         return sum(len(server.waiting) for server in self._servers.values())
@@ -156,7 +162,10 @@ class Exchange:
 
     def lost(self, port: Port, queue: Queue, count: int) -> None:
         """Count and record messages that a full queue lost."""
-        self._traffic.lost(port, queue, count)
+        if isinstance(port, SubscriberPort):
+            self._subscribers[port].lost(queue, count)
+        else:
+            self._traffic.lost(port, queue, count)
 
     def requested(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Take a request."""
@@ -177,11 +186,12 @@ class Exchange:
         places = self._engine.structure.places
         checkpoint["run"] = self._traffic.run
         checkpoint["numbers"] = {places[place]: number for place, number in self._traffic.numbers.items()}
-        checkpoint["seen"] = {
-            f"{port.channel}/{port.place}": dict(subscriber.seen)
-            for port, subscriber in self._subscribers.items()
-            if subscriber.seen
-        }
+        for port, subscriber in self._subscribers.items():
+            seen, apart = subscriber.seen.saved()
+            if seen:
+                checkpoint["seen"][f"{port.channel}/{port.place}"] = seen
+            if apart:
+                checkpoint["seen_apart"][f"{port.channel}/{port.place}"] = apart
         checkpoint["requests"] = {
             f"{port.channel}/{port.client}": PendingRequest(
                 message=client.pending.id, data=_plain(client.pending.data), attempts=client.attempts
@@ -217,8 +227,9 @@ class Exchange:
             _known(numbers, place, "place"): number for place, number in checkpoint["numbers"].items()
         }
         subscribers = {f"{port.channel}/{port.place}": each for port, each in self._subscribers.items()}
-        for key, seen in checkpoint["seen"].items():
-            _known(subscribers, key, "subscriber").seen = dict(seen)
+        seen, apart = checkpoint["seen"], checkpoint.get("seen_apart", {})
+        for key in {**seen, **apart}:
+            _known(subscribers, key, "subscriber").seen = Senders(seen.get(key), apart.get(key))
         clients = {f"{port.channel}/{port.client}": each for port, each in self._clients.items()}
         for key, request in checkpoint["requests"].items():
             client = _known(clients, key, "client")
@@ -233,7 +244,7 @@ class Exchange:
         for channel, responses in checkpoint["responses"].items():
             server = _known(servers, channel, "server of")
             for id, data in responses.items():
-                server.responses.setdefault(sender_of(id), {})[id] = data
+                server.keep(Message(id, data))
 
 
 def _known(table: Mapping[str, T], key: str, kind: str) -> T:

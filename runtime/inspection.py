@@ -10,6 +10,7 @@ from typing import TypedDict
 from dineros.runtime.engine import Engine, Tokens
 from dineros.runtime.execution import Execution
 from dineros.runtime.flights import Flight
+from dineros.runtime.sources import SourceState
 from dineros.runtime.tokens import Token, copy_data
 
 
@@ -78,12 +79,18 @@ class Inspection:
         Requests that wait for a server instance.
     drops : mapping of (str, str) to int
         Messages lost, by channel and queue.
+    refused : mapping of str to int
+        Messages that were not taken, by channel: their id is not plausible.
     firings, failures : int
         How many have committed, and how many failed.
     errors : tuple of ErrorReport
         The last failures, the oldest first.
     halted : str or None
         Why nothing fires any more.
+    stale : tuple of str
+        Signals whose source is silent for longer than expected.
+    sources : tuple of SourceState
+        The bridges that set signals from outside.
     """
 
     marking: Mapping[str, tuple[Token, ...]]
@@ -94,10 +101,13 @@ class Inspection:
     aside: Mapping[str, Mapping[str, tuple[int, ...]]]
     waiting_requests: int
     drops: Mapping[tuple[str, str], int]
+    refused: Mapping[str, int]
     firings: int
     failures: int
     errors: tuple[ErrorReport, ...]
     halted: str | None
+    stale: tuple[str, ...]
+    sources: tuple[SourceState, ...]
 
     def count(self, place: str) -> int:
         """Return how many tokens a place holds."""

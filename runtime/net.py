@@ -18,7 +18,7 @@ import logging
 import random
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -31,6 +31,8 @@ from dineros.runtime.inspection import Inspection
 from dineros.runtime.policies import Halt, Policy
 from dineros.runtime.selection import SelectionFunction
 from dineros.runtime.signals import Signal
+from dineros.runtime.sources import Source
+from dineros.runtime.staleness import Expectation
 from dineros.runtime.status import Status
 from dineros.runtime.structure import Structure, read_structure
 from dineros.runtime.watchdog import LIMIT
@@ -288,9 +290,44 @@ class Net:
         number = core.names.signal(name)
 
         def write(value: bool, source: str) -> None:
-            core.loop.submit(lambda: core.set_signal(number, value, source))
+            core.loop.submit(lambda: core.set_signals({number: value}, source))
 
-        return Signal(core.structure.signals[number], lambda: core.engine.signals[number], write)
+        def expect(expectation: Expectation | None) -> None:
+            core.loop.submit(lambda: core.expectations.expect(number, expectation))
+
+        return Signal(core.structure.signals[number], lambda: core.engine.signals[number], write, expect)
+
+    def set_signals(self, values: Mapping[str, bool], source: str = "program") -> None:
+        """Set several input signals at once, so that nothing fires in between; from any thread.
+
+        Parameters
+        ----------
+        values : mapping of str to bool
+            Id or name of a signal -> its value.
+        source : str
+            Where they come from, for the records.
+
+        Raises
+        ------
+        UnknownElementError
+            The node has no such signal; none is set.
+        FeatureValueError
+            A value is neither True nor False; none is set.
+        """
+        core, numbered = self._core, {}
+        for name, value in values.items():
+            if not isinstance(value, bool):
+                raise FeatureValueError(f"the signal {name} takes True or False, not {value!r}")
+            numbered[core.names.signal(name)] = value
+        core.loop.submit(lambda: core.set_signals(numbered, source))
+
+    def new_source(self, name: str) -> Source:
+        """Return the counters of something that sets signals, which `inspect` shows from now on."""
+        return self._core.new_source(name)
+
+    def remove_source(self, source: Source) -> None:
+        """Show it no more."""
+        self._core.remove_source(source)
 
     def on_change(self, callback: C) -> C:
         """Have a function called after each change, on the node's thread; works as a decorator.

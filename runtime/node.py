@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.exchange import Exchange
 from dineros.runtime.net import Net
 from dineros.runtime.recording import Checkpoint, NullRecorder, Recorder
+from dineros.runtime.sources import Source
+from dineros.runtime.staleness import Expectation
 from dineros.runtime.transport import (
     Answer,
     ClientPort,
@@ -126,6 +128,8 @@ class Node:
             seed=core.seed,
         )
         self._is_open, self._ended_by = True, None
+        with self._loop:
+            core.expectations.begin()
         if self._transport is not None:
             try:
                 self._join(self._transport)
@@ -197,6 +201,7 @@ class Node:
                 self._transport.close()
         finally:
             with self._loop:
+                self._core.expectations.end()
                 self._execution.close()
             try:
                 if self._failure is None:
@@ -360,9 +365,21 @@ class Node:
         """Have messages counted and recorded that a full queue lost."""
         self._post(lambda: self.exchange.lost(port, queue, count))
 
-    def signal_changed(self, signal: str, value: bool, source: str) -> None:
-        """Have a signal set."""
-        self.net.signal(signal).set(value, source)
+    def signals_changed(self, values: Mapping[str, bool], source: str) -> None:
+        """Have signals set."""
+        self.net.set_signals(values, source)
+
+    def signal_expected(self, signal: str, expectation: Expectation) -> None:
+        """Have it noticed when nobody sets a signal."""
+        self.net.signal(signal).stale_after(expectation.seconds, expectation.then)
+
+    def source(self, name: str) -> Source:
+        """Return the counters of what sets signals."""
+        return self._core.new_source(name)
+
+    def remove_source(self, source: Source) -> None:
+        """Show it no more."""
+        self._core.remove_source(source)
 
     def _post(self, action: Callable[[], None]) -> None:
         self._loop.post(action)

@@ -31,7 +31,9 @@ class Checkpoint(TypedDict):
         Sending place -> number of its last message.
     seen : dict
         ``CHANNEL/PLACE`` of a subscriber -> sender (a message's id without its number) -> number of its last
-        message.
+        message, where all before it came or were lost.
+    seen_apart : dict
+        ``CHANNEL/PLACE`` -> sender -> first and last number of each further range of messages that came.
     requests : dict
         ``CHANNEL/CLIENT`` -> the request under way: message id, data, attempts so far.
     serving : dict
@@ -50,6 +52,7 @@ class Checkpoint(TypedDict):
     next_token: int
     numbers: dict[str, int]
     seen: dict[str, dict[str, int]]
+    seen_apart: dict[str, dict[str, list[list[int]]]]
     requests: dict[str, PendingRequest]
     serving: dict[str, str]
     responses: dict[str, dict[str, dict[str, Value]]]

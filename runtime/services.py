@@ -9,16 +9,17 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Mapping
 
+from dineros.metamodel.message_ids import Senders, parse_id
 from dineros.runtime.recording import KEPT_RESPONSES
 from dineros.runtime.timers import Timer
-from dineros.runtime.traffic import SendError, Traffic, number_of, sender_of
+from dineros.runtime.traffic import SendError, Traffic
 from dineros.runtime.transport import Answer, Check, ClientPort, Data, Message, ServerPort
 
 LOG = logging.getLogger("dineros.runtime")
 RESEND_DELAY = 0.1
 LONGEST_RESEND_DELAY = 5.0
+KEPT_SENDERS = 256
 
 
 class Client:
@@ -198,22 +199,26 @@ class Server:
         self.instances: list[Instance] = []
         self.waiting: deque[tuple[Message, list[Answer]]] = deque()
         self.responses: dict[str, dict[str, Data]] = {}
+        self._served = Senders()
         self.check: Check | None = None
 
     def requested(self, message: Message, answer: Answer) -> None:
         """Serve a request, or let it wait; one that came before gets the same response."""
+        if not self._traffic.plausible(self.port.channel, self.port.service, message.id):
+            return
         if message.id:
             known = [instance.answers for instance in self.instances if instance.message == message.id]
             known += [answers for waiting, answers in self.waiting if waiting.id == message.id]
             if known:
                 known[0].append(answer)
                 return
-            kept = self.responses.get(sender_of(message.id), {})
+            kept = self.responses.get(_sender(message.id), {})
             if message.id in kept:
                 _answer(answer, Message(message.id, kept[message.id]))
                 return
-            if _is_outdated(message.id, kept):
-                return
+            number = parse_id(message.id)
+            if number is not None and self._served.had(*number):
+                return  # answered long ago
         self.waiting.append((message, [answer]))
         self._serve()
 
@@ -264,7 +269,7 @@ class Server:
         instance.message, instance.answers = None, []
         traffic.engine.hold_departure(instance.departure)
         if response.id:
-            self._keep(response)
+            self.keep(response)
         if traffic.observer.is_observing:
             place = port.exits[instance.number]
             traffic.observer.emit(
@@ -278,20 +283,23 @@ class Server:
             )
         self._serve()
 
-    def _keep(self, response: Message) -> None:
-        """Keep a response for a request that comes again; of each sender the last ones."""
-        kept = self.responses.setdefault(sender_of(response.id), {})
+    def keep(self, response: Message) -> None:
+        """Keep a response for a request that comes again; the last ones of the senders heard last."""
+        sender = _sender(response.id)
+        kept = self.responses.pop(sender, {})
         kept[response.id] = response.data
         if len(kept) > KEPT_RESPONSES:
             del kept[next(iter(kept))]
+        self.responses[sender] = kept
+        if len(self.responses) > KEPT_SENDERS:
+            del self.responses[next(iter(self.responses))]
+        number = parse_id(response.id)
+        if number is not None:
+            self._served.add(*number)
 
 
-def _is_outdated(message_id: str, kept: Mapping[str, Data]) -> bool:
-    """Return whether a request is older than all responses kept of its sender: answered long ago."""
-    number = number_of(message_id)
-    return (
-        number is not None and len(kept) >= KEPT_RESPONSES and number < min(number_of(id) or 0 for id in kept)
-    )
+def _sender(message_id: str) -> str:
+    return message_id.rpartition("/")[0]
 
 
 def _answer(answer: Answer, response: Message) -> None:

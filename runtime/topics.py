@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dineros.runtime.traffic import SendError, Traffic, number_of, sender_of
-from dineros.runtime.transport import Message, PublisherPort, SubscriberPort
+from dineros.metamodel.message_ids import Senders, parse_id
+from dineros.runtime.traffic import SendError, Traffic
+from dineros.runtime.transport import Message, PublisherPort, Queue, SubscriberPort
 
 
 class Publisher:
@@ -48,32 +49,40 @@ class Subscriber:
 
     Attributes
     ----------
-    seen : dict of str to int
-        Sender -> number of its last message: what comes again is ignored. One sender's messages come in
-        order.
+    seen : Senders
+        What came, or is known to be lost: what comes again is ignored.
+    missing : int
+        Messages that were lost since the last one came.
     """
 
     def __init__(self, traffic: Traffic, port: SubscriberPort, place: int) -> None:
         self._traffic = traffic
         self._port = port
         self._place = place
-        self.seen: dict[str, int] = {}
+        self.seen = Senders()
+        self.missing = 0
+
+    def lost(self, queue: Queue, count: int) -> None:
+        """Count and record messages that a full queue lost: they have been sent, and will not come."""
+        self.missing += count
+        self._traffic.lost(self._port, queue, count)
 
     def arrived(self, message: Message, lost: int) -> None:
         """Put the token of a message, unless it came before; `lost` are missing just before it."""
         traffic, port = self._traffic, self._port
+        if not traffic.plausible(port.channel, port.topic, message.id):
+            return
         if lost > 0:
-            traffic.lost(port, "subscriber", lost)
-        number = number_of(message.id)
-        if number is not None:
-            sender = sender_of(message.id)
-            if number <= self.seen.get(sender, 0):
-                return
+            self.lost("subscriber", lost)
+        known = parse_id(message.id)
+        if known is not None and self.seen.had(*known):
+            return
         token = traffic.arriving(port.topic, message.data)
         if token is None:
             return
-        if number is not None:
-            self.seen[sender] = number
+        if known is not None:
+            self.seen.add(*known, self.missing)
+        self.missing = 0
         traffic.engine.put(self._place, token)
         if traffic.observer.is_observing:
             traffic.observer.emit(

@@ -11,6 +11,7 @@ import logging
 from collections import Counter
 
 from dineros.metamodel.errors import DinerosError, FeatureValueError
+from dineros.metamodel.message_ids import MessageIdError, parse_id
 from dineros.runtime.engine import Engine
 from dineros.runtime.loop import Loop
 from dineros.runtime.observing import Observer
@@ -37,6 +38,8 @@ class Traffic:
         Sending place -> number of its last message.
     drops : Counter
         Messages lost, by channel and queue.
+    refused : Counter
+        Messages that were not taken, by channel: no plausible id, or data that does not fit.
     """
 
     def __init__(self, engine: Engine, loop: Loop, observer: Observer, run: str) -> None:
@@ -47,6 +50,7 @@ class Traffic:
         self.run = run
         self.numbers: dict[int, int] = {}
         self.drops: Counter[tuple[str, str]] = Counter()
+        self.refused: Counter[str] = Counter()
 
     @property
     def joined(self) -> Transport:
@@ -63,6 +67,22 @@ class Traffic:
     def count_sent(self, place: int) -> None:
         """Count a message of a sending place."""
         self.numbers[place] = self.numbers.get(place, 0) + 1
+
+    def plausible(self, channel: str, name: str, message_id: str) -> bool:
+        """Return whether a message has a plausible id, or none; others are counted, the first is said.
+
+        Whoever sends one such message can send millions: no more than one line and record tells of them.
+        """
+        try:
+            parse_id(message_id)
+        except MessageIdError as error:
+            self.refused[channel] += 1
+            if self.refused[channel] == 1:
+                text = f"a message of {name} is dropped: {error}; others like it are only counted"
+                LOG.error("%s", text)
+                self.tell_error(text, None)
+            return False
+        return True
 
     def arriving(self, name: str, data: Data) -> Token | None:
         """Return the token of what arrives; None: it does not fit the token type, which is recorded."""
@@ -84,14 +104,3 @@ class Traffic:
         self.drops[port.channel, queue] += count
         place = port.place if isinstance(port, (PublisherPort, SubscriberPort)) else None
         self.observer.emit("drop", channel=port.channel, queue=queue, place=place, count=count, change={})
-
-
-def sender_of(message_id: str) -> str:
-    """Return a message's id without its number."""
-    return message_id.rpartition("/")[0]
-
-
-def number_of(message_id: str) -> int | None:
-    """Return the number of a message id; None where it has none, as from programs without DiNeROS."""
-    number = message_id.rpartition("/")[2]
-    return int(number) if number.isdecimal() else None

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol, runtime_checkable
 
 from dineros.metamodel.token_data import Value
+from dineros.runtime.sources import Source
+from dineros.runtime.staleness import Expectation
 
 Data = Mapping[str, Value]
 """The fields of a token or message. Nobody changes it once it is made: it is shared, not copied."""
@@ -234,8 +236,23 @@ class Receiver(Protocol):
     def dropped(self, port: Port, queue: Queue, count: int) -> None:
         """Learn that a full queue lost messages outside of `publish` and `message_arrived`."""
 
-    def signal_changed(self, signal: str, value: bool, source: str) -> None:
-        """Set an input signal, by id; `source` says where it came from and is recorded."""
+    def signals_changed(self, values: Mapping[str, bool], source: str) -> None:
+        """Set input signals at once, by id or name; `source` says where they came from and is recorded.
+
+        Raises
+        ------
+        DinerosError
+            The node has no such signal; none is set.
+        """
+
+    def signal_expected(self, signal: str, expectation: Expectation) -> None:
+        """Notice from now on when nobody sets a signal."""
+
+    def source(self, name: str) -> Source:
+        """Return the counters of what sets signals under this name, shown by the node from now on."""
+
+    def remove_source(self, source: Source) -> None:
+        """Show it no more."""
 
 
 @runtime_checkable

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 
 from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
+from dineros.metamodel.message_ids import MessageIdError, Numbers, parse_id
 from dineros.metamodel.records import Publish, Reply, Request, Response, Serve, Take
 from dineros.metamodel.records.schema import ChannelStep, ServiceStep
 
@@ -36,8 +37,8 @@ class Messages:
 
     def __init__(self, net: ConformanceNet) -> None:
         self._net = net
-        self._sent: defaultdict[tuple[str, str], _Numbers] = defaultdict(_Numbers)
-        self._taken: defaultdict[tuple[str, str, str], _Numbers] = defaultdict(_Numbers)
+        self._sent: defaultdict[tuple[str, str], Numbers] = defaultdict(_numbers)
+        self._taken: defaultdict[tuple[str, str, str], Numbers] = defaultdict(_numbers)
         self._calls: dict[tuple[str, str], tuple[str | None, type[ServiceStep]]] = {}
         self._clients: dict[tuple[str, str], str] = {}
 
@@ -136,28 +137,19 @@ class Messages:
             self._sent[record.channel, sender].add(number or 0)
 
 
-class _Numbers:
-    """Numbers that come almost in order: the greatest, and those below it that have not come."""
-
-    def __init__(self) -> None:
-        self._greatest = 0
-        self._missing: set[int] = set()
-
-    def __contains__(self, number: int) -> bool:
-        return number <= self._greatest and number not in self._missing
-
-    def add(self, number: int) -> None:
-        self._missing.update(range(self._greatest + 1, number))
-        self._missing.discard(number)
-        self._greatest = max(self._greatest, number)
-
-
 def _node(sender: str) -> str:
     """Return the node net of a sender, ``NODE/PLACE`` or ``NODE@RUN/PLACE``."""
     return sender.rpartition("/")[0].partition("@")[0]
 
 
 def _parts(message: str) -> tuple[str, int | None]:
-    """Return sender and number of a message id."""
-    sender, _, number = message.rpartition("/")
-    return (sender, int(number)) if number.isdecimal() else (sender, None)
+    """Return sender and number of a message id; no number where it is none."""
+    try:
+        known = parse_id(message)
+    except MessageIdError:
+        known = None
+    return known or (message.rpartition("/")[0], None)
+
+
+def _numbers() -> Numbers:
+    return Numbers(limit=None)

@@ -74,6 +74,13 @@ VIOLATED, FAILED, UNKNOWN, INTERRUPTED = 1, 2, 3, 130
     show_default=True,
     help="How far ROS messages go.",
 )
+@click.option(
+    "--stale-after",
+    multiple=True,
+    metavar="SIGNAL=SECONDS[:THEN]",
+    help="Notice when nobody sets this signal for so long; then keep its value (keep), stop its node (stop), "
+    "or give it a value (true, false). Repeatable.",
+)
 @settings_option
 @json_option
 def run(
@@ -93,6 +100,7 @@ def run(
     restarts: int,
     domain: int | None,
     reach: str,
+    stale_after: tuple[str, ...],
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
@@ -113,7 +121,7 @@ def run(
         raise DinerosError("--resume needs the traces to go on from", hint="name their folder with --trace")
     if programs and (local or simulate):
         raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
-    application = application_of(model, settings, handler_file)
+    application = application_of(model, settings, handler_file, stale_after)
     process: Ending | None = None
     with ExitStack() as stack:
         # Whoever supervises this program ends it as Ctrl-C does.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from dineros.analysis.conformance import Monitor
     from dineros.analysis.logic.conditions import Condition
     from dineros.metamodel import rtm, sym
+    from dineros.runtime.staleness import Expectation
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,8 @@ class Application:
         The file with the handlers.
     settings : tuple of str
         How the model was changed.
+    expected : dict of str to dict of str to Expectation
+        Node -> id of a signal -> how long its source may be silent, and what is done then.
     """
 
     source: Path
@@ -38,6 +41,7 @@ class Application:
     models: tuple[rtm.RuntimeModel, ...]
     handlers: Path | None
     settings: tuple[str, ...]
+    expected: dict[str, dict[str, Expectation]] = field(default_factory=dict)
 
     @property
     def title(self) -> str:
@@ -81,8 +85,10 @@ class Application:
         return Monitor(self.system)
 
 
-def application_of(path: Path, settings: Sequence[str], handlers: Path | None) -> Application:
-    """Read what is run.
+def application_of(
+    path: Path, settings: Sequence[str], handlers: Path | None, stale_after: Sequence[str] = ()
+) -> Application:
+    """Read what is run; `stale_after` are texts such as ``Door=2.5:false``.
 
     Raises
     ------
@@ -96,7 +102,8 @@ def application_of(path: Path, settings: Sequence[str], handlers: Path | None) -
                 location=Location(path),
                 hint="generate it anew for a changed model",
             )
-        return Application(path, None, tuple(_workspace_models(path)), None, ())
+        parts = tuple(_workspace_models(path))
+        return Application(path, None, parts, None, (), _expected(parts, stale_after))
     from dineros.cli.models import load_system, refuse_invalid
     from dineros.transformations.split import split
 
@@ -105,7 +112,31 @@ def application_of(path: Path, settings: Sequence[str], handlers: Path | None) -
     beside = path.with_name("handlers.py")
     if handlers is None and beside.is_file():
         handlers = beside
-    return Application(path, system, tuple(split(system)), handlers, tuple(settings))
+    parts = tuple(split(system))
+    return Application(path, system, parts, handlers, tuple(settings), _expected(parts, stale_after))
+
+
+def _expected(
+    models: Sequence[rtm.RuntimeModel], stale_after: Sequence[str]
+) -> dict[str, dict[str, Expectation]]:
+    from dineros.metamodel.errors import UnknownElementError, near_matches
+    from dineros.runtime.staleness import parse_expectation
+    from dineros.runtime.structure import read_structure
+
+    if not stale_after:
+        return {}
+    nodes = {signal: model.node.id for model in models for signal in read_structure(model).signals}
+    expected: dict[str, dict[str, Expectation]] = {}
+    for text in stale_after:
+        signal, equals, value = text.partition("=")
+        if not equals:
+            raise DinerosError(f"--stale-after {text!r} names no time", hint="such as Door=2.5:false")
+        if signal not in nodes:
+            raise UnknownElementError(
+                f"no node has a signal {signal!r}", hint=near_matches(signal, list(nodes))
+            )
+        expected.setdefault(nodes[signal], {})[signal] = parse_expectation(value)
+    return expected
 
 
 def _workspace_models(workspace: Path) -> list[rtm.RuntimeModel]:

@@ -98,6 +98,9 @@ def run_in_process(
         resume=resumed,
         simulated_time=is_simulated,
     )
+    for node, expected in what.expected.items():
+        for signal, expectation in expected.items():
+            application.nets[node].signal(signal).stale_after(expectation.seconds, expectation.then)
     if wanted.watchdog is not None:
         for net in application.nets.values():
             net.watchdog = wanted.watchdog or None

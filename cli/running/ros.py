@@ -77,10 +77,27 @@ def run_on_ros(
         commands, variables = _workspace_processes(application.source)
     else:
         commands, variables = _model_processes(application, application.system, wanted.folder)
+    for name, command in commands:
+        command.extend(_stale_parameters(application, name))
     from dineros.runtime.structure import read_structure
 
     nodes = {model.node.id: read_structure(model).ports for model in application.models}
     return _run_processes(commands, variables, nodes, wanted, observer, options)
+
+
+def _stale_parameters(application: Application, node: str) -> list[str]:
+    """Return the parameters that tell a node how long the sources of its signals may be silent."""
+    from dineros.metamodel.ros_names import resource_names
+
+    names = resource_names(
+        signal.id for model in application.models if model.node.id == node for signal in model.node.signals
+    )
+    parameters: list[str] = []
+    for signal, expectation in application.expected.get(node, {}).items():
+        then = str(expectation.then).lower()
+        parameters += ["-p", f"stale_after.{names[signal]}:={float(expectation.seconds)!r}"]
+        parameters += ["-p", f"when_stale.{names[signal]}:={then}"]
+    return parameters
 
 
 def _workspace_processes(workspace: Path) -> tuple[Commands, dict[str, str]]:

@@ -146,7 +146,9 @@ class Checkpoint(Start):
         Number of the last message of each sending place.
     seen : dict
         ``CHANNEL/PLACE`` of a subscriber -> sender (a message's id without its number) -> number of its last
-        message.
+        message, where all before it came or were lost.
+    seen_apart : dict
+        ``CHANNEL/PLACE`` -> sender -> first and last number of each further range of messages that came.
     requests : dict
         ``CHANNEL/CLIENT`` -> the request under way: its message id, data and attempts.
     serving : dict of str to str
@@ -164,6 +166,7 @@ class Checkpoint(Start):
     next_token: int = 0
     numbers: dict[str, int] = field(default_factory=dict)
     seen: dict[str, dict[str, int]] = field(default_factory=dict)
+    seen_apart: dict[str, dict[str, list[list[int]]]] = field(default_factory=dict)
     requests: dict[str, dict[str, Any]] = field(default_factory=dict)
     serving: dict[str, str] = field(default_factory=dict)
     responses: dict[str, dict[str, Data]] = field(default_factory=dict)

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-import json
+from typing import Any
 
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.json_text import JsonTextError, decode_json
+
+SIZE_LIMIT = 64 * 1024
+"""Bytes or characters of one payload: far more than the signals of a node need."""
+
+NAME_LIMIT = 255
+"""Characters of a signal's name."""
 
 _WORDS = {"true": True, "on": True, "1": True, "false": False, "off": False, "0": False}
 
@@ -25,23 +32,68 @@ def read_truth(text: str | bytes) -> bool:
     Raises
     ------
     SignalValueError
-        It denotes none.
+        It denotes none, or is larger than `SIZE_LIMIT`.
 
     Examples
     --------
     >>> read_truth("ON"), read_truth(b'{"value": false}'), read_truth("1")
     (True, False, True)
     """
+    plain = _plain(text)
+    if plain.lstrip().startswith("{"):
+        return _truth(_decoded(plain).get("value"), plain)
+    return _truth(plain, plain)
+
+
+def read_signals(text: str | bytes) -> dict[str, bool]:
+    """Return the values of several signals that a JSON object denotes, by the signals' ids or names.
+
+    Raises
+    ------
+    SignalValueError
+        It is no such object, or larger than `SIZE_LIMIT`.
+
+    Examples
+    --------
+    >>> read_signals('{"Red": true, "Blue": "off"}')
+    {'Red': True, 'Blue': False}
+    """
+    plain = _plain(text)
+    if not plain.lstrip().startswith("{"):
+        raise SignalValueError(
+            f"{plain[:40]!r} is no object of signals", hint='send {"NAME": true, "OTHER": false}'
+        )
+    values = {}
+    for name, value in _decoded(plain).items():
+        if len(name) > NAME_LIMIT:
+            raise SignalValueError(f"a signal with a name of {len(name)} characters")
+        values[name] = _truth(value, f"{name}: {value}" if isinstance(value, str) else name)
+    return values
+
+
+def _plain(text: str | bytes) -> str:
+    if len(text) > SIZE_LIMIT:
+        raise SignalValueError(f"no truth value: {len(text)} bytes, and {SIZE_LIMIT} at most are read")
     try:
-        plain = text.decode() if isinstance(text, bytes) else text
-        found = json.loads(plain) if plain.strip().startswith("{") else plain
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        return text.decode() if isinstance(text, bytes) else text
+    except UnicodeDecodeError as error:
+        raise SignalValueError(f"no truth value: no UTF-8: {error.reason}") from None
+
+
+def _decoded(plain: str) -> dict[str, Any]:
+    try:
+        found = decode_json(plain)
+    except JsonTextError as error:
         raise SignalValueError(f"no truth value: {error}") from None
-    if isinstance(found, dict):
-        found = found.get("value")
+    assert isinstance(found, dict)  # it begins with a brace
+    return found
+
+
+def _truth(found: object, shown: str) -> bool:
     if isinstance(found, bool):
         return found
-    value = _WORDS.get(str(found).strip().lower())
-    if value is None:
-        raise SignalValueError(f"{plain[:40]!r} is no truth value", hint="send true or false")
-    return value
+    if isinstance(found, (str, int)):
+        value = _WORDS.get(str(found)[:NAME_LIMIT].strip().lower())
+        if value is not None:
+            return value
+    raise SignalValueError(f"{shown[:40]!r} is no truth value", hint="send true or false")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import cast
 
 from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
 from dineros.metamodel.records import (
     Aside,
     Checkpoint,
@@ -55,7 +56,8 @@ class JournalState:
         self.next_sequence = 0
         self._next_token = 0
         self._numbers: dict[str, int] = {}
-        self._seen: dict[str, dict[str, int]] = {}
+        self._seen: dict[str, Senders] = {}
+        self._missing: dict[str, int] = {}  # of a subscriber: messages lost since its last one
         self._requests: dict[str, recording.PendingRequest] = {}
         self._serving: dict[str, str] = {}
         self._responses: dict[str, dict[str, Data]] = {}
@@ -68,6 +70,9 @@ class JournalState:
 
     def checkpoint(self) -> recording.Checkpoint:
         """Return what a node needs to go on."""
+        seen, apart = {}, {}
+        for port, senders in self._seen.items():
+            seen[port], apart[port] = senders.saved()
         return {
             "marking": {
                 place: [[id, data] for id, data in tokens.items()] for place, tokens in self.marking.items()
@@ -75,7 +80,8 @@ class JournalState:
             "signals": dict(self.signals),
             "next_token": self._next_token,
             "numbers": dict(self._numbers),
-            "seen": {place: dict(senders) for place, senders in self._seen.items()},
+            "seen": {port: numbers for port, numbers in seen.items() if numbers},
+            "seen_apart": {port: ranges for port, ranges in apart.items() if ranges},
             "requests": dict(self._requests),
             "serving": dict(self._serving),
             "responses": {channel: dict(kept) for channel, kept in self._responses.items()},
@@ -109,7 +115,11 @@ class JournalState:
         self._start(record)
         self._next_token = record.next_token
         self._numbers = dict(record.numbers)
-        self._seen = {place: dict(senders) for place, senders in record.seen.items()}
+        self._seen = {
+            port: Senders(record.seen.get(port), record.seen_apart.get(port))
+            for port in {**record.seen, **record.seen_apart}
+        }
+        self._missing = {}
         self._requests = cast("dict[str, recording.PendingRequest]", dict(record.requests))
         self._serving = dict(record.serving)
         self._responses = {channel: dict(kept) for channel, kept in record.responses.items()}
@@ -129,18 +139,19 @@ class JournalState:
 
     def _publish(self, record: Publish) -> None:
         self._remove(record, record.place, _token(record, record.token))
-        self._count(record.place, record.message)
+        self._count(record)
 
     def _take(self, record: Take) -> None:
         self._add(record.place, StoredToken(_token(record, record.token), record.data))
-        sender, _, number = (record.message or "").rpartition("/")
-        if number.isdecimal():
-            seen = self._seen.setdefault(f"{record.channel}/{record.place}", {})
-            seen[sender] = max(int(number), seen.get(sender, 0))
+        port = f"{record.channel}/{record.place}"
+        missing = self._missing.pop(port, 0)
+        known = _parts(record, record.message)
+        if known is not None:
+            self._seen.setdefault(port, Senders()).add(*known, missing)
 
     def _request(self, record: Request) -> None:
         data = self._remove(record, record.place, _token(record, record.token))
-        self._count(record.place, record.message)
+        self._count(record)
         key = f"{record.channel}/{record.client}"
         self._requests[key] = {"message": record.message or "", "data": data, "attempts": 1}
 
@@ -175,8 +186,13 @@ class JournalState:
             del kept[earlier]
 
     def _drop(self, record: Drop) -> None:
-        if record.place is not None and record.change.get(record.place, 0) < 0:
+        if record.place is None:
+            return
+        if record.change.get(record.place, 0) < 0:
             self._remove(record, record.place, _token(record, record.token))
+        else:
+            port = f"{record.channel}/{record.place}"
+            self._missing[port] = self._missing.get(port, 0) + record.count
 
     def _put_aside(self, record: Aside) -> None:
         aside = self._aside.setdefault(record.transition, {})
@@ -220,9 +236,19 @@ class JournalState:
         else:
             aside.pop(place, None)
 
-    def _count(self, place: str, message: str | None) -> None:
-        if message:
-            self._numbers[place] = int(message.rpartition("/")[2])
+    def _count(self, record: Publish | Request) -> None:
+        known = _parts(record, record.message)
+        if known is not None:
+            self._numbers[record.place] = known[1]
+
+
+def _parts(record: Record, message: str | None) -> tuple[str, int] | None:
+    try:
+        return parse_id(message or "")
+    except MessageIdError as error:
+        raise JournalStateError(
+            f"{record.event} record with a wrong message: {error}", location=record.location
+        ) from None
 
 
 def _token(record: Record, token: int | None) -> int:

@@ -37,7 +37,7 @@ def announce(lines: Iterable[str], session: Session) -> None:
                 session.node.destroy_publisher(publisher)
             continue
         if publisher is None:
-            publisher = session.node.create_publisher(String, topic, signal_quality())
+            publisher = session.node.create_publisher(String, topic, signal_quality(is_kept=True))
         publishers[topic] = publisher
         publisher.publish(String(data=text))
     for publisher in publishers.values():

@@ -115,6 +115,9 @@ class Clients:
         except Exception as error:
             self._receiver.request_failed(client.port, call.message.id, f"no response: {error}")
             return
+        if response.id not in ("", call.message.id):
+            self._receiver.request_failed(client.port, call.message.id, "the response has another id")
+            return
         # Servers that know nothing of DiNeROS give no ids back; the future knows which request it was.
         self._receiver.response_arrived(client.port, Message(response.id or call.message.id, response.data))
 

@@ -54,7 +54,7 @@ class Control:
         from std_msgs.msg import String
         from std_srvs.srv import Trigger
 
-        self._publisher = self._node.create_publisher(String, "~/state", signal_quality())
+        self._publisher = self._node.create_publisher(String, "~/state", signal_quality(is_kept=True))
         for name, answer in (("~/proceed", self._proceed), ("~/release", self._release)):
 
             def answered(request: Any, response: Any, answer: Any = answer) -> Any:

@@ -25,6 +25,8 @@ class Parameter:
         What it does.
     least, most : int or float, optional
         Its range, for numbers.
+    is_any : bool
+        Whether a value of another type is taken as well.
     """
 
     name: str
@@ -32,6 +34,7 @@ class Parameter:
     description: str
     least: float | None = None
     most: float | None = None
+    is_any: bool = False
 
 
 REQUEST_TIMEOUT = Parameter(
@@ -71,6 +74,28 @@ def signal_parameters(signals: Iterable[tuple[str, bool]]) -> dict[str, Paramete
     }
 
 
+def stale_parameters(signals: Iterable[str]) -> dict[str, tuple[Parameter, Parameter]]:
+    """Return the parameters for a silent source of each signal, by its id: the time, and what is done."""
+    return {
+        id: (
+            Parameter(
+                f"stale_after.{name}",
+                0.0,
+                f"Seconds after which {id} is stale if nobody sets it; 0: never.",
+                0.0,
+                86400.0 * 365,
+            ),
+            Parameter(
+                f"when_stale.{name}",
+                "keep",
+                f"What is done when {id} is stale: keep its value, stop the net, or true or false.",
+                is_any=True,
+            ),
+        )
+        for id, name in resource_names(signals).items()
+    }
+
+
 def subscriber_parameters(channels: Iterable[str]) -> dict[str, Parameter]:
     """Return the parameter for the expected subscribers of each published topic, by the channel's id."""
     return {
@@ -98,7 +123,9 @@ def declare(node: Any, parameter: Parameter) -> Any:
 
     if node.has_parameter(parameter.name):
         return node.get_parameter(parameter.name).value
-    descriptor = ParameterDescriptor(description=parameter.description, read_only=True)
+    descriptor = ParameterDescriptor(
+        description=parameter.description, read_only=True, dynamic_typing=parameter.is_any
+    )
     if parameter.least is not None and parameter.most is not None:
         if isinstance(parameter.default, float):
             descriptor.floating_point_range = [

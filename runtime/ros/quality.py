@@ -9,7 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from dineros.metamodel.message_ids import MessageIdError, parse_id
 from dineros.runtime.transport import PublisherPort, SubscriberPort
+
+SENDER_LIMIT = 256
+"""Senders whose messages are counted, those heard last."""
 
 SERVICE_DEPTH = 100
 """Requests that wait for a callback, which takes them at once; ROS's 10 would lose some of a burst."""
@@ -33,13 +37,12 @@ def topic_quality(port: PublisherPort | SubscriberPort) -> Any:
     )
 
 
-def signal_quality() -> Any:
-    """Return the QoS profile of a signal's topic: whoever comes later gets the last value."""
+def signal_quality(*, is_kept: bool) -> Any:
+    """Return the QoS profile of a signal's topic; `is_kept`: for what was published before."""
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-    return QoSProfile(
-        depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
-    )
+    durability = DurabilityPolicy.TRANSIENT_LOCAL if is_kept else DurabilityPolicy.VOLATILE
+    return QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE, durability=durability)
 
 
 def service_quality() -> Any:
@@ -64,7 +67,9 @@ class LossCounter:
     """
 
     def __init__(self, seen: Mapping[str, int] | None = None) -> None:
-        self._last = {sender: (0, number) for sender, number in (seen or {}).items()}
+        self._last: dict[str, tuple[int, int]] = {
+            sender: (0, number) for sender, number in (seen or {}).items()
+        }
 
     def lost_before(self, message_id: str, sequence: int, publishers: Callable[[], int]) -> int:
         """Return how many messages are missing just before this one.
@@ -79,14 +84,22 @@ class LossCounter:
             Tells how many publishers there are: without ids, several cannot be told apart, and nothing is
             counted.
         """
-        sender, _, text = message_id.rpartition("/")
-        number = int(text) if text.isdecimal() else 0
-        last, last_number = self._last.get(sender, (0, 0))
+        try:
+            sender, number = parse_id(message_id) or ("", 0)
+        except MessageIdError:
+            return 0
+        is_known = sender in self._last
+        last, last_number = self._last.pop(sender, (0, 0))
         self._last[sender] = (sequence, number)
+        if len(self._last) > SENDER_LIMIT:
+            del self._last[next(iter(self._last))]
         missing = sequence - last - 1
         if missing <= 0:
             return 0
-        if sender:
-            # A publisher that began anew counts anew, and may be ahead of its predecessor; the ids go on.
-            return max(0, min(missing, number - last_number - 1))
-        return missing if last and publishers() == 1 else 0
+        if not sender:
+            return missing if last and publishers() == 1 else 0
+        skipped = number - last_number - 1
+        if missing > skipped and (last or not is_known):
+            return 0  # a publisher counts what it numbers: this is another one that uses its ids
+        # A publisher that began anew counts anew, and may be ahead of its predecessor; the ids go on.
+        return max(0, min(missing, skipped))

@@ -7,7 +7,7 @@ whichever thread: as many requests are under way as the net has server instances
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from dineros.metamodel.ros_names import resource_names
@@ -17,11 +17,11 @@ from dineros.runtime.ros.parameters import (
     DISCOVERY_TIMEOUT,
     REQUEST_TIMEOUT,
     declare,
-    signal_parameters,
     subscriber_parameters,
 )
-from dineros.runtime.ros.quality import LossCounter, service_quality, signal_quality, topic_quality
+from dineros.runtime.ros.quality import LossCounter, service_quality, topic_quality
 from dineros.runtime.ros.session import LOG, RosError, Session
+from dineros.runtime.ros.signals import RosSignals
 from dineros.runtime.transport import (
     Check,
     ClientPort,
@@ -31,7 +31,6 @@ from dineros.runtime.transport import (
     PublisherPort,
     Receiver,
     ServerPort,
-    SignalPort,
     SubscriberPort,
 )
 
@@ -54,6 +53,7 @@ class RclpyTransport:
         self._publishers: dict[tuple[str, str], tuple[Callable[[Message], Any], Any]] = {}
         self._entities: list[tuple[Callable[[Any], Any], Any]] = []
         self._clients: Clients | None = None
+        self._signals: RosSignals | None = None
         self._checks: dict[Port, Check | None] = {}
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
@@ -85,7 +85,7 @@ class RclpyTransport:
             self._checks[client] = self._clients.add(client, codecs).check
         for subscriber in ports.subscribers:
             self._add_subscriber(node, subscriber, codecs, receiver)
-        self._add_signals(node, ports.signals, receiver)
+        self._signals = RosSignals(node, ports.signals, receiver)
 
     def _own(self, destroy: Callable[[Any], Any], entity: Any) -> Any:
         self._entities.append((destroy, entity))
@@ -181,34 +181,6 @@ class RclpyTransport:
         # callback would keep this executor busy until its response is there (rclpy before 7.1.9).
         service.send_response = keep
 
-    def _add_signals(self, node: Any, signals: Sequence[SignalPort], receiver: Receiver) -> None:
-        from std_msgs.msg import Bool
-        from std_srvs.srv import SetBool
-
-        names = resource_names(signal.id for signal in signals)
-        parameters = signal_parameters((signal.id, signal.initial) for signal in signals)
-        for signal in signals:
-            start = bool(declare(node, parameters[signal.id]))
-            if start != signal.initial:
-                receiver.signal_changed(signal.id, start, "parameter")
-
-            def heard(message: Any, id: str = signal.id) -> None:
-                if self._is_open:
-                    receiver.signal_changed(id, bool(message.data), "topic")
-
-            def asked(request: Any, response: Any, id: str = signal.id) -> Any:
-                if self._is_open:
-                    receiver.signal_changed(id, bool(request.data), "service")
-                    response.success, response.message = True, f"{id} is {str(bool(request.data)).lower()}"
-                else:
-                    response.message = "the node is not configured"
-                return response
-
-            topic, service = f"~/signals/{names[signal.id]}", f"~/set_signal/{names[signal.id]}"
-            subscription = node.create_subscription(Bool, topic, heard, signal_quality())
-            self._own(node.destroy_subscription, subscription)
-            self._own(node.destroy_service, node.create_service(SetBool, service, asked))
-
     def _await_subscribers(self, ports: Ports) -> None:
         """Wait for the subscribers that are expected; they would never get what was published before."""
         node = self._session.node
@@ -250,6 +222,8 @@ class RclpyTransport:
         self._is_open = False
         if self._clients is not None:
             self._clients.close()
+        if self._signals is not None:
+            self._signals.close()
         for destroy, entity in reversed(self._entities):
             destroy(entity)
         self._entities.clear()

@@ -107,6 +107,16 @@ def test_a_condition_that_cannot_come_true_any_more(run: Run, spoken: Path) -> N
     assert result.stdout.startswith("nothing is left to do; marked: Noted 3\n")
 
 
+def test_signal_that_nobody_sets(run: Run, model: Path) -> None:
+    """A silent source is noticed after simulated time, and what was chosen is done; the run conforms."""
+    arguments = ("run", model, "--simulate", "--monitor", "--until", "Noted >= 3", "--timeout", 60)
+    result = run(*arguments, "--stale-after", "Button=2:true")
+    assert result.exit_code == 0, result.stderr
+    assert "6 firings, 0 drops, 1 errors" in result.stdout
+    assert "the signal Button is stale: not heard for 2 s; it becomes true" in result.stderr
+    assert run(*arguments, "--stale-after", "Button=2").exit_code == 3
+
+
 def test_time_that_is_over(run: Run, model: Path) -> None:
     result = run("run", model, "--local", "--until", "Noted >= 1", "--timeout", 0.3)
     assert result.exit_code == 3
@@ -188,6 +198,10 @@ def test_handlers_that_cannot_be_used(run: Run, model: Path, handlers: str, said
         (["--resume"], "--resume needs the traces"),
         (["--with", "echo"], "--with needs ROS"),
         (["--handlers", "nothing.py"], "nothing.py"),
+        (["--stale-after", "Buton=1"], "no node has a signal 'Buton' (did you mean 'Button'?)"),
+        (["--stale-after", "Button"], "names no time"),
+        (["--stale-after", "Button=soon"], "'soon' is no time in seconds"),
+        (["--stale-after", "Button=1:maybe"], "nothing is done with a stale signal by 'maybe'"),
     ],
 )
 def test_wrong_options(run: Run, model: Path, options: list[str], said: str) -> None:

@@ -19,7 +19,6 @@ CACHE = Path(__file__).resolve().parents[2] / "build/tests/cache"
 HANDLERS = """
 def configure(net):
     if net.id == "talker":
-        net.signal("Button").set(True)
         net.handler("Say")(lambda firing: print("said", flush=True))
 """
 
@@ -48,10 +47,13 @@ def run(folder: Path, handlers: str, options: list[str]) -> subprocess.Completed
 
 def test_a_model_runs_as_one_process_per_node(tmp_path: Path) -> None:
     options = ["--until", "Noted >= 3", "--trace", "traces", "--domain", "63", "--monitor"]
+    options += ["--stale-after", "Button=0.1:true"]  # nobody else presses it
     done = run(tmp_path, HANDLERS, options)
     assert (done.returncode, done.stderr) == (0, ""), done.stdout
     assert done.stdout.startswith("the condition holds; marked: Noted 3\nconformance: conforms, ")
-    assert (tmp_path / "traces/talker.log").read_text().splitlines() == ["said"] * 3
+    stale, *said = (tmp_path / "traces/talker.log").read_text().splitlines()
+    assert stale.endswith("the signal Button is stale: not heard for 0.1 s; it becomes true")
+    assert said == ["said"] * 3
 
 
 LISTENER = """

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import logging
 import os
-import shutil
-import socket
-import subprocess
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import httpx
 import pytest
@@ -20,67 +16,8 @@ from dineros.runtime.bridges.rest import RestPoll, RestServer
 from dineros.runtime.bridges.values import SignalValueError, read_truth
 from dineros.runtime.net import Net
 from dineros.transformations.split import split
-from tests.support.system_packages import require
+from tests.runtime.bridges.broker import PATIENCE, Broker, free_port
 from tests.support.talker import talker
-
-MOSQUITTO = shutil.which("mosquitto", path=f"{os.environ.get('PATH', '')}:/usr/sbin")
-PATIENCE = 30.0
-
-
-@pytest.fixture
-def net() -> Iterator[Net]:
-    """A node that says its three words once its button is pressed."""
-    (part,) = (part for part in split(talker()) if part.node.id == "talker")
-    with Net(part) as running:
-        yield running
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
-class Broker:
-    """A mosquitto of our own."""
-
-    def __init__(self, folder: Path) -> None:
-        self.port = free_port()
-        self.config = folder / "mosquitto.conf"
-        self.config.write_text(f"listener {self.port} 127.0.0.1\nallow_anonymous true\npersistence false\n")
-        self.start()
-
-    def start(self) -> None:
-        assert MOSQUITTO
-        self.process = subprocess.Popen(
-            [MOSQUITTO, "-c", str(self.config)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        end = time.monotonic() + PATIENCE
-        while time.monotonic() < end:
-            try:
-                socket.create_connection(("127.0.0.1", self.port), timeout=1).close()
-                return
-            except OSError:
-                time.sleep(0.02)
-        pytest.fail("mosquitto does not start")
-
-    def stop(self) -> None:
-        self.process.terminate()
-        self.process.wait(PATIENCE)
-
-    def publish(self, topic: str, payload: str, retain: bool = False) -> None:
-        from paho.mqtt import publish
-
-        publish.single(topic, payload, qos=1, retain=retain, hostname="127.0.0.1", port=self.port)
-
-
-@pytest.fixture
-def broker(tmp_path: Path) -> Iterator[Broker]:
-    if MOSQUITTO is None:
-        require("mosquitto")
-    made = Broker(tmp_path)
-    yield made
-    made.stop()
 
 
 class TestMqtt:
@@ -111,6 +48,28 @@ class TestMqtt:
             net.wait_for(lambda state: state.signals["Button"], PATIENCE)
         assert "'maybe' is no truth value (send true or false)" in caplog.text
 
+    def test_several_signals_at_once(self, pair: Net, broker: Broker) -> None:
+        """One message changes all of them, or none."""
+        topics = {"cell/door": "Button", "cell/all": ["Button", "Bell"], "cell/bell": ["Bell"]}
+        seen: list[dict[str, bool]] = []
+        with (
+            MqttSignals(pair, topics, port=broker.port) as custom,
+            MqttSignals(pair, port=broker.port) as usual,
+        ):
+            assert custom.wait(PATIENCE)
+            assert usual.wait(PATIENCE)
+            pair.on_change(
+                lambda change: seen.append(dict(pair.inspect().signals)) if change.event == "signal" else None
+            )
+            broker.publish("cell/bell", '{"Bell": true, "Button": true}')
+            broker.publish("cell/all", '{"Bell": true, "Button": "maybe"}')
+            broker.publish("cell/all", '{"Bell": true, "Button": true}')
+            pair.wait_for(lambda state: state.signals["Bell"], PATIENCE)
+            broker.publish("talker/signals", '{"Button": "off", "Bell": 0}')
+            pair.wait_for(lambda state: not state.signals["Bell"], PATIENCE)
+            assert pair.inspect().sources[0].refused == 2
+        assert seen == [{"Button": True, "Bell": True}] * 2 + [{"Button": False, "Bell": False}] * 2
+
     def test_broker_that_comes_back(self, net: Net, broker: Broker) -> None:
         with MqttSignals(net, port=broker.port) as bridge:
             assert bridge.wait(PATIENCE)
@@ -140,6 +99,19 @@ class TestRest:
         net.wait_for(lambda state: state.count("Said") == 3, PATIENCE)
         assert httpx.get(f"{server.url}/signals/Button").json() == {"value": True}
         assert httpx.put(f"{server.url}/signals/Button", content="off").json() == {"value": False}
+
+    def test_several_signals_at_once(self, pair: Net) -> None:
+        with RestServer(pair, port=0) as server:
+            url = f"{server.url}/signals"
+            for values, status in (
+                ({"Button": True, "Bel": True}, 404),
+                ({"Button": True, "Bell": None}, 422),
+                ([True], 422),
+                ({"Button": True, "Bell": True}, 200),
+            ):
+                assert httpx.put(url, json=values).status_code == status
+                are_set = status == 200
+                assert httpx.get(url).json() == {"Button": are_set, "Bell": are_set}
 
     def test_wrong_questions(self, net: Net, server: RestServer) -> None:
         answer = httpx.put(f"{server.url}/signals/Buton", json={"value": True})

@@ -192,6 +192,45 @@ def test_restarted_subscriber_gets_what_it_missed_once(ros: Ros) -> None:
     assert ros.records("house", "drop") == []
 
 
+def test_forged_ids_from_a_stranger(ros: Ros) -> None:
+    """A server that answers with other ids is asked again; letters with forged ids silence nobody."""
+    ros.node("house")
+    ros.node("desk")
+    ros.wait(lambda: ros.records("house", "start"), "the start")
+    ros.script(
+        "import rclpy, time\n"
+        "from post_interfaces.msg import Letter\n"
+        "from post_interfaces.srv import Weigh\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('stranger')\n"
+        "asked = []\n"
+        "def answer(request, response):\n"
+        "    asked.append(request.token.message_id)\n"
+        "    response.token = request.token\n"
+        "    if asked.count(asked[-1]) == 1:\n"
+        "        response.token.message_id = 'forged/id/' + '9' * 5000\n"
+        "    return response\n"
+        "node.create_service(Weigh, '/weigh', answer)\n"
+        "while len(asked) < 4:\n"
+        "    rclpy.spin_once(node)\n"
+        "publisher = node.create_publisher(Letter, '/letters', 10)\n"
+        "while not publisher.get_subscription_count():\n"
+        "    rclpy.spin_once(node, timeout_sec=0.05)\n"
+        "for number in ('9' * 5000, '-1', '1000000', '1', '2', '2'):\n"
+        "    letter = Letter(message_id=f'office/Sent/{number}', size=[0.0, 0.0, 0.0])\n"
+        "    publisher.publish(letter)\n"
+        "    time.sleep(0.05)\n"
+        "publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=30))\n"
+        "rclpy.shutdown()\n"
+    )
+    ros.wait(lambda: len(ros.records("desk", "response")) == 2, "two responses")
+    assert len(ros.records("desk", "timeout")) == 2
+    ros.wait(lambda: len(ros.records("house", "take")) == 3, "three letters")
+    numbers = [record["message"].rpartition("/")[2] for record in ros.records("house", "take")]
+    assert numbers == ["1000000", "1", "2"]
+    assert len(ros.records("house", "error")) == 1
+
+
 def test_signals_from_outside(ros: Ros) -> None:
     """By topic, by service, by parameter; the node under another name and namespace."""
     office = ros.node(
@@ -227,6 +266,89 @@ def test_signals_from_outside(ros: Ros) -> None:
         ("Open", True, "topic"),
     }
     assert office.interrupt() == 0
+
+
+def test_publisher_with_default_quality(ros: Ros) -> None:
+    """It matches; what a latched publisher sends comes by two subscriptions and counts once, in order."""
+    ros.node("office")
+    ros.wait(lambda: ros.records("office", "start"), "the start")
+    ros.script(
+        "import rclpy, time\n"
+        "from rclpy.qos import QoSProfile, DurabilityPolicy\n"
+        "from std_msgs.msg import Bool, String\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('stranger')\n"
+        "def publish(type, topic, quality, count, *values):\n"
+        "    publisher = node.create_publisher(type, topic, quality)\n"
+        "    while publisher.get_subscription_count() < count:\n"
+        "        time.sleep(0.01)\n"
+        "    for value in values:\n"
+        "        publisher.publish(type(data=value))\n"
+        "    publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=30))\n"
+        "    return publisher\n"
+        "publish(Bool, '/office/signals/Open', 10, 1, True, False, True)\n"
+        "latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)\n"
+        "publish(Bool, '/office/signals/Open', latched, 2, False, True, False, True)\n"
+        "deep = '{\"Open\":' + '[' * 100000\n"
+        "publish(String, '/office/signals', 10, 1, deep, '{', '{\"Opn\": true}', 'x' * 70000)\n"
+        "publish(String, '/office/signals', 10, 1, '{\"Open\": false, \"too-late\": true}')\n"
+        "rclpy.shutdown()\n"
+    )
+    ros.wait(lambda: len(ros.records("office", "signal")) >= 9, "the signals")
+    changes = [(record["signal"], record["value"]) for record in ros.records("office", "signal")]
+    toggles = [value for signal, value in changes if signal == "Open"]
+    assert toggles == [True, False, True, False, True, False, True, False]
+    assert changes[-2:] == [("Open", False), ("too-late", True)]
+    errors = [record["error"] for record in ros.records("office", "error")]
+    assert len(errors) == 1
+    assert errors[0].startswith("~/signals: no truth value")
+    assert ros.processes[0].output().count("incompatible QoS") == 0
+
+
+def test_latched_topic_counts_each_message_once(ros: Ros) -> None:
+    """What was published before comes, and what comes by two subscriptions is handed on once, in order."""
+    said = ros.script(
+        "import rclpy, time\n"
+        "from rclpy.qos import QoSProfile, DurabilityPolicy\n"
+        "from std_msgs.msg import String\n"
+        "from dineros.runtime.ros.latched import LatchedTopic\n"
+        "rclpy.init()\n"
+        "node, other = rclpy.create_node('node'), rclpy.create_node('stranger')\n"
+        "latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)\n"
+        "publisher = other.create_publisher(String, '/node/topic', latched)\n"
+        "default = other.create_publisher(String, '/node/topic', 10)\n"
+        "publisher.publish(String(data='before'))\n"
+        "default.publish(String(data='gone'))\n"
+        "got = []\n"
+        "topic = LatchedTopic(node, String, '~/topic', lambda message: got.append(message.data))\n"
+        "def spin(last):\n"
+        "    while got[-1:] != [last]:\n"
+        "        rclpy.spin_once(node, timeout_sec=0.05)\n"
+        "while publisher.get_subscription_count() < 2 or default.get_subscription_count() < 1:\n"
+        "    rclpy.spin_once(node, timeout_sec=0.05)\n"
+        "spin('before')\n"
+        "for number in range(5):\n"
+        "    publisher.publish(String(data=f'latched {number}'))\n"
+        "spin('latched 4')\n"
+        "for number in range(5):\n"
+        "    default.publish(String(data=f'default {number}'))\n"
+        "spin('default 4')\n"
+        "for _ in range(5):\n"
+        "    rclpy.spin_once(node, timeout_sec=0.05)\n"
+        "print(*got, sep=',')\n"
+        "rclpy.shutdown()\n"
+    )
+    numbers = range(5)
+    expected = ["before", *(f"latched {n}" for n in numbers), *(f"default {n}" for n in numbers)]
+    assert said.strip().split(",") == expected
+
+
+def test_stale_signal(ros: Ros) -> None:
+    """Parameters say after what time a signal is stale, and what is done then."""
+    ros.node("office", {"stale_after.too_late": 0.2, "when_stale.too_late": True})
+    ros.wait(lambda: ros.records("office", "signal"), "the fallback")
+    (change,) = ros.records("office", "signal")
+    assert (change["signal"], change["value"], change["source"]) == ("too-late", True, "stale")
 
 
 def test_parameters_are_described(ros: Ros) -> None:

@@ -1,0 +1,224 @@
+"""A client that asks web servers for the values of signals."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import contextlib
+import threading
+from collections.abc import Mapping
+from typing import Any
+from urllib.parse import unquote
+
+from dineros.metamodel.errors import DinerosError
+from dineros.runtime.bridges.security import LOG, Credentials, SecurityError, Tls, is_own_machine, shown_url
+from dineros.runtime.bridges.values import SIZE_LIMIT, SignalValueError, read_truth
+from dineros.runtime.net import Net
+from dineros.runtime.signals import Signal
+from dineros.runtime.sources import Source
+
+
+class RestPoll:
+    """Asks web servers for the values of signals again and again, for as long as it is open.
+
+    Every answer counts as a sign of life (`Signal.stale_after`). What does not answer in time, or not with a
+    truth value, is counted, logged and recorded once a minute, and changes nothing. Servers are asked side by
+    side, so that one that is slow holds up no other. Redirects are not followed, compressed and large answers
+    not read. How it is, tells `Net.inspect`.
+
+    Parameters
+    ----------
+    net : Net
+        The net.
+    urls : mapping of str to str
+        Id or name of a signal -> where its value is to be had: as JSON ``{"value": true}`` or as plain text.
+        What stands before an ``@`` and behind a ``?`` goes to the server, and into no log or record.
+    period : float
+        Seconds between questions.
+    timeout : float
+        Seconds that an answer may take, from the first byte asked to the last one got.
+    credentials : Credentials, optional
+        A token, or a name and password, for all of these servers.
+    tls : Tls, optional
+        For ``https``: whom to trust, and one's own certificate; by default, what the system trusts.
+
+    Raises
+    ------
+    UnknownElementError
+        The net has no such signal.
+    DinerosError
+        The package httpx is not installed, or an address or certificate cannot be used.
+    """
+
+    def __init__(
+        self,
+        net: Net,
+        urls: Mapping[str, str],
+        *,
+        period: float = 1.0,
+        timeout: float = 5.0,
+        credentials: Credentials | None = None,
+        tls: Tls | None = None,
+    ) -> None:
+        try:
+            import httpx  # noqa: F401
+        except ImportError as error:
+            raise DinerosError("the web client is not there", hint="install dineros[rest]") from error
+        self._net = net
+        self._questions = [_Question(net.signal(name), url, credentials) for name, url in urls.items()]
+        self._period = period
+        self._timeout = timeout
+        self._context = _context(tls, any(each.url.startswith("https") for each in self._questions))
+        self._ending = threading.Event()
+        self._running: tuple[asyncio.AbstractEventLoop, asyncio.Task[Any]] | None = None
+        self._thread: threading.Thread | None = None
+        self._sources: list[Source] = []
+
+    def open(self) -> None:
+        """Begin to ask."""
+        self._ending.clear()
+        self._sources = [self._net.new_source(f"rest {each.shown}") for each in self._questions]
+        self._thread = threading.Thread(target=self._run, name="dineros rest poll", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Ask no more."""
+        self._ending.set()
+        if self._running is not None:
+            loop, task = self._running
+            with contextlib.suppress(RuntimeError):  # it has just ended
+                loop.call_soon_threadsafe(task.cancel)
+        if self._thread is not None:
+            self._thread.join(10)
+        for source in self._sources:
+            self._net.remove_source(source)
+
+    def __enter__(self) -> RestPoll:
+        self.open()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    def _run(self) -> None:
+        """Ask until `close`, whatever goes wrong on the way."""
+        while not self._ending.is_set():
+            try:
+                asyncio.run(self._ask_all())
+            except asyncio.CancelledError:
+                pass
+            except Exception as error:
+                for source in self._sources:
+                    source.fail("the questions", f"{type(error).__name__}: {error}")
+            self._ending.wait(self._period)
+
+    async def _ask_all(self) -> None:
+        task = asyncio.current_task()
+        assert task is not None
+        self._running = asyncio.get_running_loop(), task
+        if self._ending.is_set():
+            return
+        await asyncio.gather(
+            *(
+                self._ask_again(question, source)
+                for question, source in zip(self._questions, self._sources, strict=True)
+            )
+        )
+
+    async def _ask_again(self, question: _Question, source: Source) -> None:
+        import httpx
+
+        async with httpx.AsyncHTTPTransport(verify=self._context) as transport:
+            while True:
+                try:
+                    async with asyncio.timeout(self._timeout):
+                        value = read_truth(await question.ask(transport))
+                except TimeoutError:
+                    self._failed(question, source, f"no answer in {self._timeout:g} s")
+                except (SignalValueError, httpx.TransportError) as error:
+                    self._failed(question, source, str(error) or type(error).__name__)
+                except Exception as error:  # nothing that a server says ends the bridge
+                    self._failed(question, source, f"{type(error).__name__}: {error}")
+                else:
+                    source.connected(True)
+                    source.accept()
+                    question.signal.set(value, f"rest {question.shown}")
+                await asyncio.sleep(self._period)
+
+    @staticmethod
+    def _failed(question: _Question, source: Source, error: str) -> None:
+        source.connected(False)
+        source.fail(question.shown, f"gives no truth value: {question.redacted(error)}")
+
+
+class _Question:
+    """A signal, and whom to ask for it."""
+
+    def __init__(self, signal: Signal, url: str, credentials: Credentials | None) -> None:
+        import httpx
+
+        self.signal = signal
+        try:
+            self.shown = shown_url(url)
+            address = httpx.URL(url)
+        except (httpx.InvalidURL, ValueError):
+            raise SecurityError(f"the address for the signal {signal.id} is none") from None
+        if address.scheme not in ("http", "https") or not address.host:
+            raise SecurityError(f"the address for the signal {signal.id} is none of http or https")
+        info = address.userinfo.decode("ascii")
+        self._secrets = [text for text in (info, unquote(info), address.query.decode("ascii")) if text]
+        if info:
+            name, _, password = info.partition(":")
+            credentials = Credentials(unquote(name) or None, unquote(password) or None)
+        self._headers = {"Accept-Encoding": "identity", "User-Agent": "dineros"}
+        if credentials is not None:
+            self._headers["Authorization"] = _authorization(credentials)
+            if address.scheme == "http" and not is_own_machine(address.host):
+                LOG.warning("credentials for %s are sent unencrypted: use https", self.shown)
+        self.url = str(address.copy_with(userinfo=b"", fragment=None))
+
+    async def ask(self, transport: Any) -> bytes:
+        """Return the server's answer, unless it is too large, compressed, or none."""
+        import httpx
+
+        # Not by a client: that one logs addresses, keeps cookies and follows redirects.
+        answer = await transport.handle_async_request(httpx.Request("GET", self.url, headers=self._headers))
+        try:
+            if answer.is_redirect:
+                raise SignalValueError(
+                    f"it redirects ({answer.status_code}), which is not followed",
+                    hint="give the final address",
+                )
+            if not answer.is_success:
+                raise SignalValueError(f"it answers {answer.status_code}")
+            if answer.headers.get("Content-Encoding", "identity").lower() != "identity":
+                raise SignalValueError("its answer is compressed, which was not asked for")
+            content = bytearray()
+            async for chunk in answer.stream:
+                content += chunk
+                if len(content) > SIZE_LIMIT:
+                    raise SignalValueError(f"its answer is larger than {SIZE_LIMIT} bytes")
+            return bytes(content)
+        finally:
+            await answer.aclose()
+
+    def redacted(self, text: str) -> str:
+        """Return a text without what is secret of the address."""
+        for secret in self._secrets:
+            text = text.replace(secret, "***")
+        return text
+
+
+def _authorization(credentials: Credentials) -> str:
+    if credentials.token is not None:
+        return f"Bearer {credentials.token}"
+    pair = f"{credentials.username or ''}:{credentials.password or ''}"
+    return f"Basic {base64.b64encode(pair.encode()).decode()}"
+
+
+def _context(tls: Tls | None, is_needed: bool) -> Any:
+    import ssl
+
+    if tls is not None:
+        return tls.client_context()
+    return Tls().client_context() if is_needed else ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)

@@ -1,0 +1,330 @@
+"""A web server that shows and sets the signals of a net.
+
+It trusts nobody who merely reaches it. A page in a browser can send requests to any address of the machine it
+is shown on, and by a name that its owner points to that address (DNS rebinding) it may even read the
+answers: so the host that a request names is checked, requests from other origins are refused, and values come
+as JSON or as a bare value, never in the way that a form sends them. With a token, only who knows it gets in.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+import secrets
+import threading
+import time
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from dineros.metamodel.errors import DinerosError, UnknownElementError
+from dineros.runtime.bridges.security import LOG, Credentials, SecurityError, Tls, is_own_machine
+from dineros.runtime.bridges.values import (
+    NAME_LIMIT,
+    SIZE_LIMIT,
+    SignalValueError,
+    read_signals,
+    read_truth,
+)
+from dineros.runtime.net import Net
+from dineros.runtime.sources import Source
+
+if TYPE_CHECKING:
+    from starlette.applications import Starlette
+    from starlette.requests import Request
+    from starlette.responses import Response
+
+HEADER_TIMEOUT = 10.0
+"""Seconds in which a request's head must be there, and then its body."""
+
+_FORMS = ("text/plain", "multipart/form-data", "application/x-www-form-urlencoded")
+"""Content types that a page may send anywhere without asking first (Fetch standard, "CORS-safelisted")."""
+
+_MISSING = "install dineros[rest]"
+
+
+class _RefusedError(Exception):
+    """A request that is not served: its status and why."""
+
+    def __init__(self, status: int, reason: str) -> None:
+        super().__init__(reason)
+        self.status = status
+
+
+def signals_app(
+    net: Net, *, hosts: Iterable[str] = (), token: str | None = None, source: Source | None = None
+) -> Starlette:
+    """Return a web application that shows and sets the signals of a net.
+
+    ======  ==================  ================================================================
+    GET     ``/signals``        all of them: ``{"Red": true, ...}``
+    GET     ``/signals/NAME``   one: ``{"value": true}``
+    PUT     ``/signals/NAME``   sets it: ``{"value": true}`` or the bare value
+    PUT     ``/signals``        sets several at once: ``{"Red": true, "Blue": false}``
+    ======  ==================  ================================================================
+
+    Parameters
+    ----------
+    net : Net
+        The net.
+    hosts : iterable of str
+        Names by which it is asked, besides IP addresses and ``localhost``.
+    token : str, optional
+        What every request has to bring, as ``Authorization: Bearer TOKEN``.
+    source : Source, optional
+        Counts what is set and refused.
+
+    Raises
+    ------
+    DinerosError
+        The package starlette is not installed.
+    """
+    try:
+        from starlette.applications import Starlette
+        from starlette.requests import ClientDisconnect
+        from starlette.responses import JSONResponse
+        from starlette.routing import Route
+    except ImportError as error:
+        raise DinerosError("the web server is not there", hint=_MISSING) from error
+    known = frozenset(name.lower() for name in hosts)
+
+    async def serve(request: Request) -> Response:
+        try:
+            _check(request, known, token)
+            return JSONResponse(await _answer(net, request, source))
+        except _RefusedError as error:
+            if source is not None and request.method == "PUT":
+                source.refuse(f"rest PUT, answered {error.status}", error)
+            headers = {"Connection": "close"} if error.status in (408, 413) else {}
+            if error.status == 401:
+                headers["WWW-Authenticate"] = "Bearer"
+            return JSONResponse({"error": str(error)}, status_code=error.status, headers=headers)
+        except ClientDisconnect:
+            return JSONResponse({}, status_code=400)
+
+    return Starlette(
+        routes=[Route(path, serve, methods=["GET", "PUT"]) for path in ("/signals", "/signals/{name:path}")]
+    )
+
+
+async def _answer(net: Net, request: Request, source: Source | None) -> Mapping[str, object]:
+    name = request.path_params.get("name")
+    if name is not None and len(name) > NAME_LIMIT:
+        raise _RefusedError(404, f"no signal has a name of {len(name)} characters")
+    if not request.scope["path"].isprintable():  # of a line feed at the end, the path's pattern knows nothing
+        raise _RefusedError(404, "no signal has a name with control characters")
+    try:
+        if request.method != "PUT":
+            if name is None:
+                return {signal: net.signal(signal).value for signal in net.structure.signals}
+            return {"value": net.signal(name).value}
+        if name is not None:
+            net.signal(name)  # whether there is one comes first
+        body = await _body(request)
+        values = read_signals(body) if name is None else {name: read_truth(body)}
+        net.set_signals(values, "rest")
+    except UnknownElementError as error:
+        raise _RefusedError(404, str(error)) from None
+    except SignalValueError as error:
+        raise _RefusedError(422, str(error)) from None
+    if source is not None:
+        source.accept()
+    return values if name is None else {"value": values[name]}
+
+
+def _check(request: Request, hosts: frozenset[str], token: str | None) -> None:
+    """Refuse a request that nobody who may would send."""
+    headers = request.headers
+    address = headers.get("host", "")
+    if not _is_known(address, hosts):
+        raise _RefusedError(421, f"this server is not called {address[:60]!r}")
+    origin = headers.get("origin")
+    if origin is not None and origin != f"{request.scope['scheme']}://{address}":
+        raise _RefusedError(403, "a page of another origin may not ask")
+    if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
+        raise _RefusedError(403, "a page of another site may not ask")
+    if token is not None:
+        given = headers.get("authorization", "").encode("utf-8", "replace")
+        if not secrets.compare_digest(given, f"Bearer {token}".encode()):
+            raise _RefusedError(401, "the right token is missing")
+    kind = headers.get("content-type", "").partition(";")[0].strip().lower()
+    if request.method == "PUT" and kind in _FORMS:
+        raise _RefusedError(415, f"{kind} is not taken: send Content-Type: application/json")
+
+
+def _is_known(address: str, hosts: frozenset[str]) -> bool:
+    """Return whether a Host header names this server: an IP address cannot be pointed elsewhere."""
+    name = address[: address.index("]") + 1] if "]" in address else address.partition(":")[0]
+    try:
+        ipaddress.ip_address(name.strip("[]"))
+    except ValueError:
+        return name.lower() == "localhost" or name.lower() in hosts
+    return True
+
+
+async def _body(request: Request) -> bytes:
+    content = bytearray()
+    try:
+        async with asyncio.timeout(HEADER_TIMEOUT):
+            async for chunk in request.stream():
+                content += chunk
+                if len(content) > SIZE_LIMIT:
+                    raise _RefusedError(413, f"the body is larger than {SIZE_LIMIT} bytes")
+    except TimeoutError:
+        raise _RefusedError(408, f"the body did not come in {HEADER_TIMEOUT:g} s") from None
+    return bytes(content)
+
+
+class RestServer:
+    """Serves `signals_app` on a thread of its own, for as long as it is open.
+
+    What sets no signal is counted, logged and recorded once a minute. How the server is, tells `Net.inspect`.
+
+    Parameters
+    ----------
+    net : Net
+        The net.
+    host : str
+        Where to listen; 127.0.0.1 keeps other machines out.
+    port : int
+        0: any free one.
+    hosts : iterable of str
+        Names by which it is asked, besides `host`, IP addresses and ``localhost``.
+    credentials : Credentials, optional
+        Their token is what every request has to bring. Without one, whoever reaches the server can set
+        signals: every program of this machine can.
+    tls : Tls, optional
+        Its certificate, for ``https``; with a `ca`, clients need one, too.
+
+    Raises
+    ------
+    DinerosError
+        The packages starlette and uvicorn are not installed, there is no token in the credentials, or the
+        certificate cannot be used.
+    """
+
+    def __init__(
+        self,
+        net: Net,
+        *,
+        host: str = "127.0.0.1",
+        port: int = 8080,
+        hosts: Iterable[str] = (),
+        credentials: Credentials | None = None,
+        tls: Tls | None = None,
+    ) -> None:
+        try:
+            import uvicorn
+        except ImportError as error:
+            raise DinerosError("the web server is not there", hint=_MISSING) from error
+        if credentials is not None and credentials.token is None:
+            raise SecurityError("the credentials of a server have a token")
+        if credentials is None and not is_own_machine(host):
+            LOG.warning(
+                "whoever reaches %s:%s can set the signals of %s: ask for a token", host, port, net.id
+            )
+        self._net = net
+        self._host = host
+        self._port = port
+        self._scheme = "http" if tls is None else "https"
+        self._source = net.new_source(f"rest server {host}:{port}")
+        app = signals_app(
+            net,
+            hosts=[host, *hosts],
+            token=credentials.token if credentials is not None else None,
+            source=self._source,
+        )
+        config: Any = uvicorn.Config(
+            app,
+            host=host,
+            port=port,
+            http=_impatient_protocol(),
+            ws="none",
+            lifespan="off",
+            log_config=None,
+            log_level="error",  # a warning for each malformed request would fill the log
+            access_log=False,
+            server_header=False,
+            timeout_graceful_shutdown=1,
+        )
+        if tls is not None:
+            config.load()
+            config.ssl = tls.server_context()
+        self._server: Any = uvicorn.Server(config)
+        self._thread = threading.Thread(target=self._serve, name="dineros rest", daemon=True)
+
+    def _serve(self) -> None:
+        try:
+            self._server.run()
+        except SystemExit:  # uvicorn's way to say that the port is taken
+            LOG.error("nothing can be served on %s:%s", self._host, self._port)
+        except Exception as error:
+            self._source.fail("the rest server ends", f"{type(error).__name__}: {error}")
+        self._source.connected(False)
+
+    @property
+    def url(self) -> str:
+        """Where it serves, such as ``http://127.0.0.1:8080``; only while it is open."""
+        port = self._server.servers[0].sockets[0].getsockname()[1]
+        host = f"[{self._host}]" if ":" in self._host else self._host
+        return f"{self._scheme}://{host}:{port}"
+
+    def open(self, timeout: float = 10.0) -> None:
+        """Begin to serve.
+
+        Raises
+        ------
+        DinerosError
+            The port is taken, or the server does not start in `timeout` seconds.
+        """
+        self._thread.start()
+        end = time.monotonic() + timeout
+        while not self._server.started:
+            if not self._thread.is_alive() or time.monotonic() > end:
+                self._server.should_exit = True
+                self._net.remove_source(self._source)
+                raise DinerosError(
+                    f"nothing can be served on {self._host}:{self._port}",
+                    hint="another program may use the port",
+                )
+            time.sleep(0.01)
+        self._source.connected(True)
+
+    def close(self) -> None:
+        """Serve no more."""
+        self._server.should_exit = True
+        self._thread.join(10)
+        self._net.remove_source(self._source)
+
+    def __enter__(self) -> RestServer:
+        self.open()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+
+def _impatient_protocol() -> type:
+    """Return uvicorn's protocol with a limit for the time in which a request's head comes."""
+    from uvicorn.protocols.http.h11_impl import H11Protocol
+
+    class ImpatientProtocol(H11Protocol):
+        """Closes a connection on which no request comes to be."""
+
+        def connection_made(self, transport: Any) -> None:
+            super().connection_made(transport)
+            self._known: Any = None
+            self._patience = self.loop.call_later(HEADER_TIMEOUT, self._look)
+
+        def connection_lost(self, exc: Exception | None) -> None:
+            self._patience.cancel()
+            super().connection_lost(exc)
+
+        def _look(self) -> None:
+            cycle = self.cycle
+            if cycle is self._known and (cycle is None or cycle.response_complete):
+                self.transport.close()
+                return
+            self._known = cycle
+            self._patience = self.loop.call_later(HEADER_TIMEOUT, self._look)
+
+    return ImpatientProtocol
