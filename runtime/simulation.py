@@ -194,16 +194,20 @@ class LocalApplication:
         if self._simulated is not None:
             raise DinerosError("the application runs in simulated time", hint="use run()")
         self.open()
-        self.network.start()
-        for node in self.nodes.values():
-            node.start()
-        self._ending.clear()
-        for seconds, action in self._ticks:
-            thread = threading.Thread(
-                target=self._beat, args=(seconds, action), name="dineros simulator", daemon=True
-            )
-            thread.start()
-            self._threads.append(thread)
+        try:
+            self.network.start()
+            for node in self.nodes.values():
+                node.start()
+            self._ending.clear()
+            for seconds, action in self._ticks:
+                thread = threading.Thread(
+                    target=self._beat, args=(seconds, action), name="dineros simulator", daemon=True
+                )
+                thread.start()
+                self._threads.append(thread)
+        except BaseException:  # also who is interrupted meanwhile ends what runs already
+            self.stop()
+            raise
 
     def _beat(self, seconds: float, action: Callable[[float], object]) -> None:
         last = time.monotonic()

@@ -155,13 +155,19 @@ def run(
             level = logging.INFO if invocation().verbosity > 0 else logging.WARNING
             stack.enter_context(logs_to(terminal_handler(), level))
             with Ending(INTERRUPTED, signal.default_int_handler) as process:
-                ending = run_in_process(application, wanted, observer, is_simulated=simulate)
+                try:
+                    ending = run_in_process(application, wanted, observer, is_simulated=simulate)
+                except KeyboardInterrupt:  # while nodes were made, started or ended
+                    ending = "interrupted"
         else:
             from dineros.cli.running.ros import RosOptions, run_on_ros
 
             number = domain if domain is not None else int(os.environ.get("ROS_DOMAIN_ID") or 0)
             options = RosOptions(number, reach, programs, restarts)  # type: ignore[arg-type]
-            ending = run_on_ros(application, wanted, observer, options)
+            try:
+                ending = run_on_ros(application, wanted, observer, options)
+            except KeyboardInterrupt:
+                ending = "interrupted"
         status = _report(application, wanted, observer, ending, trace, as_json)
     if process is not None:
         process.leave(status)  # a handler that does not return keeps nobody

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from dineros.metamodel.records import Drop, Header, read_records
 from tests.cli.conftest import Run
-from tests.support.commands import lines
+from tests.support.commands import NETS, lines
 
 
 def test_the_witnesses_of_a_check(run: Run, model: Path, tmp_path: Path) -> None:
@@ -19,10 +19,11 @@ def test_the_witnesses_of_a_check(run: Run, model: Path, tmp_path: Path) -> None
         "error: publisher queue of Said (topic chatter)",
         "error: subscriber queue of Heard (topic chatter)",
     ]
-    second = tmp_path / "trace.2.jsonl"
+    second, third = tmp_path / "trace.2.jsonl", tmp_path / "trace.3.jsonl"
     assert [line for line in lines(result) if " -> " in line] == [
-        f"{model} -> {path}: {len(list(read_records(path))) - 1} steps" for path in (output, second)
+        f"{model} -> {path}: {len(list(read_records(path))) - 1} steps" for path in (output, second, third)
     ]
+    assert next(iter(read_records(third))).verdict == "deadlock"  # type: ignore[attr-defined]
     for path, queue in ((output, "publisher"), (second, "subscriber")):
         header, *_, last = read_records(path)
         assert isinstance(header, Header)
@@ -33,9 +34,10 @@ def test_the_witnesses_of_a_check(run: Run, model: Path, tmp_path: Path) -> None
         assert last.queue == queue
 
 
-def test_nothing_found_writes_nothing(run: Run, model: Path, tmp_path: Path) -> None:
-    output = tmp_path / "trace.jsonl"
-    run("check", model, "-o", output)
+def test_nothing_found_writes_nothing(run: Run, tmp_path: Path) -> None:
+    net, output = tmp_path / "cycle.net", tmp_path / "trace.jsonl"
+    net.write_text(NETS["cycle"])
+    assert run("check", net, "-o", output).exit_code == 0
     assert not output.exists()
 
 
