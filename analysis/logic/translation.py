@@ -38,6 +38,9 @@ from dineros.analysis.logic.syntax import (
 MAX_EDGES = 200_000
 """Most edges of an automaton before it is reduced."""
 
+MAX_MOVES = 4_096
+"""Most combinations of moves of one state: each is compared with every other."""
+
 
 def translate(formula: Formula) -> Automaton:
     """Return an automaton that accepts exactly the words that satisfy an LTL formula.
@@ -45,7 +48,7 @@ def translate(formula: Formula) -> Automaton:
     Raises
     ------
     FormulaError
-        If its automaton has more than `MAX_EDGES` edges.
+        If its automaton has more than `MAX_EDGES` edges, or a state of it more than `MAX_MOVES`.
     """
     return reduced(_Translation(simplified(formula)).automaton())
 
@@ -102,7 +105,7 @@ class _Translation:
             rows[index[formulas]] = row
             total += len(row)
             if total > MAX_EDGES:
-                raise FormulaError("the automaton of the formula is too large", hint="split the formula")
+                raise _too_large()
         rows[0] = [edge for choice in choices for edge in rows[index[choice]]]
         return Automaton(self.atoms, len(self.untils), 0, tuple(map(tuple, rows)))
 
@@ -165,8 +168,14 @@ class _Translation:
         raise TypeError(f"not in normal form: {formula}")
 
 
+def _too_large() -> FormulaError:
+    return FormulaError("the automaton of the formula is too large", hint="split the formula")
+
+
 def _both(left: Iterable[_Move], right: Iterable[_Move]) -> list[_Move]:
-    right = list(right)
+    left, right = list(left), list(right)
+    if len(left) * len(right) > MAX_MOVES:
+        raise _too_large()
     moves = (
         _Move(a.positive | b.positive, a.negative | b.negative, a.successors | b.successors)
         for a in left

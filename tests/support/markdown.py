@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import logging
 import os
 import re
 import subprocess
@@ -55,6 +56,26 @@ def run_page(markdown: str, folder: Path) -> Iterator[tuple[Block, str, str, str
       block right behind it is what it prints.
     * ``console`` is run by bash, where ``dineros`` and ``python`` are ours.
     """
+    with _levels_of_loggers_kept():
+        yield from _run_blocks(markdown, folder)
+
+
+@contextlib.contextmanager
+def _levels_of_loggers_kept() -> Iterator[None]:
+    """Take back what a page sets, which would hold for all tests after it."""
+    try:
+        yield
+    finally:
+        _forget_levels()
+
+
+def _forget_levels() -> None:
+    for logger in logging.Logger.manager.loggerDict.values():
+        if isinstance(logger, logging.Logger) and logger.name.startswith("dineros"):
+            logger.setLevel(logging.NOTSET)
+
+
+def _run_blocks(markdown: str, folder: Path) -> Iterator[tuple[Block, str, str, str]]:
     names: dict[str, object] = {"__name__": "__main__"}
     environment = _environment(folder)
     found = blocks(markdown)
