@@ -73,10 +73,11 @@ class Engine:
             self.apply(rule)
         return self.applications
 
-    def apply(self, rule: type[Rule]) -> list[Application]:
-        """Find all matches of a rule, then apply it to each."""
+    def apply(self, rule: type[Rule], given: Match | None = None) -> list[Application]:
+        """Find all matches of a rule, then apply it to each; `given` binds some of its pattern nodes."""
         try:
-            matches = list(self._matcher.matches([*rule.lhs, *rule.context], rule.where, rule.absent))
+            nodes = [*rule.lhs, *rule.context]
+            matches = list(self._matcher.matches(nodes, rule.where, rule.absent, given))
         except (AttributeError, TypeError, ValueError) as error:
             raise RuleError(
                 f"{rule.__name__} cannot be matched: {error}", location=rule.lhs[0].location
@@ -94,7 +95,7 @@ class Engine:
         for node in rule.deleted:
             self.extents.discard(match[node])
             match[node].delete()
-        self._remember(application)
+        self._remember(application, match)
         return application
 
     def _sources(self, rule: type[Rule], match: Match) -> list[Any]:
@@ -131,7 +132,7 @@ class Engine:
                 else:
                     application.repeated.append((element.symbol or "each", self._create(element, extended)))
 
-    def _remember(self, application: Application) -> None:
+    def _remember(self, application: Application, match: Match) -> None:
         rule = application.rule
         self.applications.append(application)
         self._maker.update((element, application) for element in application.made.values())
@@ -139,7 +140,7 @@ class Engine:
         for source in dict.fromkeys(application.sources):
             self._by_source.setdefault((rule, source), []).append(application)
         for group in _groups(rule):
-            found = (application, group.members(application.made))
+            found = (application, group.members(application.made, match))
             for kind in (group, *type(group).__mro__):
                 self._groups.setdefault(kind, []).append(found)
                 for source in dict.fromkeys(application.sources):
