@@ -119,7 +119,7 @@ def _service_role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> 
     channel, client = _source(link, sym.ServiceChannel), _source(link, sym.ClientPort)
     kind: type[Step]
     name = client.client
-    if link.client_index is not None:  # it stands on a server page
+    if link.client_index is not None and channel.model is not None:  # it stands on a server page
         caller = serving(client.request, server_pages(channel.model))
         assert caller is not None
         name = copy_id(caller.id, link.client_index, name)

@@ -98,7 +98,8 @@ _TEXTS: dict[tuple[str, str], Callable[[Link], str]] = {
         "{client} of service {service} is ready", "{client} is ready to call service {service}"
     ),
     ("S1", "requests"): _client(
-        "request of {client} of service {service} under way", "request of {client} to service {service} under way"
+        "request of {client} of service {service} under way",
+        "request of {client} to service {service} under way",
     ),
     ("S1", "responses"): _client(
         "response to {client} of service {service} under way",
@@ -107,9 +108,7 @@ _TEXTS: dict[tuple[str, str], Callable[[Link], str]] = {
     ("S1", "t_req"): _client("{client} calls service {service}"),
     ("S1", "t_res"): _client("{client} gets its response from service {service}"),
     ("S2", "in_use"): _client("instance {instance} of service {service} works for {client}"),
-    ("S2", "t_call"): _client(
-        "instance {instance} of service {service} takes the request of {client}"
-    ),
+    ("S2", "t_call"): _client("instance {instance} of service {service} takes the request of {client}"),
     ("S2", "t_return"): _client("instance {instance} of service {service} answers {client}"),
     ("S3", "active"): _instance("instance {instance} of service {service} is active"),
     ("S3", "inactive"): _instance("instance {instance} of service {service} is inactive"),

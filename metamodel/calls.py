@@ -1,7 +1,7 @@
 """Services that call each other: server pages with ports of their own, and how many instances there are.
 
-A server page exists once per server instance, and so do the clients and the publishers' places on it. A service
-that declares no number of instances has one for each client, so its callers are counted before it.
+A server page exists once per server instance, and so do the clients and the publishers' places on it. A
+service that declares no number of instances has one for each client, so its callers are counted before it.
 
 >>> from dineros.metamodel import sym
 >>> instance_counts(sym.SystemModel(id="empty"))
@@ -22,12 +22,12 @@ class CallCircleError(DinerosError):
 
 
 def services(model: pn.Net) -> list[sym.ServiceChannel]:
-    """Return the service channels of a model that have a server, in model order."""
+    """Return the service channels of a model, in model order; those that lack a server are left out."""
     channels = model.channels if isinstance(model, sym.SystemModel) else ()
     return [
         channel
         for channel in channels
-        if isinstance(channel, sym.ServiceChannel) and channel.server is not None and channel.server.page
+        if isinstance(channel, sym.ServiceChannel) and getattr(channel.server, "page", None) is not None
     ]
 
 
@@ -36,17 +36,19 @@ def server_pages(model: pn.Net) -> dict[pn.Page, sym.ServiceChannel]:
     return {channel.server.page: channel for channel in services(model)}
 
 
-def serving(element: EObject, pages: dict[pn.Page, sym.ServiceChannel]) -> sym.ServiceChannel | None:
+def serving(element: EObject | None, pages: dict[pn.Page, sym.ServiceChannel]) -> sym.ServiceChannel | None:
     """Return the service whose server page an element stands on; `pages` are those of `server_pages`."""
-    holder: EObject | None = element
+    holder = element
     while holder is not None and holder not in pages:
         holder = holder.eContainer()
     return pages[holder] if isinstance(holder, pn.Page) else None
 
 
-def callers(channel: sym.ServiceChannel, pages: dict[pn.Page, sym.ServiceChannel]) -> list[sym.ServiceChannel]:
+def callers(
+    channel: sym.ServiceChannel, pages: dict[pn.Page, sym.ServiceChannel]
+) -> list[sym.ServiceChannel]:
     """Return the services whose server pages have a client of this one, each once."""
-    found = (serving(client.request, pages) for client in channel.clients if client.request is not None)
+    found = (serving(client.request, pages) for client in channel.clients)
     return list(dict.fromkeys(caller for caller in found if caller is not None))
 
 

@@ -279,13 +279,14 @@ class _Reading:
         )
 
     def _client(self, port: rtm.ClientPort, number: int) -> tuple[str, str, str]:
-        """Return id, request place and response place of a client, in a server instance where it has a number."""
+        """Return id and places of a client; those of a server instance where it has a number."""
         request = port.eContainer()
         assert isinstance(request, rtm.Place)
         if number:
-            places = [self.place_ids[self.places[place, number]] for place in (request, port.response)]
             channel = self.servers[self.prototypes[request]].channel
-            return copy_id(channel, number, port.client), *places
+            ends = (self.places[place, number] for place in (request, port.response))
+            asked, answered = (self.place_ids[end] for end in ends)
+            return copy_id(channel, number, port.client), asked, answered
         return port.client, request.id, port.response.id
 
     def _copies(self, place: pn.Node) -> tuple[str, ...]:

@@ -135,7 +135,7 @@ def _literal(variant: str) -> str:
 def _instantiate(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
     """Apply S4 to one service after the other, callers first, and take out what was copied.
 
-    A service then has all clients that its callers' instances have of it before its own instances are counted.
+    So a service has all the clients of its callers' instances before its own instances are counted.
     """
     prototypes = []
     pages = server_pages(working)

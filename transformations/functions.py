@@ -1,5 +1,4 @@
-"""Expressions that rules call by name: `ancestor`, `count`, `either`, `first`, `number`, `position`,
-`within`."""
+"""Expressions that rules call by name, such as `ancestor`, `count`, `either`, `first` and `within`."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Services: server instances and the clients' calls (rules S1 to S4; paper, Fig. 10).
 
 S4 runs for one service after the other, callers first: a client on a server page becomes one client per
-instance (S4-client), so that an answer comes back to the instance that asked, and so that the service it calls
-counts them all.
+instance (S4-client), so that an answer comes back to the instance that asked, and so that the service that
+is called counts them all.
 """
 
 from __future__ import annotations

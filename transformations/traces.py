@@ -29,7 +29,7 @@ class Link:
     target : pn.Element
         What was made.
     client_index : int or None
-        Number of the server instance whose call it belongs to, from 1, where the client stands on a server page.
+        Number of the server instance whose call it belongs to, from 1, where its client is on a server page.
     """
 
     rule: str

@@ -27,8 +27,8 @@ class Queue:
     source, load, capacity : int
         Places: where messages arrive, how many wait, how many more may.
     enter, leave, drop : int
-        Transitions. The instances of a server page share the queue of a publisher on it: all but source, enter
-        and drop are the same for them.
+        Transitions. The instances of a server page share the queue of a publisher on it: only source, enter
+        and drop are their own.
     limit : int
         How many messages may wait.
     text : str
@@ -259,9 +259,7 @@ class ConformanceNet:
             nodes,
         )
 
-    def _share(
-        self, leave: int, history: Link, parts: dict[tuple[str, str], dict[str, int]]
-    ) -> None:
+    def _share(self, leave: int, history: Link, parts: dict[tuple[str, str], dict[str, int]]) -> None:
         """Let each instance's copy of a publisher's place have the queue that all of them write to."""
         (port,) = (source for source in history.sources if isinstance(source, sym.PublisherPort))
         parts.pop(("publisher", port.place.id), None)

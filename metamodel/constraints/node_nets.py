@@ -124,7 +124,7 @@ def timer_positive(page: sym.CallbackPage, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} is called by a timer but stands on the server page {found}: there is one timer, not one per instance",
+    "{it} is called by a timer but stands on the server page {found}: there is one timer for all instances",
     fix="put it beside the server page",
     guard=lambda page, index: page.kind == sym.CallbackKind.timer,
 )

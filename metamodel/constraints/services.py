@@ -174,9 +174,15 @@ def _sharing(index: Index) -> dict[pn.Node, list[pn.Page]]:
         if page is None or target is None or index.server_page_of(target) is page:
             continue
         channel = index.server_pages[page][0].eContainer()
-        if isinstance(channel, sym.ServiceChannel) and channel.instances != 1 and len(channel.clients) != 1:
+        if isinstance(channel, sym.ServiceChannel) and _has_several_instances(channel, index):
             found.setdefault(target, []).append(page)
     return found
+
+
+def _has_several_instances(channel: sym.ServiceChannel, index: Index) -> bool:
+    if channel.instances is not None:
+        return channel.instances > 1
+    return len(channel.clients) > 1 or len(_counted_before(index, channel)) > 0
 
 
 @constraint(

@@ -13,7 +13,9 @@ from dineros.metamodel.clauses import set_clause
 
 
 @st.composite
-def calling_systems(draw: st.DrawFn, circles: bool = False, services: int = 3, limit: int = 2) -> sym.SystemModel:
+def calling_systems(
+    draw: st.DrawFn, circles: bool = False, services: int = 3, limit: int = 2
+) -> sym.SystemModel:
     """Return a system of one to `services` services, each of which may call later ones and publish.
 
     `circles` lets a later service call an earlier one, where all of them declare their instances; `limit` is
@@ -74,9 +76,7 @@ class _Builder:
         before = begin
         for each in called:
             request, response = self._place("request", page), self._place("response", page)
-            each.clients.append(
-                sym.ClientPort(client=self._id("client"), request=request, response=response)
-            )
+            each.clients.append(sym.ClientPort(client=self._id("client"), request=request, response=response))
             flow(begin if at_once else before, request)
             if not at_once:
                 before = self._transition("go_on", page)
@@ -104,7 +104,8 @@ class _Builder:
 
     def _user(self, number: int, channel: sym.ServiceChannel) -> None:
         net = sym.NodeNet(id=f"user{number}", net=self.model)
-        request, response = self._place("ask", net, tokens=self.draw(st.integers(1, 2))), self._place("got", net)
+        request = self._place("ask", net, tokens=self.draw(st.integers(1, 2)))
+        response = self._place("got", net)
         flow(response, self._transition("take", net), self._place("done", net))
         channel.clients.append(sym.ClientPort(client=f"user{number}", request=request, response=response))
 
