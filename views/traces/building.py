@@ -369,6 +369,8 @@ class TraceBuilder:
         )  # fmt: skip
 
     def _queue_lane(self, channel: str, queue: str, place: str) -> Lane:
+        if queue == "publisher" and place not in self.facts.owner:
+            place = prototype(place)  # the instances of a server page share the queue
         before = 0 if self._loads or queue != "subscriber" else self._published.get(channel, 0)
         lane = self.lanes.make(
             "queue", channel, queue, place, group="topics", kind="queue", id=place, label=self._name(channel),
