@@ -71,6 +71,13 @@ class Facts:
         original = prototype(element)
         return element.removesuffix(original) + self.labels.get(original, original)
 
+    def client_words(self, client: str) -> str:
+        """Return a client: ``client L``, or the server instance that calls from its own page."""
+        found = _INSTANCE.match(client)
+        if found is None or found["channel"] not in self.channels:
+            return f"client {client}"
+        return f"instance {found['number']} of service {self.channels[found['channel']]}"
+
     def clause_of(self, transition: str) -> Clause | None:
         """Return a transition's clause; that of its prototype for one of a server instance."""
         return self.clauses.get(transition) or self.clauses.get(prototype(transition))
@@ -171,12 +178,10 @@ def _add_client(
     counts: dict[sym.ServiceChannel, int],
 ) -> None:
     """Add a client; one on a server page is there for each instance."""
-    for place in (client.request, client.response):
-        if place is None:
-            continue
+    for place in filter(None, (client.request, client.response)):
         if caller is None:
             facts.ports[channel.id, resolve(place).id] = client.client
             continue
         for number in range(1, counts[caller] + 1):
-            ids = (copy_id(caller.id, number, id) for id in (place.id, client.client))
-            facts.ports[channel.id, next(ids)] = next(ids)
+            copy = copy_id(caller.id, number, place.id)
+            facts.ports[channel.id, copy] = copy_id(caller.id, number, client.client)
