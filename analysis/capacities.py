@@ -6,7 +6,7 @@ for ever, the smallest sufficient capacity is the largest load at which a messag
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from dineros.analysis.check import Queue, queues
@@ -88,11 +88,13 @@ class _Search:
     def needed(self, queue: Queue) -> Capacity:
         """Find the smallest sufficient capacity of one queue."""
         net = self._subject.net
-        parts = _Parts.of(net, queue.drop)
-        limit = int(net.initial[net.places.index(parts.capacity)])
-        if self._own is not None and self._own.enabled(queue.drop) == 0:
+        if not queue.drops:  # a publisher on a server page without instances
+            return Capacity(queue, self._limit(queue), 1)
+        parts = _Parts.of(net, queue.drops)
+        limit = self._limit(queue)
+        if self._own is not None and _never_loses(self._own, queue):
             return self._least(queue, parts, limit, self._own)
-        growth = coverability(_without_limit(net, queue.drop, parts.capacity))
+        growth = coverability(_without_limit(net, queue.drops, parts.capacity))
         load = net.places.index(parts.load)
         if growth.pumping is not None and load in growth.pumping.places:
             lasso = witness_of(
@@ -105,20 +107,29 @@ class _Search:
             space = self._space(net.with_initial({parts.capacity: large}))
             if space is None:
                 return Capacity(queue, limit, None, "memory ran out, or another place is unbounded")
-            if space.enabled(queue.drop) == 0:
+            if _never_loses(space, queue):
                 return self._least(queue, parts, limit, space)
         return Capacity(queue, limit, None, f"a capacity of {large} is not enough")
 
+    def _limit(self, queue: Queue) -> int:
+        net = self._subject.net
+        return int(net.initial[net.places.index(queue.link.target.id)])
+
     def _least(self, queue: Queue, parts: _Parts, limit: int, space: SymbolicStateSpace) -> Capacity:
         needed = 1
-        while space.satisfying({parts.load: (needed, None), parts.source: (1, None)}):
+        while any(
+            space.satisfying({parts.load: (needed, None), source: (1, None)}) for source in parts.sources
+        ):
             needed += 1
         witness = None
         if needed > 1:
             net = self._subject.net.with_initial({parts.capacity: needed - 1})
             smaller = replace(self._subject, net=net)
-            trace = find_firing(net, smaller.transition_index[queue.drop], self._memory).trace
-            witness = None if trace is None else witness_of(smaller, trace)
+            for drop in queue.drops:
+                trace = find_firing(net, smaller.transition_index[drop], self._memory).trace
+                if trace is not None:
+                    witness = witness_of(smaller, trace)
+                    break
         return Capacity(queue, limit, needed, witness=witness)
 
 
@@ -126,26 +137,33 @@ class _Search:
 class _Parts:
     """Ids of the places of a queue."""
 
-    source: str
+    sources: tuple[str, ...]
     load: str
     capacity: str
 
     @classmethod
-    def of(cls, net: CompiledNet, drop: str) -> _Parts:
+    def of(cls, net: CompiledNet, drops: Sequence[str]) -> _Parts:
         """Read the places off the arcs: a full queue (no capacity) drops what stands at its source."""
-        number = net.transitions.index(drop)
+        numbers = [net.transitions.index(drop) for drop in drops]
+        number = numbers[0]
         ((source, _),) = net.pre.row(number)
         ((capacity, _),) = net.inhibitor.row(number)
         (enter,) = (
             t for t in net.consumers[source] if t != number and any(p == capacity for p, _ in net.pre.row(t))
         )
         (load,) = (p for p, _ in net.post.row(enter))
-        return cls(net.places[source], net.places[load], net.places[capacity])
+        sources = tuple(net.places[place] for drop in numbers for place, _ in net.pre.row(drop))
+        return cls(sources, net.places[load], net.places[capacity])
 
 
-def _without_limit(net: CompiledNet, drop: str, capacity: str) -> CompiledNet:
+def _never_loses(space: SymbolicStateSpace, queue: Queue) -> bool:
+    return all(space.enabled(drop) == 0 for drop in queue.drops)
+
+
+def _without_limit(net: CompiledNet, drops: Sequence[str], capacity: str) -> CompiledNet:
     """Return the net in which the queue never fills; its transitions keep their places in the order."""
-    place, number = net.places.index(capacity), net.transitions.index(drop)
+    place = net.places.index(capacity)
+    numbers = {net.transitions.index(drop) for drop in drops}
     names = net.places
     rows = []
     for t, name in enumerate(net.transitions):
@@ -153,7 +171,7 @@ def _without_limit(net: CompiledNet, drop: str, capacity: str) -> CompiledNet:
             {names[p]: weight for p, weight in table.row(t) if p != place}
             for table in (net.pre, net.post, net.inhibitor)
         ]
-        if t == number:
+        if t in numbers:
             tables = [{names[place]: 1}, {}, {}]  # can never fire: its place is gone dry
         rows.append(Transition(name, *tables))
     marking = {name: 0 if p == place else int(net.initial[p]) for p, name in enumerate(names)}

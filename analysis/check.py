@@ -21,6 +21,7 @@ from dineros.analysis.symbolic import DEFAULT_MEMORY, SymbolicStateSpace, symbol
 from dineros.analysis.unused import unused_parts
 from dineros.analysis.wording import queue_words
 from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
 from dineros.transformations.traces import Link
 
 CHEAP = 1_500_000
@@ -38,13 +39,14 @@ class Queue:
     Attributes
     ----------
     link : Link
-        How its dropping transition came to be.
-    drop : str
-        Id of that transition: it is enabled exactly when a message would be lost.
+        How its capacity came to be.
+    drops : tuple of str
+        Ids of its dropping transitions: one is enabled exactly when a message would be lost. A publisher on a
+        server page has one for each server instance.
     """
 
     link: Link
-    drop: str
+    drops: tuple[str, ...]
 
     @property
     def channel(self) -> sym.TopicChannel:
@@ -67,11 +69,21 @@ class Queue:
 
 def queues(subject: Subject) -> list[Queue]:
     """Return the queues of a flattened model, publishers' first."""
+    drops: dict[tuple[EObject, ...], list[str]] = {}
+    for link in subject.links():
+        if link.role == "queue.drop" and isinstance(link.target, pn.Transition):
+            drops.setdefault(_ends(link), []).append(link.target.id)
     return [
-        Queue(link, link.target.id)
+        Queue(link, tuple(drops.get(_ends(link), ())))
         for link in subject.links()
-        if link.role == "queue.drop" and isinstance(link.target, pn.Transition)
+        if link.role == "queue.capacity" and isinstance(link.target, pn.Place)
     ]
+
+
+def _ends(link: Link) -> tuple[EObject, ...]:
+    """Return what tells queues apart: the topic, and the port or the node net of a dispatcher."""
+    kinds = (sym.TopicChannel, sym.TopicPort) if link.rule != "T3" else (sym.TopicChannel, sym.NodeNet)
+    return tuple(source for source in link.sources if isinstance(source, kinds))
 
 
 def check(
@@ -117,7 +129,7 @@ def check(
     _bounded(space, report)
     _overflows(subject, space, report, memory)
     dead = {index for index, name in enumerate(subject.net.transitions) if space.enabled(name) == 0}
-    drops = {subject.transition_index[queue.drop] for queue in queues(subject)}
+    drops = {subject.transition_index[drop] for queue in queues(subject) for drop in queue.drops}
     unused = unused_parts(subject, dead)
     report.findings += unused
     if not unused:
@@ -165,11 +177,12 @@ def _unbounded(subject: Subject, report: Report, reason: str) -> None:
 
 def _overflows(subject: Subject, space: SymbolicStateSpace, report: Report, memory: int) -> None:
     for queue in queues(subject):
-        if space.enabled(queue.drop) == 0:
+        losing = next((drop for drop in queue.drops if space.enabled(drop)), None)
+        if losing is None:
             report.proved.append(f"{queue} never overflows")
             continue
         message = f"{queue} can overflow: a message is lost"
-        witness = _witness(subject, queue.drop, memory)
+        witness = _witness(subject, losing, memory)
         if witness is None:
             report.unknown.append(Unknown(f"how {queue} overflows", OUT_OF_MEMORY))
         report.findings.append(Finding("queue-overflow", "error", queue.elements, message, witness))

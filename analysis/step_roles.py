@@ -11,8 +11,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeVar
 
+from dineros.analysis.wording import PUBLISHER_QUEUES
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.calls import copy_id, server_pages, serving
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import (
     Drop,
@@ -31,7 +33,7 @@ from dineros.transformations.traces import Link
 
 E = TypeVar("E", bound=EObject)
 
-QUEUES = {"T2": "publisher", "T3": "dispatcher", "T4": "subscriber"}
+QUEUES = {**dict.fromkeys(PUBLISHER_QUEUES, "publisher"), "T3": "dispatcher", "T4": "subscriber"}
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ def step_roles(links: Iterable[Link]) -> dict[str, StepRole]:
 
 def _role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
     if link.rule in QUEUES:
-        return _queue_role(link)
+        return _queue_role(link, copies)
     if link.rule == "T1":
         return StepRole(Transfer, channel=_source(link, sym.TopicChannel).id, stage="transport")
     if link.rule in ("S1", "S2"):
@@ -97,13 +99,13 @@ def _role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole
     return StepRole(Fire, node=_node(link.sources[0]) if link.sources else None)
 
 
-def _queue_role(link: Link) -> StepRole:
+def _queue_role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
     channel, queue = _source(link, sym.TopicChannel).id, QUEUES[link.rule]
     port = next((source for source in link.sources if isinstance(source, sym.TopicPort)), None)
-    place = None if port is None else port.place.id
+    place = None if port is None else copies.get((port.place, link.index), port.place.id)
     node = _node(port.place) if port is not None else _source(link, sym.NodeNet).id
     match link.rule, link.role:
-        case "T2", "queue.enter":
+        case "T2" | "T2Instance", "queue.enter":
             return StepRole(Publish, node, channel, place=place)
         case "T4", "queue.leave":
             return StepRole(Take, node, channel, place=place)
@@ -116,12 +118,18 @@ def _queue_role(link: Link) -> StepRole:
 def _service_role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
     channel, client = _source(link, sym.ServiceChannel), _source(link, sym.ClientPort)
     kind: type[Step]
+    name = client.client
+    if link.client_index is not None and channel.model is not None:  # it stands on a server page
+        caller = serving(client.request, server_pages(channel.model))
+        assert caller is not None
+        name = copy_id(caller.id, link.client_index, name)
     if link.rule == "S1":
         kind, end = (Request, client.request) if link.role == "t_req" else (Response, client.response)
-        return StepRole(kind, _node(end), channel.id, place=end.id, client=client.client)
+        place = copies[end, link.client_index]
+        return StepRole(kind, _node(end), channel.id, place=place, client=name)
     kind, end = (Serve, channel.server.entry) if link.role == "t_call" else (Reply, channel.server.exit)
     place = copies[end, link.index]
-    return StepRole(kind, _node(end), channel.id, place=place, client=client.client, instance=link.index)
+    return StepRole(kind, _node(end), channel.id, place=place, client=name, instance=link.index)
 
 
 def _node(element: EObject) -> str | None:

@@ -7,9 +7,12 @@ from typing import TypeVar
 
 from dineros.metamodel import sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.calls import server_pages, serving
 from dineros.transformations.traces import Link
 
 E = TypeVar("E", bound=EObject)
+PUBLISHER_QUEUES = ("T2", "T2History", "T2Instance")
+"""Rules that make publishers' queues, or parts of them."""
 
 
 def words(link: Link) -> str:
@@ -27,7 +30,7 @@ def words(link: Link) -> str:
 def queue_words(link: Link) -> str:
     """Return the queue that an element belongs to."""
     channel = _source(link, sym.TopicChannel)
-    if link.rule == "T2":
+    if link.rule in PUBLISHER_QUEUES:
         return f"publisher queue of {_id(_source(link, sym.PublisherPort).place)} (topic {channel.topic})"
     if link.rule == "T3":
         return f"dispatcher queue of {_id(_source(link, sym.NodeNet))} (topic {channel.topic})"
@@ -43,15 +46,39 @@ def _source(link: Link, kind: type[E]) -> E:
 
 
 def _queue(does: str) -> Callable[[Link], str]:
-    return lambda link: f"{queue_words(link)}{does}"
+    return lambda link: f"{queue_words(link)}{does}{_writer(link)}"
 
 
-def _client(does: str) -> Callable[[Link], str]:
+def _writer(link: Link) -> str:
+    """Return which instance of a server page it is that writes to a queue that all of them share."""
+    if link.rule != "T2Instance":
+        return ""
+    server = _source(link, sym.ServerPort).channel
+    return f" of instance {link.index}" + (f" of service {server.service}" if server is not None else "")
+
+
+def _client(does: str, from_page: str = "") -> Callable[[Link], str]:
+    """Speak of a call; `from_page` is said where the client stands on a server page."""
+
     def speak(link: Link) -> str:
-        client, service = _source(link, sym.ClientPort), _source(link, sym.ServiceChannel)
-        return does.format(client=client.client, service=service.service, instance=link.index)
+        service = _source(link, sym.ServiceChannel).service
+        text = does if link.client_index is None else from_page or does
+        return text.format(client=client_words(link), service=service, instance=link.index)
 
     return speak
+
+
+def client_words(link: Link) -> str:
+    """Return the client of a call: ``client c1``, or the server instance that calls from its own page."""
+    client = _source(link, sym.ClientPort)
+    if link.client_index is None or client.channel is None or client.channel.model is None:
+        return f"client {client.client}"
+    pages = server_pages(client.channel.model)
+    caller = serving(client.request, pages)
+    assert caller is not None
+    words = f"instance {link.client_index} of service {caller.service}"
+    beside = [other for other in client.channel.clients if serving(other.request, pages) is caller]
+    return words if len(beside) == 1 else f"client {client.client} of {words}"
 
 
 def _instance(does: str) -> Callable[[Link], str]:
@@ -67,16 +94,22 @@ _TEXTS: dict[tuple[str, str], Callable[[Link], str]] = {
     ("T1", "transport"): lambda link: f"topic {_source(link, sym.TopicChannel).topic} delivers a message",
     ("T3", "received"): lambda link: f"{queue_words(link)}: arriving messages",
     ("T4", "received"): lambda link: f"{queue_words(link)}: arriving messages",
-    ("S1", "ready"): _client("client {client} of service {service} is ready"),
-    ("S1", "requests"): _client("request of client {client} of service {service} under way"),
-    ("S1", "responses"): _client("response to client {client} of service {service} under way"),
-    ("S1", "t_req"): _client("client {client} calls service {service}"),
-    ("S1", "t_res"): _client("client {client} gets its response from service {service}"),
-    ("S2", "in_use"): _client("instance {instance} of service {service} works for client {client}"),
-    ("S2", "t_call"): _client(
-        "instance {instance} of service {service} takes the request of client {client}"
+    ("S1", "ready"): _client(
+        "{client} of service {service} is ready", "{client} is ready to call service {service}"
     ),
-    ("S2", "t_return"): _client("instance {instance} of service {service} answers client {client}"),
+    ("S1", "requests"): _client(
+        "request of {client} of service {service} under way",
+        "request of {client} to service {service} under way",
+    ),
+    ("S1", "responses"): _client(
+        "response to {client} of service {service} under way",
+        "response of service {service} to {client} under way",
+    ),
+    ("S1", "t_req"): _client("{client} calls service {service}"),
+    ("S1", "t_res"): _client("{client} gets its response from service {service}"),
+    ("S2", "in_use"): _client("instance {instance} of service {service} works for {client}"),
+    ("S2", "t_call"): _client("instance {instance} of service {service} takes the request of {client}"),
+    ("S2", "t_return"): _client("instance {instance} of service {service} answers {client}"),
     ("S3", "active"): _instance("instance {instance} of service {service} is active"),
     ("S3", "inactive"): _instance("instance {instance} of service {service} is inactive"),
     ("I4", "true"): _signal("signal {signal} is true"),
@@ -88,7 +121,7 @@ _TEXTS: dict[tuple[str, str], Callable[[Link], str]] = {
     },
     **{
         (rule, f"queue.{role}"): _queue(does)
-        for rule in ("T2", "T3", "T4")
+        for rule in (*PUBLISHER_QUEUES, "T3", "T4")
         for role, does in {
             "load": ": load",
             "capacity": ": free capacity",

@@ -62,7 +62,12 @@ def load_places(trace: Trace) -> dict[str, Queue]:
     from dineros.metamodel import sym
 
     found: dict[str, Queue] = {}
-    for rule, queue in (("T2", "publisher"), ("T3", "dispatcher"), ("T4", "subscriber")):
+    for rule, queue in (
+        ("T2", "publisher"),
+        ("T2History", "publisher"),
+        ("T3", "dispatcher"),
+        ("T4", "subscriber"),
+    ):
         for link in trace.role(rule, "queue.load"):
             channel = next(source for source in link.sources if isinstance(source, sym.TopicChannel))
             port = next((source for source in link.sources if isinstance(source, sym.TopicPort)), None)

@@ -104,6 +104,8 @@ class Port:
         Id of the client.
     instances : int or None
         Number of server instances.
+    service : str or None
+        The service whose server page a client or publisher stands on: its places exist once per instance.
     """
 
     kind: str
@@ -116,6 +118,7 @@ class Port:
     dispatcher_limit: int | None = None
     client: str | None = None
     instances: int | None = None
+    service: str | None = None
 
     @property
     def override(self) -> Name:
@@ -381,11 +384,21 @@ def _place_ports(part: rtm.RuntimeModel) -> Iterable[tuple[rtm.Place, rtm.PlaceP
 
 def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
     message = f"{interfaces.package}/msg/{interfaces.token}"
+    servers = _server_pages(part)
     for place, port in _place_ports(part):
+        server = _server_of(place, servers)
+        service = server.channel if server is not None else None
         match port:
             case rtm.PublisherPort():
+                type_ = port.type or message
                 yield Port(
-                    "publisher", port.channel, port.topic, place.id, port.type or message, limit=port.limit
+                    "publisher",
+                    port.channel,
+                    port.topic,
+                    place.id,
+                    type_,
+                    limit=port.limit,
+                    service=service,
                 )
             case rtm.SubscriberPort():
                 yield Port(
@@ -401,7 +414,14 @@ def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
                 type_ = port.type or _service(port.channel, interfaces)
                 other = port.response.id
                 yield Port(
-                    "client", port.channel, port.service, place.id, type_, other=other, client=port.client
+                    "client",
+                    port.channel,
+                    port.service,
+                    place.id,
+                    type_,
+                    other=other,
+                    client=port.client,
+                    service=service,
                 )
             case rtm.ServerPort():
                 yield Port(

@@ -41,7 +41,7 @@ def departures_of(structure: Structure) -> list[int]:
     number = {id: index for index, id in enumerate(structure.places)}
     ports = structure.ports
     return [
-        *(number[port.place] for port in ports.publishers),
+        *(number[place] for port in ports.publishers for place in port.places),
         *(number[port.request] for port in ports.clients),
         *(number[place] for port in ports.servers for place in port.exits),
     ]
@@ -78,7 +78,9 @@ class Exchange:
         self._traffic = traffic = Traffic(engine, loop, observer, run)
         places = {id: number for number, id in enumerate(engine.structure.places)}
         ports = engine.structure.ports
-        self._publishers = [Publisher(traffic, port, places[port.place]) for port in ports.publishers]
+        self._publishers = [
+            Publisher(traffic, port, places[place]) for port in ports.publishers for place in port.places
+        ]
         self._subscribers = {
             port: Subscriber(traffic, port, places[port.place]) for port in ports.subscribers
         }

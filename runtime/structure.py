@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, pages, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.limits import exceeds
@@ -88,7 +89,7 @@ class _Instance(NamedTuple):
     page: pn.Page
 
     def id_of(self, element: pn.Element) -> str:
-        return f"{self.channel}[{self.number}].{element.id}"
+        return copy_id(self.channel, self.number, element.id)
 
 
 def read_structure(model: rtm.RuntimeModel) -> Structure:
@@ -262,15 +263,14 @@ class _Reading:
         model, node = self.model, self.model.node
         publishers, subscribers, clients, servers = [], [], [], []
         for place, number in self.places:
-            if not isinstance(place, rtm.Place) or number > 1:
-                continue
-            for port in place.ports:
+            for port in place.ports if isinstance(place, rtm.Place) else ():
+                if number > 1 and not isinstance(port, rtm.ClientPort):
+                    continue
                 common = (port.channel, port.type or None, _mappings(port))
                 if isinstance(port, rtm.PublisherPort):
+                    ends = (place.id, self._copies(place))
                     publishers.append(
-                        transport.PublisherPort(
-                            *common, port.topic, place.id, port.limit, *_quality(port.qos)
-                        )
+                        transport.PublisherPort(*common, port.topic, *ends, port.limit, *_quality(port.qos))
                     )
                 elif isinstance(port, rtm.SubscriberPort):
                     limits = (port.limit, port.dispatcherLimit)
@@ -278,8 +278,7 @@ class _Reading:
                         transport.SubscriberPort(*common, port.topic, place.id, *limits, *_quality(port.qos))
                     )
                 elif isinstance(port, rtm.ClientPort):
-                    ends = (place.id, port.response.id)
-                    clients.append(transport.ClientPort(*common, port.service, port.client, *ends))
+                    clients.append(transport.ClientPort(*common, port.service, *self._client(port, number)))
                 elif isinstance(port, rtm.ServerPort):
                     entries, exits = self._copies(place), self._copies(port.exit)
                     servers.append(transport.ServerPort(*common, port.service, entries, exits))
@@ -297,6 +296,17 @@ class _Reading:
             servers=tuple(servers),
             signals=tuple(transport.SignalPort(s.id, label(s), bool(s.initial)) for s in node.signals),
         )
+
+    def _client(self, port: rtm.ClientPort, number: int) -> tuple[str, str, str]:
+        """Return id and places of a client; those of a server instance where it has a number."""
+        request = port.eContainer()
+        assert isinstance(request, rtm.Place)
+        if number:
+            channel = self.servers[self.prototypes[request]].channel
+            ends = (self.places[place, number] for place in (request, port.response))
+            asked, answered = (self.place_ids[end] for end in ends)
+            return copy_id(channel, number, port.client), asked, answered
+        return port.client, request.id, port.response.id
 
     def _copies(self, place: pn.Node) -> tuple[str, ...]:
         return tuple(self.place_ids[index] for (node, _), index in self.places.items() if node is place)

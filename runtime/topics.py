@@ -8,7 +8,7 @@ from dineros.runtime.transport import Message, PublisherPort, Queue, SubscriberP
 
 
 class Publisher:
-    """Sends the tokens of a place on a topic."""
+    """Sends the tokens of a place on a topic; places of several server instances share the port."""
 
     def __init__(self, traffic: Traffic, port: PublisherPort, place: int) -> None:
         self._traffic = traffic
@@ -36,8 +36,9 @@ class Publisher:
         else:
             traffic.drops[port.channel, "publisher"] += 1
         if traffic.observer.is_observing:
-            fields = {"channel": port.channel, "place": port.place, "token": token.id}
-            change = {port.place: -1}
+            name = traffic.engine.structure.places[place]
+            fields = {"channel": port.channel, "place": name, "token": token.id}
+            change = {name: -1}
             if is_sent:
                 traffic.observer.emit("publish", **fields, message=message.id, change=change)
             else:

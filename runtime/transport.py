@@ -112,6 +112,10 @@ class PublisherPort(Port):
 
     Attributes
     ----------
+    place : str
+        The place in the model.
+    places : tuple of str
+        The place as it runs: on a server page once for each server instance. They share the queue.
     limit : int
         Capacity of the publisher's queue, the depth of its history.
     reliability : {"reliable", "bestEffort"}
@@ -120,6 +124,7 @@ class PublisherPort(Port):
 
     topic: str
     place: str
+    places: tuple[str, ...]
     limit: int
     reliability: str
     durability: str
@@ -148,7 +153,11 @@ class SubscriberPort(Port):
 
 @dataclass(frozen=True, slots=True)
 class ClientPort(Port):
-    """Tokens of one place are requests of a service, their responses become tokens of another one."""
+    """Tokens of one place are requests of a service, their responses become tokens of another one.
+
+    A client on a server page is one for each server instance, with an id and places of its own
+    (``Pick[2].c1``): a response comes back to the instance that asked.
+    """
 
     service: str
     client: str

@@ -13,7 +13,7 @@ from dineros.metamodel.base import EObject
 from dineros.transformations import services, signals
 from dineros.transformations.engine import Engine
 from dineros.transformations.errors import CertificateError
-from dineros.transformations.notation import OverflowQueue
+from dineros.transformations.notation import History, OverflowQueue
 
 
 def add_certificate(
@@ -43,8 +43,12 @@ def _invariant(
 
 
 def _queues(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
-    for _, queue in engine.groups(OverflowQueue):
+    seen: set[EObject] = set()
+    for _, queue in (*engine.groups(OverflowQueue), *engine.groups(History)):
         load, capacity = queue["load"], queue["capacity"]
+        if load in seen:  # instances of a server page share a queue
+            continue
+        seen.add(load)
         assert isinstance(load, pn.Place) and isinstance(capacity, pn.Place)
         yield _invariant(f"{load.id} + {capacity.id}", capacity.tokens, [(load, 1), (capacity, 1)], made)
 

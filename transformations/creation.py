@@ -24,7 +24,7 @@ from dineros.transformations.expressions import (
     matching,
     python_class,
 )
-from dineros.transformations.patterns import require_compatible
+from dineros.transformations.patterns import Member, require_compatible
 
 if TYPE_CHECKING:
     from dineros.transformations.rule import Rule
@@ -231,9 +231,17 @@ class Fragment:
     def __iter__(self) -> Iterator[New]:
         return iter(self.elements().values())
 
-    def members(self, made: Mapping[str, EObject]) -> dict[str, EObject]:
-        """Return what an application made for this group, by role."""
-        return {role: made[f"{self.symbol}.{role}"] for role in self.roles}
+    def shared(self) -> dict[str, Expression]:
+        """Return the members that another rule made: what has a role and is not new."""
+        return {role: member for role in self.roles if isinstance(member := vars(self).get(role), Member)}
+
+    def members(self, made: Mapping[str, EObject], match: Mapping[Variable, Any]) -> dict[str, EObject]:
+        """Return what an application made for this group, and what the group shares, by role."""
+        shared = self.shared()
+        return {
+            role: shared[role].evaluate(dict(match)) if role in shared else made[f"{self.symbol}.{role}"]
+            for role in self.roles
+        }
 
     @classmethod
     def class_of(cls, role: str, location: Location) -> type[EObject]:

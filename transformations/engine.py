@@ -76,8 +76,8 @@ class Engine:
             self.apply(rule)
         return self.applications
 
-    def apply(self, rule: type[Rule]) -> list[Application]:
-        """Find all matches of a rule, then apply it to each.
+    def apply(self, rule: type[Rule], given: Match | None = None) -> list[Application]:
+        """Find all matches of a rule, then apply it to each; `given` binds some of its pattern nodes.
 
         Raises
         ------
@@ -86,7 +86,8 @@ class Engine:
         """
         matches = []
         try:
-            for match in self._matcher.matches([*rule.lhs, *rule.context], rule.where, rule.absent):
+            nodes = [*rule.lhs, *rule.context]
+            for match in self._matcher.matches(nodes, rule.where, rule.absent, given):
                 self._plan(rule, sum(self._size(item, match) for item in rule.rhs))
                 matches.append(match)
         except (AttributeError, TypeError, ValueError) as error:
@@ -122,7 +123,7 @@ class Engine:
         for node in rule.deleted:
             self.extents.discard(match[node])
             match[node].delete()
-        self._remember(application)
+        self._remember(application, match)
         return application
 
     def _sources(self, rule: type[Rule], match: Match) -> list[Any]:
@@ -160,7 +161,7 @@ class Engine:
                     self._plan(application.rule, 1)
                     application.repeated.append((element.symbol or "each", self._create(element, extended)))
 
-    def _remember(self, application: Application) -> None:
+    def _remember(self, application: Application, match: Match) -> None:
         rule = application.rule
         self.applications.append(application)
         self._maker.update((element, application) for element in application.made.values())
@@ -168,7 +169,7 @@ class Engine:
         for source in dict.fromkeys(application.sources):
             self._by_source.setdefault((rule, source), []).append(application)
         for group in _groups(rule):
-            found = (application, group.members(application.made))
+            found = (application, group.members(application.made, match))
             for kind in (group, *type(group).__mro__):
                 self._groups.setdefault(kind, []).append(found)
                 for source in dict.fromkeys(application.sources):

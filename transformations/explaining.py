@@ -85,12 +85,19 @@ def told(element: EObject) -> str:
 def origin_text(link: Link) -> str:
     """Return how an element was made, in one line."""
     kind = _words(type(link.target).__name__)
-    sources = ", ".join(told(source) for source in link.sources)
+    sources = ", ".join(_told(source, link) for source in link.sources)
     instance = f", server instance {link.index}" if link.index is not None else ""
     if link.rule == KEPT:
         return f"{kind} kept from the system model"
     made = f"{kind} made by {name_of(link.rule)} as {link.role}"
     return f"{made} from {sources}{instance}" if sources else f"{made} from what other rules made"
+
+
+def _told(source: EObject, link: Link) -> str:
+    """Return what people call a source; a client on a server page with its instance."""
+    if isinstance(source, sym.ClientPort) and link.client_index is not None:
+        return f"{told(source)} of server instance {link.client_index}"
+    return told(source)
 
 
 def _words(name: str) -> str:

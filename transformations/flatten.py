@@ -8,6 +8,7 @@ from typing import Literal, TypeAlias
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.calls import callers_first, server_pages, serving
 from dineros.metamodel.elements import arcs, nodes, resolve, transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.reading import collector_paused
@@ -32,7 +33,15 @@ SIGNAL_RULES: dict[SignalVariant, list[type[Rule]]] = {
     "io-enabled": [*_INPUT_ENABLED, *_IO_ENABLED, *_COUNT_LITERALS],
 }
 OVERFLOW_RULES: dict[OverflowVariant, type[Rule]] = {"weighted": topics.T5b, "inhibitor": topics.T5a}
-TOPIC_RULES: list[type[Rule]] = [topics.T1, topics.T2, topics.T3, topics.T4]
+INSTANCE_RULES: list[type[Rule]] = [services.S4, services.S4Client]
+TOPIC_RULES: list[type[Rule]] = [
+    topics.T1,
+    topics.T2,
+    topics.T2History,
+    topics.T2Instance,
+    topics.T3,
+    topics.T4,
+]
 SERVICE_RULES: list[type[Rule]] = [services.S3, services.S1, services.S2]
 
 KEPT = "kept"
@@ -56,7 +65,7 @@ class Flattened:
 
 
 def rules_of(signals: SignalVariant, overflow: OverflowVariant) -> list[type[Rule]]:
-    """Return the rules of a variant, in the order they run; S4 runs before all of them."""
+    """Return the rules of a variant, in the order they run; those of `INSTANCE_RULES` run before them."""
     return [*SERVICE_RULES, *TOPIC_RULES, OVERFLOW_RULES[overflow], *SIGNAL_RULES[signals]]
 
 
@@ -84,19 +93,21 @@ def flatten(
     ------
     ReferenceCycleError
         References run in a circle.
+    CallCircleError
+        Services call each other in a circle, and none of it says how many instances it has.
     CertificateError
         The net lacks a place invariant that the rules guarantee.
     RuleError
         A rule fails.
     """
     standard = rules_of(signals, overflow)
-    require_makers([services.S4, *standard, *extra])
+    require_makers([*INSTANCE_RULES, *standard, *extra])
     working, images = deep_copy(model)
     assert isinstance(working, sym.SystemModel)
     working.pages.append(pnm.Sheet(id="the rules' sheet"))
     engine = Engine(working)
-    engine.apply(services.S4)
-    prototypes = _take_out_prototypes(working, engine)
+    prototypes = _instantiate(working, engine)
+    _override_instances(working, engine)
     _join_transitions(working)
     engine.run([*standard, *extra])
 
@@ -121,20 +132,40 @@ def _literal(variant: str) -> str:
     return first + second.capitalize()
 
 
-def _take_out_prototypes(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
-    """Remove the server pages whose instances S4 has made; the instances take their place in priorities."""
+def _instantiate(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
+    """Apply S4 to one service after the other, callers first, and take out what was copied.
+
+    So a service has all the clients of its callers' instances before its own instances are counted.
+    """
     prototypes = []
-    for channel in working.channels:
-        if isinstance(channel, sym.ServiceChannel) and channel.server is not None:
-            page = channel.server.page
-            if page.page is not None:
-                page.page.objects.remove(page)
-                engine.extents.discard(page)
-                prototypes.append(page)
+    pages = server_pages(working)
+    on_page: dict[pn.Page, dict[sym.ServiceChannel, list[sym.ClientPort]]] = {page: {} for page in pages}
+    for called in pages.values():
+        for client in called.clients:
+            caller = serving(client.request, pages)
+            if caller is not None:
+                on_page[caller.server.page].setdefault(called, []).append(client)
+    for channel in callers_first(working):
+        page = channel.server.page
+        for rule in INSTANCE_RULES:
+            engine.apply(rule, {rule.service: channel})
+        for called, clients in on_page[page].items():
+            for client in clients:
+                called.clients.remove(client)
+                engine.extents.discard(client)
+        if page.page is not None:
+            page.page.objects.remove(page)
+            engine.extents.discard(page)
+            prototypes.append(page)
     for page in prototypes:
         for part in page.eAllContents():
             if isinstance(part, sym.Literal):
                 part.signal = None  # type: ignore[assignment]  # else the signal counts as used where there are no instances
+    return prototypes
+
+
+def _override_instances(working: sym.SystemModel, engine: Engine) -> None:
+    """Let the instances of a transition take its place in priorities."""
     instances: dict[EObject, list[pn.Transition]] = {}
     for application in engine.applications_of(services.S4):
         for original, copied in application.made["page"]._images.items():  # type: ignore[attr-defined]
@@ -143,7 +174,6 @@ def _take_out_prototypes(working: sym.SystemModel, engine: Engine) -> list[pn.Pa
     for transition in transitions(working):
         for lower in list(transition.overrides):
             transition.overrides.extend(instances.get(lower, ()))
-    return prototypes
 
 
 def _join_transitions(working: sym.SystemModel) -> None:
@@ -216,21 +246,26 @@ def _fresh(id: str, taken: set[str]) -> str:
 def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, pn.Element]) -> Trace:
     """Collect the links from elements of the system model to elements of the net."""
     links: list[Link] = []
+    # What server instances have: copies of the elements of their page, and of the clients on it.
     instances: dict[EObject, tuple[EObject, int]] = {}
     numbers = (len(engine.applications) + number for number in range(len(made)))
     for application in engine.applications:
         sources: dict[EObject, None] = {}
-        index: int | None = None
+        index = client_index = None
         for source in application.sources:
             if isinstance(source, int):
                 index = source
             elif source in instances:
                 original, index = instances[source]
                 sources[original] = None
+                if isinstance(original, sym.ClientPort):
+                    client_index = index
             elif source in origins:
                 sources[origins[source]] = None
         for role, element in application.elements():
             copies = getattr(element, "_images", None)
+            if isinstance(element, sym.ClientPort):
+                copies = {application.sources[-1]: element}
             if copies is not None and index is not None:
                 for original, copied in copies.items():
                     instances[copied] = (origins[original], index)
@@ -243,6 +278,7 @@ def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, 
                         tuple(sources),
                         index,
                         made[element],
+                        client_index,
                     )
                 )
     linked = {link.target for link in links}

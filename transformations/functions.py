@@ -1,4 +1,4 @@
-"""Expressions that rules call by name: `ancestor`, `count`, `either`, `first`, `number`, `position`."""
+"""Expressions that rules call by name, such as `ancestor`, `count`, `either`, `first` and `within`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from dineros.metamodel.base import EObject
-from dineros.transformations.datatypes import WHOLE, comparable
+from dineros.transformations.datatypes import TRUTH, WHOLE, comparable
 from dineros.transformations.errors import RuleError
 from dineros.transformations.expressions import Expression, Item, Match, Path, Variable, as_expression
 
@@ -37,6 +37,29 @@ class Ancestor(Expression):
 
     def __str__(self) -> str:
         return f"{getattr(self.eclass, '__name__', '')} of {self.base}"
+
+
+class Within(Expression):
+    """Whether an element stands in another one, directly or deeper."""
+
+    datatype = TRUTH
+
+    def __init__(self, element: Expression, container: Expression) -> None:
+        super().__init__(element, container)
+        self.element = element
+        self.container = container
+        for expression in (element, container):
+            if expression.eclass is None or expression.many:
+                raise RuleError(f"{expression} is no model element", location=self.location)
+
+    def evaluate(self, match: Match) -> bool:
+        holder, container = self.element.evaluate(match), self.container.evaluate(match)
+        while holder is not None and holder is not container:
+            holder = holder.eContainer()
+        return holder is not None
+
+    def __str__(self) -> str:
+        return f"{self.element} in {self.container}"
 
 
 class Selection(Expression):
@@ -165,6 +188,11 @@ def ancestor(element: Expression, eclass: type[EObject]) -> Expression:
 def count(values: Expression, where: Callable[[Item], Expression] | None = None) -> Expression:
     """Return the number of values, of those alone that fulfil a condition if one is given."""
     return Count(values if where is None else Selection(values, where))
+
+
+def within(element: Expression, container: Expression) -> Expression:
+    """Return whether an element stands in another one, directly or deeper."""
+    return Within(element, container)
 
 
 def either(value: Expression, default: object) -> Expression:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from dineros.metamodel import pn, pnm
+from dineros.metamodel.base import EObject
 from dineros.transformations.creation import Fragment, New
 from dineros.transformations.expressions import Expression, Text, as_expression
-from dineros.transformations.patterns import Context
+from dineros.transformations.patterns import Context, Made
 
 SHEET = Context(pnm.Sheet)
 """The page that gets what the rules make."""
@@ -45,6 +46,40 @@ def _arc(source: Expression, target: Expression, weight: object, kind: str, suff
     )
 
 
+class History(Fragment):
+    """The places of a bounded queue, and the transition where what waits leaves it.
+
+    Parameters
+    ----------
+    id : str
+        Prefix of the ids of its elements; may hold placeholders.
+    limit : Expression
+        Its capacity.
+    sinks : sequence of Expression
+        Places that get a token for each token that leaves.
+    """
+
+    roles: Mapping[str, type[EObject]] = {
+        "load": pn.Place,
+        "capacity": pn.Place,
+        "leave": pn.Transition,
+    }
+    load: Expression
+    capacity: Expression
+    leave: Expression
+
+    def __init__(self, id: str, *, limit: Expression, sinks: Sequence[Expression] = ()) -> None:
+        super().__init__()
+        self.load = place(f"{id}.Load")
+        self.capacity = place(f"{id}.Capacity", tokens=limit)
+        self.leave = transition(f"{id}.out")
+        self.arcs = [
+            arc(self.load, self.leave),
+            arc(self.leave, self.capacity),
+            *(arc(self.leave, sink) for sink in sinks),
+        ]
+
+
 class OverflowQueue(Fragment):
     """Bounded queue that drops what arrives while it is full (paper, Fig. 8).
 
@@ -54,43 +89,55 @@ class OverflowQueue(Fragment):
         Prefix of the ids of its elements; may hold placeholders.
     source : Expression
         The place whose tokens enter.
-    limit : Expression
+    limit : Expression, optional
         Its capacity.
     sinks : sequence of Expression
         Places that get a token for each token that leaves.
+    history : Made, optional
+        A `History` made before, which tokens of several sources enter; then it has limit and sinks.
     """
 
-    roles = {
+    roles: Mapping[str, type[EObject]] = {
         "load": pn.Place,
         "capacity": pn.Place,
         "enter": pn.Transition,
         "leave": pn.Transition,
         "drop": pn.Transition,
     }
-    load: New
-    capacity: New
+    load: Expression
+    capacity: Expression
     enter: New
-    leave: New
+    leave: Expression
     drop: New
 
     def __init__(
-        self, id: str, *, source: Expression, limit: Expression, sinks: Sequence[Expression] = ()
+        self,
+        id: str,
+        *,
+        source: Expression,
+        limit: Expression | None = None,
+        sinks: Sequence[Expression] = (),
+        history: Made | None = None,
     ) -> None:
         super().__init__()
-        self.load = place(f"{id}.Load")
-        self.capacity = place(f"{id}.Capacity", tokens=limit)
+        if history is None:
+            assert limit is not None
+            self.load = place(f"{id}.Load")
+            self.capacity = place(f"{id}.Capacity", tokens=limit)
+        else:
+            self.load, self.capacity, self.leave = history.load, history.capacity, history.leave
         self.enter = transition(f"{id}.in")
-        self.leave = transition(f"{id}.out")
+        if history is None:
+            self.leave = transition(f"{id}.out")
         self.drop = transition(f"{id}.drop")
-        self.arcs = [
-            arc(source, self.enter),
-            arc(self.capacity, self.enter),
-            arc(self.enter, self.load),
-            arc(self.load, self.leave),
-            arc(self.leave, self.capacity),
-            *(arc(self.leave, sink) for sink in sinks),
-            arc(source, self.drop),
-        ]
+        self.arcs = [arc(source, self.enter), arc(self.capacity, self.enter), arc(self.enter, self.load)]
+        if history is None:
+            self.arcs += [
+                arc(self.load, self.leave),
+                arc(self.leave, self.capacity),
+                *(arc(self.leave, sink) for sink in sinks),
+            ]
+        self.arcs.append(arc(source, self.drop))
 
 
 class SignalChange(Fragment):

@@ -133,7 +133,7 @@ def _name(cls: type[Rule], names: dict[str, Any]) -> None:
     for name, value in names.items():
         if isinstance(value, Fragment):
             value.symbol, value.rule = name, cls
-            missing = sorted(set(value.roles) - set(value.elements()))
+            missing = sorted(set(value.roles) - set(value.elements()) - set(value.shared()))
             if missing:
                 raise RuleError(
                     f"{type(value).__name__} does not make {', '.join(missing)}", location=value.location

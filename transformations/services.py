@@ -1,11 +1,16 @@
-"""Services: server instances and the clients' calls (rules S1 to S4; paper, Fig. 10)."""
+"""Services: server instances and the clients' calls (rules S1 to S4; paper, Fig. 10).
+
+S4 runs for one service after the other, callers first: a client on a server page becomes one client per
+instance (S4-client), so that an answer comes back to the instance that asked, and so that the service that
+is called counts them all.
+"""
 
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.transformations.creation import Copy, image
+from dineros.transformations.creation import Copy, New, image
 from dineros.transformations.expressions import Expression
-from dineros.transformations.functions import count, either
+from dineros.transformations.functions import count, either, within
 from dineros.transformations.notation import arc, place, transition
 from dineros.transformations.patterns import Index, Made, Node
 from dineros.transformations.rule import Rule
@@ -32,6 +37,29 @@ class S4(Rule):
 
     lhs = [service, server, instance]
     rhs = [*lhs, page]
+
+
+class S4Client(Rule):
+    """A client of its own for each instance of the server page that a client stands on."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.ServerPort, channel=service)
+    instance = Index(upto=instances(service))
+    page = Made(S4.page, of=[service, instance])
+    called = Node(sym.ServiceChannel)
+    original = Node(sym.ClientPort, channel=called)
+
+    client = New(
+        sym.ClientPort,
+        channel=called,
+        client="{service.id}[{instance}].{original.client}",
+        request=image(original.request, page),
+        response=image(original.response, page),
+    )
+
+    where = [within(original.request, server.page)]
+    lhs = [service, server, instance, page, called, original]
+    rhs = [*lhs, client]
 
 
 class S3(Rule):

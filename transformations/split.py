@@ -8,6 +8,7 @@ from typing import TypedDict
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.calls import instance_counts
 from dineros.metamodel.elements import elements, node_net_of, node_nets
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.copying import deep_copy
@@ -30,11 +31,14 @@ def split(model: sym.SystemModel) -> list[rtm.RuntimeModel]:
     ------
     CoverageError
         An element stands in no node net, or is reached from another one.
+    CallCircleError
+        Services call each other in a circle, and none of it says how many instances it has.
     """
     split_models = []
+    counts = instance_counts(model)
     copies: Counter[EObject] = Counter()
     for node in node_nets(model):
-        runtime_model, images = _runtime_model(model, node)
+        runtime_model, images = _runtime_model(model, node, counts)
         split_models.append(runtime_model)
         copies.update(list(images))
         _require_closed(node, images)
@@ -43,7 +47,7 @@ def split(model: sym.SystemModel) -> list[rtm.RuntimeModel]:
 
 
 def _runtime_model(
-    model: sym.SystemModel, node: sym.NodeNet
+    model: sym.SystemModel, node: sym.NodeNet, counts: dict[sym.ServiceChannel, int]
 ) -> tuple[rtm.RuntimeModel, dict[EObject, EObject]]:
     outer = list(_outer_pages(node))
     others = {
@@ -63,7 +67,7 @@ def _runtime_model(
         assert isinstance(token_type, sym.TokenType)
         runtime_model.tokenType = token_type
     for channel in model.channels:
-        for place, port in _ports(channel, node, images):
+        for place, port in _ports(channel, node, images, counts):
             place.ports.append(port)
     return runtime_model, images
 
@@ -77,13 +81,16 @@ def _outer_pages(node: sym.NodeNet) -> Iterator[pn.Page]:
 
 
 def _ports(
-    channel: sym.Channel, node: sym.NodeNet, images: dict[EObject, EObject]
+    channel: sym.Channel,
+    node: sym.NodeNet,
+    images: dict[EObject, EObject],
+    counts: dict[sym.ServiceChannel, int],
 ) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
     """Yield the ports of a channel in a node net, each with the place that it belongs to."""
     if isinstance(channel, sym.TopicChannel):
         yield from _topic_ports(channel, node, images)
     elif isinstance(channel, sym.ServiceChannel):
-        yield from _service_ports(channel, images)
+        yield from _service_ports(channel, images, counts)
 
 
 def _topic_ports(
@@ -115,7 +122,7 @@ def _topic_ports(
 
 
 def _service_ports(
-    channel: sym.ServiceChannel, images: dict[EObject, EObject]
+    channel: sym.ServiceChannel, images: dict[EObject, EObject], counts: dict[sym.ServiceChannel, int]
 ) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
     for client in channel.clients:
         place, response = images.get(client.request), images.get(client.response)
@@ -137,7 +144,7 @@ def _service_ports(
                 exit=exit_,
                 page=page,
                 # A server that nobody calls yet is a server: one instance, not none.
-                instances=channel.instances or max(1, len(channel.clients)),
+                instances=max(1, counts[channel]),
             ),
         )
 

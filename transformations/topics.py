@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.transformations.functions import ancestor, either, first
-from dineros.transformations.notation import OverflowQueue, arc, inhibit, place, transition
-from dineros.transformations.patterns import Made, Node
+from dineros.transformations.creation import image
+from dineros.transformations.functions import ancestor, either, first, within
+from dineros.transformations.notation import History, OverflowQueue, arc, inhibit, place, transition
+from dineros.transformations.patterns import Absent, Made, Node
 from dineros.transformations.rule import Rule
+from dineros.transformations.services import S4
 
 DISPATCHER_LIMIT = 16
 """Capacity of a dispatcher queue for which the model says nothing (paper, Sect. 5.5.2)."""
@@ -37,7 +39,40 @@ class T2(Rule):
         "{channel.id}.publisher.{source.id}", source=source, limit=port.limit, sinks=[topic]
     )
 
+    server = Node(sym.ServerPort)
+    absent = [Absent(server, where=[within(port.place, server.page)])]
     lhs = [channel, port, source, topic]
+    rhs = [*lhs, *queue]
+
+
+class T2History(Rule):
+    """Send queue of a publisher port on a server page: one for all instances."""
+
+    server = Node(sym.ServerPort)
+    channel = Node(sym.TopicChannel)
+    port = Node(sym.PublisherPort, channel=channel)
+    topic = Made(T1.topic, of=channel)
+
+    queue = History("{channel.id}.publisher.{port.place.id}", limit=port.limit, sinks=[topic])
+
+    where = [within(port.place, server.page)]
+    lhs = [channel, port, server, topic]
+    rhs = [*lhs, *queue]
+
+
+class T2Instance(Rule):
+    """Each instance of a server page writes to the publisher's one send queue, or loses its message."""
+
+    channel = Node(sym.TopicChannel)
+    port = Node(sym.PublisherPort, channel=channel)
+    server = Node(sym.ServerPort)
+    history = Made(T2History.queue, of=[port, server])
+    page = Made(S4.page, of=server)
+    source = Node(pn.Place, of=image(port.place, page))
+
+    queue = OverflowQueue("{channel.id}.publisher.{source.id}", source=source, history=history)
+
+    lhs = [channel, port, server, history, page, source]
     rhs = [*lhs, *queue]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from dineros.metamodel import pn
@@ -46,7 +47,7 @@ def save_trace(trace: Trace, source: Path, target: Path, *, changed: bool = Fals
 
 def _with_sources(link: Link, named: Callable[[EObject], EObject]) -> Link:
     sources = tuple(dict.fromkeys(named(source) for source in link.sources))
-    return Link(link.rule, link.role, link.application, sources, link.index, link.target)
+    return replace(link, sources=sources)
 
 
 def _itself(element: EObject) -> EObject:

@@ -28,6 +28,8 @@ class Link:
         Number of the server instance, from 1, where there is one.
     target : pn.Element
         What was made.
+    client_index : int or None
+        Number of the server instance whose call it belongs to, from 1, where its client is on a server page.
     """
 
     rule: str
@@ -36,6 +38,7 @@ class Link:
     sources: tuple[EObject, ...]
     index: int | None
     target: pn.Element
+    client_index: int | None = None
 
 
 class Trace:
@@ -111,6 +114,7 @@ class Trace:
                     role=link.role,
                     application=link.application,
                     index=link.index,
+                    clientIndex=link.client_index,
                     sources=link.sources,
                     target=link.target,
                 )

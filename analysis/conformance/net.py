@@ -8,6 +8,7 @@ from functools import cached_property
 
 from dineros.analysis.step_roles import StepRole, step_roles
 from dineros.analysis.subject import Subject, subject_of
+from dineros.analysis.wording import queue_words
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import node_net_of, node_nets
 from dineros.metamodel.records import Drop, Fire, Publish, Reply, Request, Response, Serve, Signal, Take
@@ -26,7 +27,8 @@ class Queue:
     source, load, capacity : int
         Places: where messages arrive, how many wait, how many more may.
     enter, leave, drop : int
-        Transitions.
+        Transitions. The instances of a server page share the queue of a publisher on it: only source, enter
+        and drop are their own.
     limit : int
         How many messages may wait.
     text : str
@@ -185,10 +187,9 @@ class ConformanceNet:
     def clients(self) -> dict[tuple[str, str], str]:
         """Client of each channel and request place, where it is the only one of that place."""
         found: dict[tuple[str, str], list[str]] = defaultdict(list)
-        for channel in self.model.channels:
-            if isinstance(channel, sym.ServiceChannel):
-                for client in channel.clients:
-                    found[channel.id, client.request.id].append(client.client)
+        for role in self.roles.values():
+            if role.kind is Request:
+                found[role.channel or "", role.place or ""].append(role.client or "")
         return {key: names[0] for key, names in found.items() if len(names) == 1}
 
     @cached_property
@@ -243,6 +244,9 @@ class ConformanceNet:
                 at = role.node if role.queue == "dispatcher" else role.place
                 what = "drop" if role.kind is Drop else (role.stage or "").rpartition(".")[2]
                 parts[role.queue or "", at or ""][what] = index
+        for shared in self._links("T2History", "queue.leave"):
+            if channel in shared.sources:
+                self._share(self.subject.transition_index[shared.target.id], shared, parts)
         (place,) = (link for link in self._links("T1", "topic") if channel in link.sources)
         (transport,) = (link for link in self._links("T1", "transport") if channel in link.sources)
         queues = {key: self._queue(**transitions) for key, transitions in parts.items()}
@@ -255,11 +259,19 @@ class ConformanceNet:
             nodes,
         )
 
+    def _share(self, leave: int, history: Link, parts: dict[tuple[str, str], dict[str, int]]) -> None:
+        """Let each instance's copy of a publisher's place have the queue that all of them write to."""
+        (port,) = (source for source in history.sources if isinstance(source, sym.PublisherPort))
+        parts.pop(("publisher", port.place.id), None)
+        for link in self._links("T2Instance", "queue.enter"):
+            if port in link.sources:
+                place = self.roles[link.target.id].place or ""
+                parts["publisher", place]["leave"] = leave
+
     def _queue(self, enter: int, leave: int, drop: int) -> Queue:
-        links = {link.target.id: link for link in self.subject.links()}
         made = {
             link.role: link
-            for link in self._together[links[self.net.transitions[enter]].application]
+            for link in self._together[self._origin[self.net.transitions[leave]].application]
             if not isinstance(link.target, pn.Arc)
         }
         load, capacity = (
@@ -267,8 +279,12 @@ class ConformanceNet:
         )
         (source,) = (place for place, _ in self.pre[enter] if place != capacity)
         limit = int(self.net.initial[capacity] + self.net.initial[load])
-        text = self.subject.transition_text(enter).removesuffix(" takes a message")
+        text = queue_words(self._origin[self.net.transitions[enter]])
         return Queue(source, load, capacity, enter, leave, drop, limit, text)
+
+    @cached_property
+    def _origin(self) -> dict[str, Link]:
+        return {link.target.id: link for link in self.subject.links()}
 
     @cached_property
     def _together(self) -> dict[int, list[Link]]:

@@ -33,7 +33,8 @@ class TopicFlow:
         self.topic = topic
         self._marking = marking
         self._fire = fire
-        self._keep = keep
+        kept = {topic.publishers[place].load for place in keep if place in topic.publishers}
+        self._keep = keep = {place for place, queue in topic.publishers.items() if queue.load in kept}
         self._sources = sorted(topic.publishers.items(), key=lambda item: item[0] in keep)
 
     def publish(self, place: str) -> None:
@@ -51,7 +52,8 @@ class TopicFlow:
     def under_way_to_node(self, node: str) -> int:
         """Return how many messages are before or in the dispatcher queue of a node net."""
         queue = self.topic.dispatchers[node]
-        sent = sum(self._marking[publisher.load] for publisher in self.topic.publishers.values())
+        loads = {publisher.load for publisher in self.topic.publishers.values()}
+        sent = sum(self._marking[load] for load in loads)
         return sent + self._marking[self.topic.place] + self._in(queue)
 
     def under_way(self, place: str) -> int:

@@ -9,7 +9,7 @@ from typing import TypeVar
 from dineros.metamodel import pn
 from dineros.metamodel.constraints.index import Index
 
-N = TypeVar("N", bound=pn.Node)
+N = TypeVar("N", bound=pn.Element)
 
 
 def circles(index: Index, kind: type[N], follow: Callable[[N], list[N]]) -> dict[N, str]:
@@ -17,10 +17,11 @@ def circles(index: Index, kind: type[N], follow: Callable[[N], list[N]]) -> dict
 
     The key is the first element of the knot in model order.
     """
-    return index.once((circles, follow), lambda: _circles({node: follow(node) for node in index.all(kind)}))
+    return index.once((circles, follow), lambda: circles_of({node: follow(node) for node in index.all(kind)}))
 
 
-def _circles(edges: dict[N, list[N]]) -> dict[N, str]:
+def circles_of(edges: dict[N, list[N]]) -> dict[N, str]:
+    """Return what `circles` returns, for a relation given as a table."""
     try:
         TopologicalSorter(edges).prepare()
     except CycleError:

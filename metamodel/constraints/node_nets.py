@@ -136,6 +136,17 @@ def timer_positive(page: sym.CallbackPage, index: Index) -> Outcome:
 
 
 @constraint(
+    "{it} is called by a timer but stands on the server page {found}: there is one timer for all instances",
+    fix="put it beside the server page",
+    guard=lambda page, index: page.kind == sym.CallbackKind.timer,
+)
+def timer_outside_server_page(page: sym.CallbackPage, index: Index) -> Outcome:
+    """A timer callback stands on no server page."""
+    outer = index.server_page_of(page)
+    return outer is None or repr(outer.id)
+
+
+@constraint(
     "{it} has a timer but is called by a {element.kind}",
     fix="take the timer away or set the kind to timer",
     severity="warning",

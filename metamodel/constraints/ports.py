@@ -28,7 +28,7 @@ def port_place_in_node_net(port: sym.TopicPort, index: Index) -> Outcome:
     guard=lambda place, index: place in index.port_uses,
 )
 def place_receives_or_sends(place: pn.Place, index: Index) -> Outcome:
-    """Channels put tokens on a place or take them from it, not both."""
+    """Channels put tokens on a place or take them from it, not both, but for a message that is a request."""
     uses = index.port_uses[place]
     # One port with both its ends here violates a constraint on services instead.
     mixed = [
@@ -36,8 +36,17 @@ def place_receives_or_sends(place: pn.Place, index: Index) -> Outcome:
         for receiver in uses
         for sender in uses
         if not receiver.sends and sender.sends and receiver.port is not sender.port
+        if not (_subscribes(receiver) and _asks(sender))
     ]
     return not mixed or listed(use.port for use in mixed[0])
+
+
+def _subscribes(use: PortUse) -> bool:
+    return isinstance(use.port, (sym.SubscriberPort, rtm.SubscriberPort))
+
+
+def _asks(use: PortUse) -> bool:
+    return isinstance(use.port, (sym.ClientPort, rtm.ClientPort))
 
 
 @constraint(
@@ -52,8 +61,7 @@ def place_sent_once(place: pn.Place, index: Index) -> Outcome:
 
 
 def _are_clients_of_one_service(senders: list[PortUse]) -> bool:
-    clients = all(isinstance(use.port, (sym.ClientPort, rtm.ClientPort)) for use in senders)
-    return clients and len({use.channel for use in senders}) == 1
+    return all(map(_asks, senders)) and len({use.channel for use in senders}) == 1
 
 
 @constraint(
@@ -73,23 +81,15 @@ def _received(uses: list[PortUse]) -> list[tuple[str, str]]:
 
 
 @constraint(
-    "{it} has a port but stands on the server page {found}, which is copied for every instance",
-    fix="move it out of the server page and use a reference place there",
+    "{it} receives messages but stands on the server page {found}: which instance is a message for?",
+    fix="put it on a callback page beside the server page and use a reference place there",
     guard=lambda place, index: place in index.port_uses and index.server_page_of(place) is not None,
 )
-def port_outside_server_page(place: pn.Place, index: Index) -> Outcome:
-    """Of the places on a server page, only entry and exit have ports (but see self-calls)."""
+def subscriber_outside_server_page(place: pn.Place, index: Index) -> Outcome:
+    """A subscriber's place stands on no server page: messages are for the node, not for an instance."""
     page = index.server_page_of(place)
     assert page is not None
-    own: list[EObject] = index.server_pages[page]
-    channels = {port.eContainer() for port in own}
-    foreign = [
-        use.port
-        for use in index.port_uses[place]
-        if not isinstance(use.port, (sym.ServerPort, rtm.ServerPort))
-        and use.port.eContainer() not in channels
-    ]
-    return not foreign or repr(page.id)
+    return not any(map(_subscribes, index.port_uses[place])) or repr(page.id)
 
 
 @constraint(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.constraints.circles import circles_of
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, listed
@@ -97,17 +98,91 @@ def client_unique(port: sym.ClientPort, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} calls the service from its own server page {found}",
-    fix="put the client on another page: this one is copied for every server instance",
+    "{it} has its request {found}",
+    fix="put both places on the same server page, or both outside of it",
 )
-def service_does_not_call_itself(port: sym.ClientPort, index: Index) -> Outcome:
-    """A service does not call itself."""
-    channel = port.channel
-    if channel is None or not index.incomplete.isdisjoint([channel, channel.server]):
+def client_in_one_instance(port: sym.ClientPort, index: Index) -> Outcome:
+    """An answer comes back to the server instance that asked."""
+    return _in_one_instance(port.request, port.response, index)
+
+
+@constraint(
+    "{it} has its request {found}",
+    fix="put both places on the same server page, or both outside of it",
+)
+def runtime_client(port: rtm.ClientPort, index: Index) -> Outcome:
+    """In a run-time model, too, an answer comes back to the server instance that asked."""
+    place = port.eContainer()
+    return not isinstance(place, pn.Place) or _in_one_instance(place, port.response, index)
+
+
+def _in_one_instance(request: pn.Place, response: pn.Place, index: Index) -> Outcome:
+    pages = [index.server_page_of(place) for place in (request, response)]
+    if pages[0] is pages[1]:
         return True
-    page = channel.server.page
-    inside = any(index.server_page_of(place) is page for place in (port.request, port.response))
-    return not inside or repr(page.id)
+    first, second = (f"on the server page {page.id!r}" if page else "outside" for page in pages)
+    return f"{first} and its response {second}"
+
+
+@constraint(
+    "{it} is one of services that call each other in a circle, and each would have an instance for every "
+    "client: {found}",
+    fix="say how many instances one of them has",
+    guard=lambda channel, index: channel.instances is None,
+)
+def service_circle_has_instances(channel: sym.ServiceChannel, index: Index) -> Outcome:
+    """Of services that call each other in a circle, one says how many instances it has."""
+    return index.once("circles of services", lambda: _service_circles(index)).get(channel, True)
+
+
+def _service_circles(index: Index) -> dict[sym.ServiceChannel, str]:
+    return circles_of({channel: _counted_before(index, channel) for channel in index.all(sym.ServiceChannel)})
+
+
+def _counted_before(index: Index, channel: sym.ServiceChannel) -> list[sym.ServiceChannel]:
+    """Return the services whose instances are clients of one that has an instance for each client."""
+    if channel.instances is not None:
+        return []
+    ports = (port for port in channel.clients if port not in index.incomplete)
+    pages = (index.server_page_of(port.request) for port in ports)
+    found = [index.server_pages[page][0].eContainer() for page in pages if page is not None]
+    return [caller for caller in found if isinstance(caller, sym.ServiceChannel)]
+
+
+@constraint(
+    "{it} puts its responses on a place that all instances of the server page {found} share: one may get "
+    "the answer to another",
+    fix="put its request and response on the server page: each instance then has its own",
+    severity="warning",
+)
+def client_not_shared_by_instances(port: sym.ClientPort, index: Index) -> Outcome:
+    """Server instances that call a service do not share the places of the call."""
+    asking, answered = (_instances_at(place, index) for place in (port.request, port.response))
+    shared = next((page for page in asking if page in answered), None)
+    return shared is None or repr(shared.id)
+
+
+def _instances_at(place: pn.Place, index: Index) -> list[pn.Page]:
+    """Return the server pages of several instances that refer to a place outside of them."""
+    return index.once("pages of instances that share a place", lambda: _sharing(index)).get(place, [])
+
+
+def _sharing(index: Index) -> dict[pn.Node, list[pn.Page]]:
+    found: dict[pn.Node, list[pn.Page]] = {}
+    for reference in index.all(pn.ReferencePlace):
+        page, target = index.server_page_of(reference), index.final(reference)
+        if page is None or target is None or index.server_page_of(target) is page:
+            continue
+        channel = index.server_pages[page][0].eContainer()
+        if isinstance(channel, sym.ServiceChannel) and _has_several_instances(channel, index):
+            found.setdefault(target, []).append(page)
+    return found
+
+
+def _has_several_instances(channel: sym.ServiceChannel, index: Index) -> bool:
+    if channel.instances is not None:
+        return channel.instances > 1
+    return len(channel.clients) > 1 or len(_counted_before(index, channel)) > 0
 
 
 @constraint(

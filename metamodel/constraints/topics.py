@@ -61,7 +61,9 @@ def dispatcher_once(dispatcher: sym.Dispatcher, index: Index) -> Outcome:
     "{it} has its place {found}",
     fix="put the place on a callback page of the kind subscriber",
     severity="warning",
-    guard=lambda port, index: index.node_net_of(port.place) is not None,
+    guard=lambda port, index: (
+        index.node_net_of(port.place) is not None and index.server_page_of(port.place) is None
+    ),
 )
 def subscriber_on_callback_page(port: sym.SubscriberPort, index: Index) -> Outcome:
     """The place of a subscriber stands on a subscriber callback page."""

@@ -92,6 +92,9 @@ class TraceLink(EObject, metaclass=MetaEClass):
         Number of the rule application; links with the same number were made together.
     index : int | None
         Number of the server instance, from 1, where there is one.
+    clientIndex : int | None
+        Number of the server instance whose call it belongs to, from 1, where the client stands on a
+        server page.
     sources : ModelList[EObject]
         Elements the rule matched.
     target : EObject
@@ -102,6 +105,7 @@ class TraceLink(EObject, metaclass=MetaEClass):
     role: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     application: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
     index: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
+    clientIndex: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
     sources: ModelList[EObject] = Ecore.EReference(upper=-1)
     target: EObject = Ecore.EReference(lower=1, required=True)
 
@@ -115,6 +119,7 @@ class TraceLink(EObject, metaclass=MetaEClass):
         role: str | None = None,
         application: int | None = None,
         index: int | None = None,
+        clientIndex: int | None = None,
         sources: Iterable[EObject] | None = None,
         target: EObject | None = None,
         **unknown: Never,
@@ -127,6 +132,7 @@ class TraceLink(EObject, metaclass=MetaEClass):
                 "role": role,
                 "application": application,
                 "index": index,
+                "clientIndex": clientIndex,
                 "sources": sources,
                 "target": target,
             },

@@ -92,9 +92,10 @@ class _Flattening:
         service = self.prototype[page]
         return list(range(1, self._instances(service) + 1))
 
-    @staticmethod
-    def _instances(service: sym.ServiceChannel) -> int:
-        return len(service.clients) if service.instances is None else service.instances
+    def _instances(self, service: sym.ServiceChannel) -> int:
+        if service.instances is not None:
+            return service.instances
+        return sum(len(self._copies(client.request.page)) for client in service.clients)
 
     def _name(self, node: pn.Node | pn.Page, copy: int) -> Name:
         """Return the name of a node seen from a copy: nodes off the server page are shared."""
@@ -143,18 +144,22 @@ class _Flattening:
         self.net.move(enter, [source, capacity], [load])
         self.net.move(leave, [load], [capacity, *sinks])
         self.net.move(drop, [source], [])
+        self._full(drop, load, capacity, limit)
+        return leave
+
+    def _full(self, drop: Name, load: Name, capacity: Name, limit: int) -> None:
+        """Let a transition fire only while a queue is full."""
         if self.overflow == "inhibitor":
             self.net.arcs.append((capacity, drop, 1, "inhibitor"))
         else:
             self.net.arcs += [(load, drop, limit, "normal"), (drop, load, limit, "normal")]
-        return leave
 
     def _topic(self, topic: sym.TopicChannel) -> None:
         place = self.net.place(("topic", topic.id))
         transport = self.net.transition(("transport", topic.id))
         self.net.move(transport, [place], [])
         for number, publisher in enumerate(topic.publishers):
-            self._queue(("T2", topic.id, number), self._name(publisher.place, 0), publisher.limit, [place])
+            self._publisher(("T2", topic.id, number), publisher, place)
         leave: dict[str, Name] = {}
         limits = {dispatcher.node.id: dispatcher.limit for dispatcher in topic.dispatchers}
         for number, subscriber in enumerate(topic.subscribers):
@@ -169,6 +174,17 @@ class _Flattening:
                 ("T4", topic.id, number), received, subscriber.limit, [self._name(subscriber.place, 0)]
             )
 
+    def _publisher(self, key: Name, publisher: sym.PublisherPort, topic: Name) -> None:
+        """Add the one queue of a publisher, which every copy of its place writes to."""
+        load, capacity = self.net.place((key, "load")), self.net.place((key, "capacity"), publisher.limit)
+        self.net.move(self.net.transition((key, "out")), [load], [capacity, topic])
+        for copy in self._copies(publisher.place.page):
+            source = self._name(publisher.place, copy)
+            drop = self.net.transition((key, "drop", copy))
+            self.net.move(self.net.transition((key, "in", copy)), [source, capacity], [load])
+            self.net.move(drop, [source], [])
+            self._full(drop, load, capacity, publisher.limit)
+
     def _service(self, service: sym.ServiceChannel) -> None:
         key = service.id
         instances = range(1, self._instances(service) + 1)
@@ -176,24 +192,26 @@ class _Flattening:
             self.net.place(("active", key, number))
             self.net.place(("inactive", key, number), 1)
         for client in service.clients:
-            own = (key, client.client)
-            ready = self.net.place(("ready", own), 1)
-            requests, responses = self.net.place(("requests", own)), self.net.place(("responses", own))
-            self.net.move(
-                self.net.transition(("req", own)), [self._name(client.request, 0), ready], [requests]
-            )
-            self.net.move(
-                self.net.transition(("res", own)), [responses], [self._name(client.response, 0), ready]
-            )
-            for number in instances:
-                active, inactive = ("active", key, number), ("inactive", key, number)
-                in_use = self.net.place(("inUse", own, number))
-                entry = self._name(service.server.entry, number)
-                exit_ = self._name(service.server.exit, number)
-                call = self.net.transition(("call", own, number))
-                self.net.move(call, [requests, inactive], [entry, active, in_use])
-                back = self.net.transition(("return", own, number))
-                self.net.move(back, [exit_, active, in_use], [responses, inactive])
+            for copy in self._copies(client.request.page):
+                self._client(service, client, copy)
+
+    def _client(self, service: sym.ServiceChannel, client: sym.ClientPort, copy: int) -> None:
+        """Add a client, or the copy of it that an instance of the server page has that it stands on."""
+        key, own = service.id, (service.id, client.client, copy)
+        ready = self.net.place(("ready", own), 1)
+        requests, responses = self.net.place(("requests", own)), self.net.place(("responses", own))
+        request, response = self._name(client.request, copy), self._name(client.response, copy)
+        self.net.move(self.net.transition(("req", own)), [request, ready], [requests])
+        self.net.move(self.net.transition(("res", own)), [responses], [response, ready])
+        for number in range(1, self._instances(service) + 1):
+            active, inactive = ("active", key, number), ("inactive", key, number)
+            in_use = self.net.place(("inUse", own, number))
+            entry = self._name(service.server.entry, number)
+            exit_ = self._name(service.server.exit, number)
+            call = self.net.transition(("call", own, number))
+            self.net.move(call, [requests, inactive], [entry, active, in_use])
+            back = self.net.transition(("return", own, number))
+            self.net.move(back, [exit_, active, in_use], [responses, inactive])
 
     def _signals(self) -> None:
         used: dict[str, sym.InputSignal] = {}

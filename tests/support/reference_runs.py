@@ -85,24 +85,18 @@ class ReferenceRun:
             self.record(node, Start, marking=marking, signals=signals)
 
     def _load(self) -> None:
-        copies: dict[pn.Node, list[str]] = {}
-        servers = {
-            channel.server.page: (channel.id, channel.instances or max(1, len(channel.clients)))
+        self.copies: dict[pn.Node, list[str]] = {}
+        self.pages = {
+            channel.server.page: channel
             for channel in self.model.channels
             if isinstance(channel, sym.ServiceChannel)
         }
-        for channel in self.model.channels:
-            if isinstance(channel, sym.ServiceChannel) and channel.instances is None:
-                servers[channel.server.page] = (channel.id, len(channel.clients))
         for node in nodes(self.model):
-            page = node.page
-            while page is not None and page not in servers:
-                page = page.page
-            if page is None:
-                copies[node] = [node.id]
-            else:
-                id, count = servers[page]
-                copies[node] = [f"{id}[{number}].{node.id}" for number in range(1, count + 1)]
+            channel = self.server_of(node)
+            self.copies[node] = [node.id]
+            if channel is not None:
+                self.copies[node] = [f"{prefix}.{node.id}" for prefix in self.prefixes(channel)]
+        copies = self.copies
         for original, names in copies.items():
             net = node_net_of(original)
             if net is None or isinstance(original, (pn.ReferencePlace, pn.ReferenceTransition)):
@@ -114,6 +108,21 @@ class ReferenceRun:
                     self._put(name, original.tokens)
                 elif isinstance(original, pn.Transition):
                     self.transitions[name] = self._transition(original, name, net.id, number, copies)
+
+    def server_of(self, node: pn.Node) -> sym.ServiceChannel | None:
+        """Return the service on whose server page a node stands."""
+        page = node.page
+        while page is not None and page not in self.pages:
+            page = page.page
+        return None if page is None else self.pages[page]
+
+    def prefixes(self, channel: sym.ServiceChannel) -> list[str]:
+        """Return the names of a service's instances: as many as it declares, else one for each client."""
+        count = channel.instances
+        if count is None:
+            callers = [self.server_of(port.request) for port in channel.clients]
+            count = sum(1 if caller is None else len(self.prefixes(caller)) for caller in callers)
+        return [f"{channel.id}[{number}]" for number in range(1, count + 1)]
 
     def _transition(
         self, original: pn.Transition, name: str, node: str, number: int, copies: dict[pn.Node, list[str]]
@@ -247,7 +256,12 @@ class ReferenceRun:
 class _Topic:
     def __init__(self, run: ReferenceRun, channel: sym.TopicChannel) -> None:
         self.run, self.channel = run, channel
-        self.publishers = {port.place.id: _Queue(port.limit) for port in channel.publishers}
+        self.publishers: dict[str, _Queue] = {}
+        self.leaving: list[_Queue] = []
+        for port in channel.publishers:
+            queue = _Queue(port.limit)  # one, whichever instance of a server page writes to it
+            self.leaving.append(queue)
+            self.publishers |= dict.fromkeys(run.copies[port.place], queue)
         self.subscribers = {port.place.id: _Queue(port.limit) for port in channel.subscribers}
         limits = {dispatcher.node.id: dispatcher.limit for dispatcher in channel.dispatchers}
         receivers = dict.fromkeys(run.node_of[place] for place in self.subscribers)
@@ -259,6 +273,7 @@ class _Topic:
         for place, queue in self.publishers.items():
             if run.tokens[place]:
                 yield lambda p=place, q=queue: self._publish(p, q)  # type: ignore[misc]
+        for queue in self.leaving:
             if queue.load:
                 yield lambda q=queue: self.under_way.append(q.load.pop(0))  # type: ignore[misc]
         if self.under_way:
@@ -308,43 +323,58 @@ class _Topic:
                 subscriber.arriving.append(message)
 
 
+@dataclass(frozen=True)
+class _Client:
+    name: str
+    request: str
+    response: str
+
+
 class _Service:
     def __init__(self, run: ReferenceRun, channel: sym.ServiceChannel) -> None:
         self.run, self.channel = run, channel
-        count = len(channel.clients) if channel.instances is None else channel.instances
+        count = len(run.prefixes(channel))
         self.serving: dict[int, str | None] = dict.fromkeys(range(1, count + 1))
         self.message: dict[str, str] = {}
-        self.stage: dict[str, str] = {port.client: "ready" for port in channel.clients}
+        self.clients: list[_Client] = []
+        for port in channel.clients:
+            caller = run.server_of(port.request)
+            names = [port.client]
+            if caller is not None:
+                names = [f"{prefix}.{port.client}" for prefix in run.prefixes(caller)]
+            ends = zip(names, run.copies[port.request], run.copies[port.response], strict=True)
+            self.clients += [_Client(*each) for each in ends]
+        self.stage: dict[str, str] = {client.name: "ready" for client in self.clients}
 
     def actions(self) -> Iterator[Action]:
         run = self.run
-        for port in self.channel.clients:
-            stage = self.stage[port.client]
-            if stage == "ready" and run.tokens[port.request.id]:
-                yield lambda p=port: self._request(p)  # type: ignore[misc]
+        for client in self.clients:
+            stage = self.stage[client.name]
+            if stage == "ready" and run.tokens[client.request]:
+                yield lambda c=client: self._request(c)  # type: ignore[misc]
             elif stage == "requested":
-                for instance in [number for number, client in self.serving.items() if client is None]:
-                    yield lambda p=port, i=instance: self._serve(p, i)  # type: ignore[misc]
+                for instance in [number for number, served in self.serving.items() if served is None]:
+                    yield lambda c=client, i=instance: self._serve(c, i)  # type: ignore[misc]
             elif stage == "answered":
-                yield lambda p=port: self._respond(p)  # type: ignore[misc]
-        for instance, client in self.serving.items():
-            if client is not None and run.tokens[self._place(self.channel.server.exit, instance)]:
+                yield lambda c=client: self._respond(c)  # type: ignore[misc]
+        for instance, served in self.serving.items():
+            if served is not None and run.tokens[self._place(self.channel.server.exit, instance)]:
                 yield lambda i=instance: self._reply(i)  # type: ignore[misc]
 
     def _place(self, place: pn.Place, instance: int) -> str:
         return f"{self.channel.id}[{instance}].{place.id}"
 
-    def _request(self, port: sym.ClientPort) -> None:
-        fields = {"channel": self.channel.id, "client": port.client}
-        self.message[port.client] = self.run.depart(port.request.id, Request, **fields)
-        self.stage[port.client] = "requested"
+    def _request(self, client: _Client) -> None:
+        fields = {"channel": self.channel.id, "client": client.name}
+        self.message[client.name] = self.run.depart(client.request, Request, **fields)
+        self.stage[client.name] = "requested"
 
-    def _serve(self, port: sym.ClientPort, instance: int) -> None:
-        self.serving[instance] = port.client
-        self.stage[port.client] = "served"
+    def _serve(self, client: _Client, instance: int) -> None:
+        self.serving[instance] = client.name
+        self.stage[client.name] = "served"
         entry = self._place(self.channel.server.entry, instance)
         fields = {"channel": self.channel.id, "instance": instance}
-        self.run.arrive(entry, Serve, self.message[port.client], **fields)
+        self.run.arrive(entry, Serve, self.message[client.name], **fields)
 
     def _reply(self, instance: int) -> None:
         client = self.serving[instance]
@@ -355,10 +385,10 @@ class _Service:
         fields = {"channel": self.channel.id, "instance": instance}
         self.run.depart(exit_, Reply, self.message[client], **fields)
 
-    def _respond(self, port: sym.ClientPort) -> None:
-        self.stage[port.client] = "ready"
-        fields = {"channel": self.channel.id, "client": port.client}
-        self.run.arrive(port.response.id, Response, self.message[port.client], **fields)
+    def _respond(self, client: _Client) -> None:
+        self.stage[client.name] = "ready"
+        fields = {"channel": self.channel.id, "client": client.name}
+        self.run.arrive(client.response, Response, self.message[client.name], **fields)
 
 
 def _arcs_of(model: sym.SystemModel, transition: pn.Transition) -> Iterator[pn.Arc]:

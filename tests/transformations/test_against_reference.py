@@ -12,6 +12,7 @@ from case_study.build import build
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.transformations.flatten import OverflowVariant, SignalVariant, flatten
+from tests.support.calling_systems import calling_systems
 from tests.support.isomorphism import are_isomorphic
 from tests.support.models import system_models
 from tests.support.reachability import ReachabilityGraph, TooManyMarkingsError
@@ -50,6 +51,18 @@ def test_models_with_everything(
     model: sym.SystemModel, signals: SignalVariant, overflow: OverflowVariant
 ) -> None:
     assert are_isomorphic(*both(model, signals, overflow))
+
+
+@given(calling_systems(circles=True), st.sampled_from(SIGNALS), st.sampled_from(OVERFLOW))
+@settings(max_examples=150)
+def test_ports_inside_server_pages(
+    model: sym.SystemModel, signals: SignalVariant, overflow: OverflowVariant
+) -> None:
+    assert [found for found in validate(model) if found.severity == "error"] == []
+    flattened, reference = both(model, signals, overflow)
+
+    assert len(flattened.places) == len(reference.places)
+    assert are_isomorphic(flattened, reference)
 
 
 @given(small_system_models(), st.sampled_from(SIGNALS), st.sampled_from(OVERFLOW))

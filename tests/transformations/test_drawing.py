@@ -15,7 +15,7 @@ from dineros.transformations.creation import Copy, ForAll, New
 from dineros.transformations.describing import lhs_rows, rhs_rows, rule_text
 from dineros.transformations.diagram import Side
 from dineros.transformations.drawing import draw_rule, rule_dot, rule_svg
-from dineros.transformations.flatten import OVERFLOW_RULES, SIGNAL_RULES, rules_of
+from dineros.transformations.flatten import INSTANCE_RULES, OVERFLOW_RULES, SIGNAL_RULES, rules_of
 from dineros.transformations.notation import arc, place, transition
 from dineros.transformations.patterns import Absent, Made, Node
 from dineros.transformations.rule import Rule
@@ -41,7 +41,7 @@ class Odd(Rule):
 
 
 def test_the_catalogue_holds_every_rule_that_flattening_uses() -> None:
-    used: set[type[Rule]] = {services.S4}
+    used: set[type[Rule]] = set(INSTANCE_RULES)
     for signal_variant in SIGNAL_RULES:
         for overflow_variant in OVERFLOW_RULES:
             used.update(rules_of(signal_variant, overflow_variant))
@@ -52,7 +52,7 @@ def test_the_catalogue_holds_every_rule_that_flattening_uses() -> None:
 
 def test_rules_are_called_as_in_the_paper() -> None:
     names = [name_of(rule) for rule in RULES]
-    assert names[:6] == ["T1", "T2", "T3", "T4", "T5a", "T5b"]
+    assert names[:8] == ["T1", "T2", "T2-history", "T2-instance", "T3", "T4", "T5a", "T5b"]
     assert names[-1] == "I6-io-enabled"
     assert find_rule("i5-FULLY-enabled") is signals.I5FullyEnabled
     assert find_rule("I5FullyEnabled") is signals.I5FullyEnabled

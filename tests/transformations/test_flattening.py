@@ -22,6 +22,7 @@ from dineros.metamodel.elements import arcs, find, nodes, pages, places, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.transformations.flatten import OverflowVariant, SignalVariant, flatten
+from tests.support.calling_systems import calling_systems
 from tests.support.reachability import Marking, ReachabilityGraph, TooManyMarkingsError
 from tests.support.reference_flattening import Name, plain_net_of
 from tests.support.small import small_system
@@ -132,7 +133,10 @@ def test_the_certificate_covers_queues_services_and_signals(model: sym.SystemMod
         assert all(any(place in each for each in covered) for place in targets(role))
 
 
-@given(small_system_models(), st.sampled_from(get_args(SignalVariant)))
+@given(
+    st.one_of(small_system_models(), calling_systems(circles=True)),
+    st.sampled_from(get_args(SignalVariant)),
+)
 @settings(max_examples=50)
 def test_both_overflow_variants_have_the_same_reachability_graph(
     model: sym.SystemModel, signals: SignalVariant

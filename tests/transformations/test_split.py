@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from case_study.build import build
 from dineros.metamodel import pn, rtm, sym
@@ -17,6 +18,7 @@ from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import elements, find, node_net_of, node_nets, places
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.transformations.split import CoverageError, split
+from tests.support.calling_systems import calling_systems
 from tests.support.equality import differences
 from tests.support.models import system_models
 from tests.support.small import small_system
@@ -184,7 +186,7 @@ def test_the_runtime_models_together_are_the_system_model(model: sym.SystemModel
     check(model)
 
 
-@given(small_system_models(clients=0))
+@given(st.one_of(small_system_models(clients=0), calling_systems(circles=True)))
 @settings(max_examples=40)
 def test_small_models(model: sym.SystemModel) -> None:
     check(model)

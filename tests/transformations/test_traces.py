@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from case_study.build import build
 from dineros.metamodel import pn, sym, trace
+from dineros.metamodel.calls import instance_counts
 from dineros.metamodel.elements import arcs, find, nodes
 from dineros.metamodel.errors import UnknownElementError
 from dineros.metamodel.files import load, save
@@ -19,12 +20,14 @@ from dineros.metamodel.files.xmi import read_xmi
 from dineros.transformations.flatten import KEPT, OverflowVariant, SignalVariant, flatten
 from dineros.transformations.trace_files import save_trace, trace_path
 from dineros.transformations.traces import Link
+from tests.support.bakery import bakery
+from tests.support.calling_systems import calling_systems
 from tests.support.small_systems import small_system_models
 
 VARIANTS = st.tuples(st.sampled_from(get_args(SignalVariant)), st.sampled_from(get_args(OverflowVariant)))
 
 
-@given(small_system_models(clients=0), VARIANTS)
+@given(st.one_of(small_system_models(clients=0), calling_systems(circles=True)), VARIANTS)
 @settings(max_examples=60)
 def test_every_element_has_one_link_and_is_found_from_both_sides(
     model: sym.SystemModel, variant: tuple[SignalVariant, OverflowVariant]
@@ -43,7 +46,7 @@ def test_every_element_has_one_link_and_is_found_from_both_sides(
         assert all(link in flattened.trace.made_from(source) for source in link.sources)
 
 
-@given(small_system_models(), VARIANTS)
+@given(st.one_of(small_system_models(), calling_systems(circles=True)), VARIANTS)
 @settings(max_examples=40)
 def test_what_is_kept_is_linked_to_itself_and_copies_to_their_original(
     model: sym.SystemModel, variant: tuple[SignalVariant, OverflowVariant]
@@ -58,13 +61,43 @@ def test_what_is_kept_is_linked_to_itself_and_copies_to_their_original(
         elif link.rule == "S4":
             (source,) = link.sources
             assert isinstance(source, pn.Element) and link.target.id.endswith(f"[{link.index}].{source.id}")
+    counts = instance_counts(model)
     for service in model.channels:
         if isinstance(service, sym.ServiceChannel):
-            count = len(service.clients) if service.instances is None else service.instances
+            count = counts[service]
             for node in service.server.page.objects:
                 if isinstance(node, (pn.Place, pn.Transition)):
                     copies = [link for link in trace.made_from(node) if link.rule == "S4"]
                     assert [link.index for link in copies] == list(range(1, count + 1))
+
+
+def test_parts_of_calls_from_server_pages_name_the_instance() -> None:
+    model = bakery()
+    trace = flatten(model, "none").trace
+    baker = next(each for each in model.channels if each.id == "Bake").clients[0]  # type: ignore[attr-defined]
+
+    requests = [link for link in trace.made_from(baker) if link.role == "t_req"]
+    calls = [link for link in trace.made_from(baker) if link.role == "t_call"]
+    assert [(link.target.id, link.index, link.client_index) for link in requests] == [
+        ("Bake.client.Order[1].baker.req", 1, 1),
+        ("Bake.client.Order[2].baker.req", 2, 2),
+    ]
+    # Which oven bakes for which instance of the shop.
+    assert sorted((link.client_index or 0, link.index or 0) for link in calls) == [
+        (1, 1),
+        (1, 2),
+        (2, 1),
+        (2, 2),
+    ]
+    saved = trace.to_model("bakery.sym.xmi", "bakery.pnm")
+    assert {(link.clientIndex, link.index) for link in saved.links if link.role == "t_call"} == {
+        (None, 1),
+        (None, 2),
+        (1, 1),
+        (1, 2),
+        (2, 1),
+        (2, 2),
+    }
 
 
 @pytest.fixture(scope="module")

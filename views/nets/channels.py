@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dineros.metamodel import elements, pn, rtm, sym
+from dineros.metamodel.calls import CallCircleError, instance_counts
 from dineros.metamodel.elements import label
 from dineros.views.nets.model import Caption, Edge, EdgeKind, Node, ViewModel
 from dineros.views.nets.positions import position_of
@@ -13,11 +14,15 @@ DISPATCHER_LIMIT = 16
 
 def draw_channels(model: sym.SystemModel, view: ViewModel) -> None:
     """Add the channels of a system model and the lines to the places of their ports."""
+    try:
+        counts = instance_counts(model)
+    except CallCircleError:  # a picture shows models that are not valid, too
+        counts = {}
     for channel in model.channels:
         if isinstance(channel, sym.TopicChannel):
             _topic(channel, view)
         elif isinstance(channel, sym.ServiceChannel):
-            _service(channel, view)
+            _service(channel, view, counts.get(channel, channel.instances))
 
 
 def draw_ports(model: rtm.RuntimeModel, view: ViewModel) -> None:
@@ -58,9 +63,8 @@ def _topic(channel: sym.TopicChannel, view: ViewModel) -> None:
         _join(view, "subscribe", channel, subscriber.place, _queues(limit, subscriber.limit))
 
 
-def _service(channel: sym.ServiceChannel, view: ViewModel) -> None:
-    instances = len(channel.clients) if channel.instances is None else channel.instances
-    note = f"service, {_instances(instances)}"
+def _service(channel: sym.ServiceChannel, view: ViewModel, instances: int | None) -> None:
+    note = "service" if instances is None else f"service, {_instances(instances)}"
     node = _channel(view, channel.id, "service", label(channel), note, channel.type)
     node.position = position_of(channel)
     if channel.service != node.label:

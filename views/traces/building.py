@@ -345,17 +345,18 @@ class TraceBuilder:
         step.node = step.node or self.facts.owner_of(place) or lane.node
         instance = getattr(record, "instance", None)
         server = f"instance {instance} of service {name}" if instance is not None else f"service {name}"
+        asking = self.facts.client_words(lane.id)
         match record:
             case rec.Request():
-                mark, text = ["q", call], f"client {lane.id} calls service {name}"
+                mark, text = ["q", call], f"{asking} calls service {name}"
             case rec.Serve():
-                mark, text = ["s", call, instance], f"{server} takes the request of client {lane.id}"
+                mark, text = ["s", call, instance], f"{server} takes the request of {asking}"
             case rec.Reply():
-                mark, text = ["r", call], f"{server} answers client {lane.id}"
+                mark, text = ["r", call], f"{server} answers {asking}"
             case rec.Response():
-                mark, text = ["a", call], f"client {lane.id} gets its response from service {name}"
+                mark, text = ["a", call], f"{asking} gets its response from service {name}"
             case _:
-                mark, text = ["o", call], f"client {lane.id} of service {name} waits too long: asks again"
+                mark, text = ["o", call], f"{asking} of service {name} waits too long: asks again"
         step.marks.append([lane.index, *mark])
         step.text = step.text or text
 
@@ -369,6 +370,8 @@ class TraceBuilder:
         )  # fmt: skip
 
     def _queue_lane(self, channel: str, queue: str, place: str) -> Lane:
+        if queue == "publisher" and place not in self.facts.owner:
+            place = prototype(place)  # the instances of a server page share the queue
         before = 0 if self._loads or queue != "subscriber" else self._published.get(channel, 0)
         lane = self.lanes.make(
             "queue", channel, queue, place, group="topics", kind="queue", id=place, label=self._name(channel),

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass, field
 
 from dineros.metamodel import pn, sym
+from dineros.metamodel.calls import copy_id, instance_counts, server_pages, serving
 from dineros.metamodel.elements import label, node_net_of, node_nets, nodes, resolve
 
 _INSTANCE = re.compile(r"^(?P<channel>.+?)\[(?P<number>[0-9]+)\]\.(?P<element>.+)$")
@@ -70,6 +71,13 @@ class Facts:
         original = prototype(element)
         return element.removesuffix(original) + self.labels.get(original, original)
 
+    def client_words(self, client: str) -> str:
+        """Return a client: ``client L``, or the server instance that calls from its own page."""
+        found = _INSTANCE.match(client)
+        if found is None or found["channel"] not in self.channels:
+            return f"client {client}"
+        return f"instance {found['number']} of service {self.channels[found['channel']]}"
+
     def clause_of(self, transition: str) -> Clause | None:
         """Return a transition's clause; that of its prototype for one of a server instance."""
         return self.clauses.get(transition) or self.clauses.get(prototype(transition))
@@ -93,7 +101,8 @@ def facts_of(model: pn.Net | None) -> Facts:
     facts = Facts()
     if model is None:
         return facts
-    replicas = _replicas(model)
+    counts = instance_counts(model)
+    replicas = _replicas(model, counts)
     for node in nodes(model):
         owner = node_net_of(node)
         if owner is not None:
@@ -111,6 +120,10 @@ def facts_of(model: pn.Net | None) -> Facts:
         facts.owner.update({signal.id: net.id for signal in net.signals})
     for channel in model.channels if isinstance(model, sym.SystemModel) else ():
         _add_channel(facts, channel)
+    pages = server_pages(model)
+    for service in pages.values():
+        for client in service.clients:
+            _add_client(facts, service, client, serving(client.request, pages), counts)
     return facts
 
 
@@ -122,19 +135,19 @@ def _clause(clause: sym.InputClause) -> Clause:
     return Clause(clause.text, disjunctions)
 
 
-def _replicas(model: pn.Net) -> dict[int, dict[str, list[str]]]:
+def _replicas(model: pn.Net, counts: dict[sym.ServiceChannel, int]) -> dict[int, dict[str, list[str]]]:
     """Return the ids of the transitions of server pages in their instances, by the page's identity."""
     found: dict[int, dict[str, list[str]]] = {}
     for channel in model.channels if isinstance(model, sym.SystemModel) else ():
         if not isinstance(channel, sym.ServiceChannel) or channel.server is None:
             continue
-        instances = channel.instances or len(channel.clients)
+        instances = counts[channel]
         stack = [channel.server.page]
         while stack:
             page = stack.pop()
             stack += [inner for inner in page.objects if isinstance(inner, pn.Page)]
             found[id(page)] = {
-                node.id: [f"{channel.id}[{number}].{node.id}" for number in range(1, instances + 1)]
+                node.id: [copy_id(channel.id, number, node.id) for number in range(1, instances + 1)]
                 for node in page.objects
                 if isinstance(node, pn.Transition)
             }
@@ -155,7 +168,20 @@ def _add_channel(facts: Facts, channel: sym.Channel) -> None:
             facts.limits[channel.id, dispatcher.node.id] = dispatcher.limit
     elif isinstance(channel, sym.ServiceChannel):
         facts.channels[channel.id] = channel.service
-        for client in channel.clients:
-            for place in (client.request, client.response):
-                if place is not None:
-                    facts.ports[channel.id, resolve(place).id] = client.client
+
+
+def _add_client(
+    facts: Facts,
+    channel: sym.ServiceChannel,
+    client: sym.ClientPort,
+    caller: sym.ServiceChannel | None,
+    counts: dict[sym.ServiceChannel, int],
+) -> None:
+    """Add a client; one on a server page is there for each instance."""
+    for place in filter(None, (client.request, client.response)):
+        if caller is None:
+            facts.ports[channel.id, resolve(place).id] = client.client
+            continue
+        for number in range(1, counts[caller] + 1):
+            copy = copy_id(caller.id, number, place.id)
+            facts.ports[channel.id, copy] = copy_id(caller.id, number, client.client)

@@ -36,13 +36,14 @@ from dineros.runtime.journal import JournalRecorder
 from dineros.runtime.simulation import LocalApplication
 from dineros.transformations.split import split
 from tests.analysis.conformance.brute_force import TooLargeError, is_behaviour
+from tests.support.calling_systems import calling_systems
 from tests.support.chatty_systems import chatty_systems
 from tests.support.reference_runs import ReferenceRun
 from tests.support.small_systems import small_system_models
 from tests.support.talker import talker
 
 CASE_STUDY = Path(__file__).resolve().parents[3] / "case_study/sorting.sym.xmi"
-MODELS = st.one_of(small_system_models(), chatty_systems())
+MODELS = st.one_of(small_system_models(), chatty_systems(), calling_systems(circles=True))
 SEEDS = st.integers(0, 2**20)
 COMMON = settings(deadline=None, suppress_health_check=list(HealthCheck))
 
@@ -158,9 +159,9 @@ class TestTheEngine:
         assert verdict.steps > 1000
         assert verdict.silent > 10
 
-    @given(chatty_systems(), SEEDS)
-    @settings(COMMON, max_examples=25)
-    def test_small_queues(self, model: sym.SystemModel, seed: int) -> None:
+    @given(st.one_of(chatty_systems(), calling_systems(circles=True)), SEEDS)
+    @settings(COMMON, max_examples=50)
+    def test_small_queues_and_calls(self, model: sym.SystemModel, seed: int) -> None:
         import tempfile
 
         with tempfile.TemporaryDirectory() as folder:

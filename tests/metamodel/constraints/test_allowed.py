@@ -68,6 +68,34 @@ def test_several_subscribers_and_responses_on_one_place() -> None:
     assert constraints_violated(small.net) == []
 
 
+def test_ports_inside_server_pages() -> None:
+    small = system()
+    page = sym.CallbackPage(id="also", kind="server", page=small["talker"])
+    sent, *places = (sym.Place(id=f"{id}2", page=page) for id in ("Said", "Entry", "Exit", "Ask", "Answer"))
+    server = sym.ServerPort(entry=places[0], exit=places[1], page=page)
+    other = sym.ServiceChannel(id="other", service="/other", server=server, model=small.net)
+    small["chatter"].publishers.append(sym.PublisherPort(place=sent))
+    # They call each other in a circle, and `ask` says how many instances it has.
+    small["ask"].clients.append(sym.ClientPort(client="c2", request=places[2], response=places[3]))
+    request, response = (sym.Place(id=f"{id}3", page=small["serve"]) for id in ("Ask", "Answer"))
+    other.clients.append(sym.ClientPort(client="c1", request=request, response=response))
+    assert constraints_violated(small.net) == []
+
+
+def test_a_service_of_several_instances_that_calls_itself() -> None:
+    small = system()
+    request, response = (sym.Place(id=f"{id}3", page=small["serve"]) for id in ("Ask", "Answer"))
+    small["ask"].clients.append(sym.ClientPort(client="c2", request=request, response=response))
+    assert constraints_violated(small.net) == []
+
+
+def test_a_message_that_is_a_request() -> None:
+    small = system()
+    small["ask"].clients[0].request = small["Heard"]
+    small["ask"].clients[0].response = small["Count"]
+    assert constraints_violated(small.net) == []
+
+
 def test_two_clients_of_a_service_on_the_same_places() -> None:
     small = system()
     small["ask"].clients.append(sym.ClientPort(client="c2", request=small["Ask"], response=small["Answer"]))

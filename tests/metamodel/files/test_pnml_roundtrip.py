@@ -16,6 +16,7 @@ from dineros.metamodel.errors import ModelFileError
 from dineros.metamodel.files import load, save
 from dineros.metamodel.files.pnml import pnml_bytes, read_pnml, write_pnml
 from dineros.metamodel.files.pnml.vocabulary import Version
+from tests.support.calling_systems import calling_systems
 from tests.support.equality import differences
 from tests.support.models import plain_nets, system_models
 from tests.support.odd_models import odd_models
@@ -35,13 +36,13 @@ def written_and_read(net: pn.Net, version: Version, folder: Path) -> pn.Net:
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
-@given(net=st.one_of(plain_nets(), system_models()), version=versions)
+@given(net=st.one_of(plain_nets(), system_models(), calling_systems(circles=True)), version=versions)
 def test_generated_models(net: pn.Net, version: Version, tmp_path: Path) -> None:
     assert not differences(net, written_and_read(net, version, tmp_path))
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=30)
-@given(net=st.one_of(plain_nets(), system_models()))
+@given(net=st.one_of(plain_nets(), system_models(), calling_systems(circles=True)))
 def test_from_xmi_to_pnml_and_back(net: pn.Net, tmp_path: Path) -> None:
     save(net, tmp_path / "first.xmi")
     save(load(tmp_path / "first.xmi"), tmp_path / "middle.pnml")

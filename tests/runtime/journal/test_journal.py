@@ -41,6 +41,7 @@ from dineros.runtime.recording import Checkpoint as State
 from dineros.runtime.simulation import LocalApplication
 from dineros.runtime.transport import Ports
 from dineros.transformations.split import split
+from tests.support.calling_systems import calling_systems
 from tests.support.chatty_systems import chatty_systems
 from tests.support.small_systems import small_system_models
 from tests.support.talker import talker
@@ -105,7 +106,7 @@ def same_everywhere(folder: Path, states: dict[str, dict[int, str]]) -> int:
     return compared
 
 
-@given(st.one_of(small_system_models(), chatty_systems()), st.integers(0, 2**20))
+@given(st.one_of(small_system_models(), chatty_systems(), calling_systems()), st.integers(0, 2**20))
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_the_state_can_be_rebuilt_at_any_point(model: sym.SystemModel, seed: int) -> None:
     import tempfile

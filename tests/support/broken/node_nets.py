@@ -191,3 +191,18 @@ def server_page_of_another_kind(small: Small) -> None:
 )
 def timed_without_interval(small: Small) -> None:
     small["Done"].kind = "timed"
+
+
+@CASES.breaks(
+    "timer-outside-server-page",
+    "callback page 'often' is called by a timer but stands on the server page 'work': there is one timer for "
+    "all instances",
+    "put it beside the server page",
+)
+def timer_on_a_server_page(small: Small) -> None:
+    small["serve"].kind = "timer"
+    small["serve"].timer = 1.0
+    page, server = pn.Page(id="work", page=small["listener"]), small["ask"].server
+    server.entry, server.exit = sym.Place(id="Entry2", page=page), sym.Place(id="Exit2", page=page)
+    server.page = page
+    sym.CallbackPage(id="often", kind="timer", timer=1.0, page=page)

@@ -69,13 +69,13 @@ def subscribed_twice(small: Small) -> None:
 
 
 @CASES.breaks(
-    "port-outside-server-page",
-    "place 'News' has a port but stands on the server page 'serve', which is copied for every instance",
-    "move it out of the server page and use a reference place there",
+    "subscriber-outside-server-page",
+    "place 'News' receives messages but stands on the server page 'serve': which instance is a message for?",
+    "put it on a callback page beside the server page and use a reference place there",
 )
-def publisher_on_a_server_page(small: Small) -> None:
+def subscriber_on_a_server_page(small: Small) -> None:
     sym.Place(id="News", page=small["serve"])
-    small["chatter"].publishers.append(sym.PublisherPort(place=small["News"]))
+    small["chatter"].subscribers.append(sym.SubscriberPort(place=small["News"]))
 
 
 @CASES.breaks(

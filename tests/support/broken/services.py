@@ -137,16 +137,75 @@ def same_id(small: Small) -> None:
 
 
 @CASES.breaks(
-    "service-does-not-call-itself",
-    "client port 'c2' of service channel 'ask' calls the service from its own server page 'serve'",
-    "put the client on another page: this one is copied for every server instance",
+    "service-circle-has-instances",
+    "service channel 'ask' is one of services that call each other in a circle, and each would have an "
+    "instance for every client: ask -> ask",
+    "say how many instances one of them has",
 )
 def client_on_the_server_page(small: Small) -> None:
-    request, response = (
-        sym.Place(id="Ask2", page=small["serve"]),
-        sym.Place(id="Answer2", page=small["serve"]),
-    )
-    small["ask"].clients.append(sym.ClientPort(client="c2", request=request, response=response))
+    small["ask"].instances = None
+    _call(small, small["ask"], small["serve"])
+
+
+@CASES.breaks(
+    "service-circle-has-instances",
+    "service channel 'ask' is one of services that call each other in a circle, and each would have an "
+    "instance for every client: ask -> other -> ask",
+    "say how many instances one of them has",
+)
+def two_services_in_a_circle(small: Small) -> None:
+    small["ask"].instances = None
+    _call(small, _other(small), small["serve"])
+    _call(small, small["ask"], small["also"])
+
+
+def _other(small: Small) -> sym.ServiceChannel:
+    """Add a second service to the talker."""
+    page = sym.CallbackPage(id="also", kind="server", page=small["talker"])
+    places = [sym.Place(id=f"{id}2", page=page) for id in ("Entry", "Exit")]
+    server = sym.ServerPort(entry=places[0], exit=places[1], page=page)
+    return sym.ServiceChannel(id="other", service="/other", server=server, model=small.net)
+
+
+def _call(small: Small, channel: sym.ServiceChannel, page: pn.Page) -> None:
+    """Add a client on a page."""
+    places = [sym.Place(id=f"{id}{page.id}", page=page) for id in ("Ask", "Answer")]
+    channel.clients.append(sym.ClientPort(client=f"c{page.id}", request=places[0], response=places[1]))
+
+
+@CASES.breaks(
+    "client-in-one-instance",
+    "client port 'cserve' of service channel 'other' has its request on the server page 'serve' and its "
+    "response outside",
+    "put both places on the same server page, or both outside of it",
+)
+def response_outside(small: Small) -> None:
+    channel = _other(small)
+    _call(small, channel, small["serve"])
+    channel.clients[0].response = sym.Place(id="Away", page=small["listener"])
+
+
+@CASES.breaks(
+    "runtime-client",
+    "client port 'c1' of place 'Ask' has its request outside and its response on the server page 'serve'",
+    "put both places on the same server page, or both outside of it",
+    of=runtime,
+)
+def response_inside(small: Small) -> None:
+    small["Ask"].ports[0].response = rtm.Place(id="Inside", page=small["serve"])
+
+
+@CASES.breaks(
+    "client-not-shared-by-instances",
+    "client port 'clistener' of service channel 'other' puts its responses on a place that all instances of "
+    "the server page 'serve' share: one may get the answer to another",
+    "put its request and response on the server page: each instance then has its own",
+)
+def shared_client(small: Small) -> None:
+    channel = _other(small)
+    _call(small, channel, small["listener"])
+    for place in (channel.clients[0].request, channel.clients[0].response):
+        pn.ReferencePlace(id=f"{place.id}Here", target=place, page=small["serve"])
 
 
 @CASES.breaks(

@@ -10,6 +10,7 @@ from dineros.metamodel import elements, pn, sym
 from dineros.transformations.flatten import flatten
 from dineros.transformations.split import split
 from dineros.views.nets import ViewModel, view_of
+from tests.support.bakery import bakery
 from tests.support.talker import talker
 from tests.views.nets.samples import case_study, every_sign, models
 
@@ -39,6 +40,20 @@ def test_channels_join_the_places_of_their_ports() -> None:
     assert lines["response", "Pick", "PickResR"] == "R"
     assert ("call", "Pick", "PickEntry") in lines
     assert ("return", "PickExit", "Pick") in lines
+
+
+def test_channels_from_a_server_page_join_its_places_and_count_its_instances() -> None:
+    view = view_of(bakery(3))
+    lines = {(edge.kind, edge.source, edge.target): edge.label for edge in view.edges}
+    assert lines["request", "Dough", "Bake"] == lines["response", "Bake", "Baked"] == "baker"
+    assert lines["publish", "Told", "Sales"] == "queue 4"
+    assert view.node("Bake").captions[0].text == "service, 3 instances"  # one for each instance of Order
+    circle = bakery()
+    order, bake = (each for each in circle.channels if each.id in ("Order", "Bake"))
+    assert isinstance(order, sym.ServiceChannel) and isinstance(bake, sym.ServiceChannel)
+    ask, answer = (sym.Place(id=id, page=bake.server.page) for id in ("Ask", "Answer"))
+    order.clients.append(sym.ClientPort(client="oven", request=ask, response=answer))
+    assert view_of(circle).node("Bake").captions[0].text == "service"  # not valid, and shown
 
 
 def test_limits_that_differ_are_shown() -> None:

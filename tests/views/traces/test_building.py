@@ -7,11 +7,23 @@ from typing import Any
 
 from dineros.metamodel import sym
 from dineros.metamodel.files import load
-from dineros.metamodel.records import Checkpoint, Drop, Fire, Header, Publish, Start, StoredToken, Take
+from dineros.metamodel.records import (
+    Checkpoint,
+    Drop,
+    Fire,
+    Header,
+    Publish,
+    Reply,
+    Request,
+    Start,
+    StoredToken,
+    Take,
+)
 from dineros.views.traces.building import TraceBuilder
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.facts import Facts, facts_of, prototype
 from dineros.views.traces.merging import merge
+from tests.support.bakery import bakery
 from tests.views.samples import CASE_STUDY, Scribe, lasso, run
 
 
@@ -143,3 +155,28 @@ def test_what_is_new_adds_up_to_the_snapshot() -> None:
     assert view["steps"] == expected["steps"]
     assert view["lanes"] == expected["lanes"]
     assert view["places"] == expected["places"]
+
+
+def test_server_instances_call_in_lanes_of_their_own_and_share_a_queue() -> None:
+    facts = facts_of(bakery())
+    builder = TraceBuilder(facts)
+    builder.add(Header(sequence=0, time=1.0, node="shop", kind="run", model="bakery"))
+    for sequence, number in ((1, 2), (2, 1)):
+        at = {"sequence": sequence, "time": 1.0 + sequence, "node": "shop"}
+        call = {"channel": "Bake", "message": f"shop/Order[{number}].Dough/1"}
+        place = f"Order[{number}].Dough"
+        builder.add(Request(**at, **call, client=f"Order[{number}].baker", place=place, change={place: -1}))  # type: ignore[arg-type]
+        builder.add(Reply(**{**at, "node": "oven"}, **call, place="Bake[1].Done", instance=1))  # type: ignore[arg-type]
+        told = f"Order[{number}].Told"
+        builder.add(Publish(**at, channel="Sales", place=told, message=f"shop/{told}/1", change={told: -1}))  # type: ignore[arg-type]
+
+    assert [step.text for step in builder.steps[:3]] == [
+        "instance 2 of service /order calls service /bake",
+        "instance 1 of service /bake answers instance 2 of service /order",
+        "Order[2].Told publishes on topic /sales",
+    ]
+    clients = [lane.id for lane in builder.lanes.all if lane.kind == "client" and lane.channel == "Bake"]
+    assert clients == ["Order[1].baker", "Order[2].baker"]
+    queues = [(lane.id, lane.capacity) for lane in builder.lanes.all if lane.queue == "publisher"]
+    assert queues == [("Told", 4)]
+    assert marks(builder, "queue", "Sales", "publisher", "Told") == [[2, "p", 0], [5, "p", 0]]
