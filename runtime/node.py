@@ -324,6 +324,8 @@ class Node:
 
     def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
         """Let a message of a topic wait for the loop; drop it where as many wait as the port's limit says."""
+        if self.exchange.had(port, message):  # what comes again must not fill the queue
+            return
         with self._arrivals_lock:
             waiting = self._arriving.get(port, 0)
             if waiting >= port.limit:

@@ -141,6 +141,7 @@ def _responses(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]]) -
 _PLACES: dict[str, Callable[[Any, Callable[[dict[str, Any]], dict[str, Any]]], Any]] = {
     "marking": _tokens,
     "made": _tokens,
+    "history": _tokens,
     "data": lambda value, change: change(value),
     "requests": _requests,
     "responses": _responses,

@@ -69,7 +69,7 @@ class RosNode:
         )
         self.node = Node(
             net,
-            RclpyTransport(self.session, resume["seen"] if resume else None),
+            RclpyTransport(self.session, _last_seen(resume) if resume else None),
             recorder,
             resume=resume,
             run=run,
@@ -159,3 +159,13 @@ class RosNode:
 
     def __exit__(self, *exception: object) -> None:
         self.stop()
+
+
+def _last_seen(checkpoint: Checkpoint) -> dict[str, dict[str, int]]:
+    """Return the greatest number that each subscriber has had of each sender."""
+    found = {port: dict(senders) for port, senders in checkpoint["seen"].items()}
+    for port, senders in checkpoint.get("seen_apart", {}).items():
+        for sender, ranges in senders.items():
+            known = found.setdefault(port, {})
+            known[sender] = max(known.get(sender, 0), *(last for _, last in ranges))
+    return found
