@@ -63,14 +63,11 @@ class Memory(MutableMapping[str, Json]):
         self.changes[name] = decode_json(text)
 
     def __delitem__(self, name: str) -> None:
-        self[name]  # noqa: B018 - raises where there is none
+        self[name]
         self.changes[name] = None
 
     def __iter__(self) -> Iterator[str]:
-        names = dict.fromkeys([*self._kept, *self.changes])
-        return (
-            name for name in names if (self.changes if name in self.changes else self._kept)[name] is not None
-        )
+        return (name for name, value in {**self._kept, **self.changes}.items() if value is not None)
 
     def __len__(self) -> int:
         return sum(1 for _ in self)

@@ -31,7 +31,8 @@ class Checkpoint(TypedDict):
     numbers : dict
         Sending place -> number of its last message.
     history : dict
-        Publishing place -> number and data of its last messages, as many as its queue holds, the oldest first.
+        Publishing place -> number and data of its last messages, as many as its queue
+        holds, the oldest first.
     queues : dict
         Publishing place -> how many messages its queue holds.
     kept : dict

@@ -270,7 +270,7 @@ def check_of(transport: Transport, port: Port) -> Check | None:
 
 @runtime_checkable
 class Repeating(Protocol):
-    """A transport whose queues outlive its nodes: what a node had sent before a restart fills none of them."""
+    """A transport whose queues outlive its nodes: what was sent before a restart fills none of them."""
 
     def publish_again(self, port: PublisherPort, message: Message) -> object:
         """Send a message that was sent before; receivers that had it ignore it."""

@@ -49,12 +49,15 @@ class JournalState:
         Values of the signals.
     next_sequence : int
         Sequence of the next record.
+    has_begun : bool
+        Whether a record told all of the state.
     """
 
     def __init__(self) -> None:
         self.marking: dict[str, dict[int, Data]] = {}
         self.signals: dict[str, bool] = {}
         self.next_sequence = 0
+        self.has_begun = False
         self._next_token = 0
         self._numbers: dict[str, int] = {}
         self._history: dict[str, deque[tuple[int, Data]]] = {}
@@ -116,6 +119,7 @@ class JournalState:
             apply(self, record)
 
     def _start(self, record: Start) -> None:
+        self.has_begun = True
         self.marking = {place: dict(tokens) for place, tokens in record.marking.items() if tokens}
         self.signals = dict(record.signals)
         for tokens in self.marking.values():

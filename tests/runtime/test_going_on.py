@@ -9,7 +9,7 @@ import pytest
 
 from dineros.metamodel import sym
 from dineros.runtime.handlers import Firing
-from dineros.runtime.journal import JournalRecorder, resume_journal
+from dineros.runtime.journal import resume_journal
 from dineros.runtime.local import LocalNetwork
 from dineros.runtime.net import Net
 from dineros.runtime.node import Node
