@@ -249,9 +249,7 @@ class _Reading:
                 common = (port.channel, port.type or None, _mappings(port))
                 if isinstance(port, rtm.PublisherPort):
                     publishers.append(
-                        transport.PublisherPort(
-                            *common, port.topic, place.id, port.limit, *_quality(port)
-                        )
+                        transport.PublisherPort(*common, port.topic, place.id, port.limit, *_quality(port))
                     )
                 elif isinstance(port, rtm.SubscriberPort):
                     limits = (port.limit, port.dispatcherLimit)

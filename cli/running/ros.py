@@ -177,14 +177,13 @@ def _run_processes(
     own = ["-p", f"journal:={folder}"]
     own += [] if wanted.watchdog is None else ["-p", f"watchdog:={wanted.watchdog!r}"]
     own += [] if wanted.seed is None else ["-p", f"seed:={wanted.seed}"]
-    resume = ["-p", "resume:=true"]
     plans = [
         ProcessPlan(
             name,
-            [*command, *own, *(resume if wanted.is_resumed else [])],
+            [*command, *own, "-p", f"resume:={str(wanted.is_resumed).lower()}"],
             variables,
             folder / f"{name}.log",
-            resume=[] if wanted.is_resumed else resume,
+            resume=["-p", "resume:=true"],
         )
         for name, command in commands
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -10,12 +11,17 @@ from dineros.metamodel.ros_names import resource_names
 from dineros.runtime.bridges.values import read_signals
 from dineros.runtime.ros.latched import LatchedTopic
 from dineros.runtime.ros.parameters import declare, signal_parameters, stale_parameters
+from dineros.runtime.ros.quality import signal_quality
 from dineros.runtime.ros.session import RosError
 from dineros.runtime.staleness import Expectation, StalenessError, parse_then
 from dineros.runtime.transport import Receiver, SignalPort
 
 TOGETHER = "~/signals"
 """The topic that sets several signals at once, by JSON in a ``std_msgs/msg/String``: ``{"Red": true}``."""
+
+
+WANTED = "~/signals_wanted"
+"""The latched topic on which a node that starts, or goes on, asks for the values of its signals: a JSON list."""
 
 
 class RosSignals:
@@ -50,6 +56,7 @@ class RosSignals:
         for signal in signals:
             self._add(node, signal.id, names[signal.id])
         self._add_together(node)
+        self._ask(node, [names[signal.id] for signal in signals])
 
     def _start_values(self, node: Any, signals: Sequence[SignalPort]) -> None:
         values = signal_parameters((signal.id, signal.initial) for signal in signals)
@@ -98,6 +105,14 @@ class RosSignals:
             self._set(values, "topic")
 
         self._closing.append(LatchedTopic(node, String, TOGETHER, heard).close)
+
+    def _ask(self, node: Any, names: Sequence[str]) -> None:
+        """Tell whatever feeds the signals that they are wanted, all of them: values may have changed meanwhile."""
+        from std_msgs.msg import String
+
+        publisher = node.create_publisher(String, WANTED, signal_quality(is_kept=True))
+        publisher.publish(String(data=json.dumps(names)))
+        self._closing.append(lambda: node.destroy_publisher(publisher))
 
     def _set(self, values: dict[str, bool], source: str) -> None:
         if not self._is_open:

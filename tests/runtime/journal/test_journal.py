@@ -164,7 +164,10 @@ class TestCrash:
         recorder, checkpoint = resume_journal(tmp_path, "talker")
         recorder.close()
         assert plain(checkpoint) == states[max(states)]
-        assert {found.name for found in tmp_path.iterdir()} - {".journals"} == {"talker.jsonl", "listener.jsonl"}
+        assert {found.name for found in tmp_path.iterdir()} - {".journals"} == {
+            "talker.jsonl",
+            "listener.jsonl",
+        }
 
     def test_a_journal_that_is_not_there_begins(self, tmp_path: Path) -> None:
         recorder, checkpoint = resume_journal(tmp_path / "new", "talker")

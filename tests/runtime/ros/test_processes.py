@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import time
@@ -411,7 +412,30 @@ def test_managed_node(ros: Ros) -> None:
     ros.wait(lambda: len(ros.fired("office", "TSend")) == 3, "sending")
     assert ros.script(change.format("change(4), change(2)")) == "True True\n"
     assert ros.records("office")[-1]["event"] == "stop"
+    assert ros.script(change.format("change(1), change(3)")) == "True True\n"  # and it goes on
+    assert [record["resumed"] for record in ros.records("office", "start")] == [False, True]
     assert [process.interrupt() for process in (office, house)] == [0, 0]
+
+
+def test_a_node_asks_for_its_signals(ros: Ros) -> None:
+    """Also whoever comes later hears it, and can tell all of them."""
+    office = ros.node("office")
+    listen = (
+        "import rclpy\n"
+        "from rclpy.qos import DurabilityPolicy, QoSProfile\n"
+        "from std_msgs.msg import String\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('feeder')\n"
+        "heard = []\n"
+        "latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)\n"
+        "node.create_subscription(String, '/office/signals_wanted', heard.append, latched)\n"
+        "while not heard:\n"
+        "    rclpy.spin_once(node, timeout_sec=0.1)\n"
+        "print(heard[0].data)\n"
+        "rclpy.shutdown()\n"
+    )
+    assert "Open" in json.loads(ros.script(listen))
+    assert office.interrupt() == 0
 
 
 @pytest.mark.parametrize(
