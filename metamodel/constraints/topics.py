@@ -28,7 +28,7 @@ def topic_has_subscriber(channel: sym.TopicChannel, index: Index) -> Outcome:
 
 @constraint(
     "messages of {it} are lost when a node goes on after a restart: {found}",
-    fix="take its quality of service away: reliable and transientLocal, with the limits as depth, is the default",
+    fix="drop its quality of service: the default is reliable, transientLocal, with the limits as depth",
     severity="warning",
     guard=lambda channel, index: channel.type is None and channel.qos is not None,
 )

@@ -11,7 +11,6 @@ from dineros.metamodel.records.coding import RecordDecoder
 from dineros.metamodel.records.files import node_traces, trace_pieces
 from dineros.metamodel.records.schema import Record
 
-
 _HEAD = 64
 """Bytes that hold the sequence of the first record."""
 

@@ -45,8 +45,8 @@ class JournalRecorder:
 
     Each record is one `write` of one line. So whatever happens to the process, the operating system has
     every line that was written, and at most the last one is cut; `resume_journal` removes what is left of
-    that. A part that has grown to `part_bytes` is renamed to ``NODE.0001.jsonl`` and so on; the last `kept_parts`
-    of these stay. Every file begins with a header and a checkpoint, every line ends with a checksum.
+    that. A part that has grown to `part_bytes` is renamed to ``NODE.0001.jsonl`` and so on; of these, the
+    last `kept_parts` stay. Every file begins with a header and a checkpoint, every line ends with a checksum.
 
     Parameters
     ----------

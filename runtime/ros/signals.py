@@ -21,7 +21,7 @@ TOGETHER = "~/signals"
 
 
 WANTED = "~/signals_wanted"
-"""The latched topic on which a node that starts, or goes on, asks for the values of its signals: a JSON list."""
+"""The latched topic on which a node that starts, or goes on, asks for its signals: a JSON list of names."""
 
 
 class RosSignals:
@@ -107,7 +107,7 @@ class RosSignals:
         self._closing.append(LatchedTopic(node, String, TOGETHER, heard).close)
 
     def _ask(self, node: Any, names: Sequence[str]) -> None:
-        """Tell whatever feeds the signals that they are wanted, all of them: values may have changed meanwhile."""
+        """Tell whatever feeds the signals that all are wanted: they may have changed meanwhile."""
         from std_msgs.msg import String
 
         publisher = node.create_publisher(String, WANTED, signal_quality(is_kept=True))

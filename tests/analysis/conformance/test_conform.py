@@ -155,7 +155,7 @@ class TestTheEngine:
         traces = self.record(model, tmp_path, 4, 3000)
         verdict = verdict_on(model, skewed(traces, 4))
         assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
-        assert verdict.steps > 1000
+        assert verdict.steps > 300
         assert verdict.silent > 10
 
     @given(chatty_systems(), SEEDS)

@@ -70,13 +70,13 @@ def test_a_torn_tail_is_cut_and_said(tmp_path: Path, caplog: pytest.LogCaptureFi
 def test_only_a_header_is_no_state(tmp_path: Path) -> None:
     path = write(tmp_path)
     path.write_bytes(path.read_bytes().splitlines(keepends=True)[0])
-    with pytest.raises(JournalError, match="talker.jsonl: holds no state of its node.*restore it"):
+    with pytest.raises(JournalError, match=r"talker.jsonl: holds no state of its node.*restore it"):
         resume_journal(tmp_path, "talker")
 
 
 def test_a_journal_that_is_missing_is_missed(tmp_path: Path) -> None:
     write(tmp_path).unlink()
-    with pytest.raises(JournalError, match="talker.jsonl: is missing .restore it"):
+    with pytest.raises(JournalError, match=r"talker.jsonl: is missing .restore it"):
         resume_journal(tmp_path, "talker")
     resume_journal(tmp_path, "listener")[0].close()  # has never begun
 

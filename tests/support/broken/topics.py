@@ -40,9 +40,9 @@ def untyped(small: Small) -> sym.TopicChannel:
 
 @CASES.breaks(
     "topic-survives-restarts",
-    "messages of topic channel 'chatter' are lost when a node goes on after a restart: it is volatile, so that "
-    "nothing is kept for a subscriber that is down",
-    "take its quality of service away: reliable and transientLocal, with the limits as depth, is the default",
+    "messages of topic channel 'chatter' are lost when a node goes on after a restart: it is volatile, so "
+    "that nothing is kept for a subscriber that is down",
+    "drop its quality of service: the default is reliable, transientLocal, with the limits as depth",
 )
 def volatile_topic(small: Small) -> None:
     untyped(small).qos = sym.QualityOfService()
@@ -51,7 +51,7 @@ def volatile_topic(small: Small) -> None:
 @CASES.breaks(
     "topic-survives-restarts",
     "messages of topic channel 'chatter' are lost when a node goes on after a restart: it is bestEffort",
-    "take its quality of service away: reliable and transientLocal, with the limits as depth, is the default",
+    "drop its quality of service: the default is reliable, transientLocal, with the limits as depth",
 )
 def best_effort_topic(small: Small) -> None:
     untyped(small).qos = sym.QualityOfService(durability="transientLocal", reliability="bestEffort")
