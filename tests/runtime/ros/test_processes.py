@@ -419,6 +419,9 @@ def test_managed_node(ros: Ros) -> None:
     [
         (["-p", "request_timeout:=-1.0"], "the parameter request_timeout"),
         (["-p", "log_level:=loud"], "no log level 'loud'"),
+        (["-p", "when_stale.Open:=maybe"], "the parameter when_stale.Open"),
+        (["-p", "when_stale.Open:=3"], "the parameter when_stale.Open"),
+        (["-p", "stale_after.Open:=-1.0"], "the parameter stale_after.Open"),
         (["-r", "__node:=two words"], "ROS 2 does not start"),
     ],
 )
