@@ -60,7 +60,7 @@ class Blocked:
         return f"the handler {self.handler} of {self.transition}" if self.transition else self.handler
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class _Call:
     """A call under way; `outer` is the one from within which it was made."""
 

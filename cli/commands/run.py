@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import shutil
 import signal
 import tempfile
 from contextlib import ExitStack
@@ -16,8 +17,9 @@ from dineros.cli.console import say, say_json, summarise, warn
 from dineros.cli.options import command, invocation, json_option, model_argument, settings_option
 
 if TYPE_CHECKING:
+    from dineros.cli.running import watching
     from dineros.cli.running.applications import Application
-    from dineros.cli.running.watching import Ending, Wanted
+    from dineros.cli.running.watching import Wanted
     from dineros.runtime.application.observer import FolderObserver
 
 VIOLATED, FAILED, UNKNOWN, INTERRUPTED = 1, 2, 3, 130
@@ -125,7 +127,15 @@ def run(
         # Whoever supervises this program ends it as Ctrl-C does.
         former = signal.signal(signal.SIGTERM, signal.default_int_handler)
         stack.callback(signal.signal, signal.SIGTERM, former)
-        folder = trace or Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="dineros-run-")))
+        ending: watching.Ending | None = None
+        folder = trace or Path(tempfile.mkdtemp(prefix="dineros-run-"))
+
+        def forget() -> None:
+            if ending != "failed":  # then people are told to look at what the node has printed
+                shutil.rmtree(folder, ignore_errors=True)
+
+        if trace is None:
+            stack.callback(forget)
         wanted = Wanted(
             application.condition(until) if until is not None else None,
             timeout,
@@ -181,7 +191,7 @@ def _report(
     application: Application,
     wanted: Wanted,
     observer: FolderObserver,
-    ending: Ending,
+    ending: watching.Ending,
     trace: Path | None,
     as_json: bool,
 ) -> int:

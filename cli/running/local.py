@@ -111,13 +111,12 @@ def run_in_process(
             handlers.configure(net)
     if not is_simulated:
         with application:
-            return watch(wanted, observer, lambda: _all_run(application))
+            ending: Ending = watch(wanted, observer, lambda: _all_run(application))
+        return ending if observe(wanted, observer) else "deviated"
     until = wanted.until
     with application:
         try:
-            ending: Ending = application.run(
-                lambda _: until is not None and until(marking, signals), wanted.timeout
-            )
+            ending = application.run(lambda _: until is not None and until(marking, signals), wanted.timeout)
         except KeyboardInterrupt:
             ending = "interrupted"
     return ending if observe(wanted, observer) else "deviated"

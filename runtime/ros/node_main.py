@@ -187,10 +187,11 @@ def _register(register: Register, net: Net) -> None:
     except Exception as error:
         at = [frame for frame in traceback.extract_tb(error.__traceback__) if _is_of_developers(frame)]
         place = Location(Path(at[-1].filename), at[-1].lineno) if at else None
+        said = str(error)
         if isinstance(error, SyntaxError) and error.filename:
-            place = Location(Path(error.filename), error.lineno)
+            place, said = Location(Path(error.filename), error.lineno), error.msg
         LOG.debug("the handlers cannot be registered", exc_info=error)
-        raise HandlerFileError(f"{type(error).__name__}: {error}", location=place) from error
+        raise HandlerFileError(f"{type(error).__name__}: {said}", location=place) from error
 
 
 def _is_of_developers(frame: traceback.FrameSummary) -> bool:
