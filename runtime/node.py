@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable, Mapping
 
 from dineros.metamodel.errors import DinerosError
@@ -29,6 +30,12 @@ from dineros.runtime.transport import (
 from dineros.runtime.watchdog import GivenUpError
 
 LOG = logging.getLogger("dineros.runtime")
+SETTLING = 1.5
+"""Seconds that handlers elsewhere, and messages on their way, have when a process of a node is to end."""
+
+QUIET = 0.1
+"""Seconds without anything to do after which a node counts as settled."""
+
 PATIENCE = 2.0
 """Seconds that a handler has to return when its node is to end; then its firing is released."""
 
@@ -239,6 +246,34 @@ class Node:
         self._failure = error
         self._ended_by = f"{type(error).__name__}: {error}"
         self._execution.halt(f"the node has ended: {error}")
+
+    def settle(self, seconds: float) -> bool:
+        """Begin no firing any more, let those in flight end, take what arrives; from another thread.
+
+        What is not settled in time is not lost: firings begin anew, and messages come again, when the node goes
+        on.
+
+        Parameters
+        ----------
+        seconds : float
+            How long to wait, at most.
+
+        Returns
+        -------
+        bool
+            Whether nothing is left to do.
+        """
+        execution, loop = self._execution, self._loop
+        loop.post(lambda: execution.halt("the node is to end", logging.INFO))
+        end = time.monotonic() + seconds
+        quiet_since: float | None = None
+        while (now := time.monotonic()) < end and self._failure is None:
+            is_quiet = execution.halted is not None and not execution.in_flight and not loop.has_actions
+            quiet_since = (quiet_since or now) if is_quiet else None
+            if quiet_since is not None and now - quiet_since >= QUIET:
+                return True
+            time.sleep(0.01)
+        return False
 
     def end(self) -> None:
         """Have the thread end after the step it is in; `stop` waits for that."""

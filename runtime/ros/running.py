@@ -9,7 +9,7 @@ import time
 from collections.abc import Sequence
 
 from dineros.runtime.net import Net
-from dineros.runtime.node import Node
+from dineros.runtime.node import SETTLING, Node
 from dineros.runtime.recording import Checkpoint, Recorder
 from dineros.runtime.ros.control import Control
 from dineros.runtime.ros.session import Session
@@ -138,13 +138,15 @@ class RosNode:
             self.session.close()
 
     def await_end(self) -> None:
-        """End the thread; where a handler keeps it, release its firing and wait no longer.
+        """Let what goes on end, then the thread; where a handler keeps it, its firing is released.
 
         Raises
         ------
         DinerosError
             It does not end, although no handler runs.
         """
+        if not self.session.join(0):
+            self.node.settle(SETTLING)
         self.session.end()
         if not self.node.await_end(self.session.join):
             self.session.cut_off()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from dineros.runtime.journal import resume_journal
 from dineros.runtime.local import LocalNetwork
 from dineros.runtime.net import Net
 from dineros.runtime.node import Node
+from dineros.runtime.recording import ListRecorder
 from dineros.runtime.transport import Message, PublisherPort
 from dineros.transformations.split import split
 from tests.support.talker import talker
@@ -109,3 +111,26 @@ def test_only_json_is_kept(value: Any, tmp_path: Path) -> None:
     made.run_until_idle()
     assert "'it' cannot be kept" in net.inspect().errors[0].error
     made.close()
+
+
+def test_a_node_that_settles_ends_what_it_has_begun(tmp_path: Path) -> None:
+    """No firing begins any more, a handler elsewhere ends, and what it puts is published."""
+    begun, may_end = threading.Event(), threading.Event()
+    network = LocalNetwork()
+    net = part("talker")
+
+    @net.handler("Say", thread=True)
+    def say(firing: Firing) -> None:
+        begun.set()
+        may_end.wait(10)
+
+    recorder = ListRecorder()
+    made = Node(net, network.transport(), recorder)
+    made.start()
+    net.signal("Button").set(True)
+    assert begun.wait(10)
+    threading.Timer(0.2, may_end.set).start()
+    assert made.settle(10)
+    made.stop()
+    events = [record["event"] for record in recorder.records]
+    assert events == ["start", "signal", "fire", "publish", "stop"]
