@@ -2,8 +2,8 @@
 
 ``python benchmarks/stops_and_kills.py --stops 300`` runs the application on ROS 2, one process per node, with
 its simulated cell. At random moments it sends Ctrl-C, SIGTERM or SIGKILL to the supervisor, or SIGTERM or
-SIGKILL to a node, and goes on with ``--resume``. Whenever all objects are sorted, the traces are checked: every
-message was taken once, every call has its four steps once, every object is shown once, no queue dropped
+SIGKILL to a node, and goes on with ``--resume``. Whenever all objects are sorted, the traces are checked:
+every message was taken once, every call has its four steps once, every object is shown once, no queue dropped
 anything, and the run conforms to the model.
 """
 
@@ -36,6 +36,7 @@ from dineros.metamodel.records import (
     Response,
     Serve,
     Take,
+    node_traces,
     read_trace,
     traces_of_runs,
 )
@@ -92,7 +93,7 @@ class Round:
         options += ["--until", f"Shown >= {3 * self.objects}", "--restarts", "1000"]
         options += ["--with", "python -m sorting_cell --motion-time 0.1 --visit 3 --visit 7"]
         options += [word for setting in self.settings for word in ("--set", setting)]
-        if any(self.traces.glob("*.jsonl")):
+        if self.traces.is_dir() and node_traces(self.traces):
             options.append("--resume")
         self.folder.mkdir(parents=True, exist_ok=True)
         with (self.folder / "run.log").open("ab") as log:
@@ -113,6 +114,13 @@ class Round:
                 if event["event"] in ("started", "restarted"):
                     running[event["name"]] = event["process"]
         return {name: process for name, process in running.items() if _is_there(process)}
+
+    def await_nodes(self) -> None:
+        """Wait until processes are there to be hit."""
+        assert self.process is not None
+        end = time.monotonic() + 5 * PATIENCE  # the first time, the interfaces are built
+        while not self.nodes() and self.process.poll() is None and time.monotonic() < end:
+            time.sleep(0.05)
 
     def run_for(self, seconds: float) -> bool:
         """Let it run; True: it has reached its end."""
@@ -232,7 +240,8 @@ def stress(
         round_.start()
         try:
             while done < stops:
-                if round_.run_for(draw.uniform(1.0, longest)):
+                round_.await_nodes()
+                if round_.run_for(draw.uniform(0.0, longest)):
                     break
                 kind = draw.choice(KINDS)
                 whom = round_.hit(kind, draw)

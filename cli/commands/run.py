@@ -122,6 +122,8 @@ def run(
     if programs and (local or simulate):
         raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
     application = application_of(model, settings, handler_file, stale_after)
+    if resume and trace is not None:
+        _check_traces(trace, [each.node.id for each in application.models])
     process: Ending | None = None
     with ExitStack() as stack:
         # Whoever supervises this program ends it as Ctrl-C does.
@@ -166,6 +168,37 @@ def run(
     if process is not None:
         process.leave(status)  # a handler that does not return keeps nobody
     return status
+
+
+def _check_traces(folder: Path, nodes: list[str]) -> None:
+    """Refuse to go on from nothing; say which nodes begin anew.
+
+    Raises
+    ------
+    DinerosError
+        There are no traces, or the trace of a node has gone.
+    """
+    from dineros.metamodel.errors import DinerosError, Location
+    from dineros.metamodel.records import node_traces
+    from dineros.metamodel.records.files import file_name, journals_path
+
+    known = node_traces(folder) if folder.is_dir() else {}
+    if not known:
+        raise DinerosError(
+            "holds no traces to go on from", location=Location(folder), hint="run it without --resume"
+        )
+    journals = journals_path(folder)
+    listed = journals.read_text("utf-8", errors="replace").split("\n") if journals.is_file() else []
+    for node in nodes:
+        if node in known:
+            continue
+        if file_name(node) in listed:
+            raise DinerosError(
+                f"the trace of node {node} is missing",
+                location=Location(folder),
+                hint="restore it from a copy, or start all nodes anew in another folder",
+            )
+        warn(f"{folder}: node {node} has no trace, so it begins with its initial marking")
 
 
 def _page(folder: Path, application: Application) -> Any:
