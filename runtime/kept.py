@@ -5,19 +5,21 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Iterator, Mapping, MutableMapping
-from typing import TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.json_text import decode_json
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 
+T = TypeVar("T", bool, int, float, str, list[Any], dict[str, Any])
+
 
 class KeepError(DinerosError):
     """A value cannot be kept."""
 
 
-class Memory(MutableMapping[str, Json]):
+class Memory(MutableMapping[str, Any]):
     """What the handlers of a node keep, as one firing sees it.
 
     A change counts when the firing commits, together with it: a firing that fails, is withdrawn or is cut off
@@ -31,16 +33,31 @@ class Memory(MutableMapping[str, Json]):
     Examples
     --------
     >>> memory = Memory({"picked": 2})
-    >>> memory["picked"] += 1
-    >>> memory["picked"], memory.changes
-    (3, {'picked': 3})
+    >>> memory["picked"] = memory.value("picked", 0) + 1
+    >>> memory["picked"], memory.value("placed", 0), memory.changes
+    (3, 0, {'picked': 3})
     """
 
     def __init__(self, kept: Mapping[str, Json] | None = None) -> None:
         self._kept = kept or {}
         self.changes: dict[str, Json] = {}
 
-    def __getitem__(self, name: str) -> Json:
+    def value(self, name: str, default: T) -> T:
+        """Return a value that is of the type of the default, which stands where nothing is kept.
+
+        Raises
+        ------
+        KeepError
+            What is kept is of another type.
+        """
+        kept = self.get(name, default)
+        if isinstance(default, float) and type(kept) is int:
+            kept = float(kept)
+        if type(kept) is not type(default):
+            raise KeepError(f"{name!r} is kept as {kept!r}, which is no {type(default).__name__}")
+        return kept
+
+    def __getitem__(self, name: str) -> Any:
         value = self.changes[name] if name in self.changes else self._kept.get(name)
         if value is None:
             raise KeyError(name)

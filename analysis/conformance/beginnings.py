@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 
 from dineros.analysis.conformance.messages import Past
 from dineros.analysis.conformance.replay import Replay
-from dineros.metamodel import sym
+from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.message_ids import parse_id
@@ -131,7 +131,7 @@ def _served(
     return max((known[1] for known in answered if known is not None and known[0] == sender), default=0), None
 
 
-def _sender(place: sym.Place, checkpoints: Checkpoints) -> tuple[str, int]:
+def _sender(place: pn.Place, checkpoints: Checkpoints) -> tuple[str, int]:
     """Return what the ids of a place's messages begin with, and the number of its last message."""
     net = node_net_of(place)
     node = net.id if net is not None else ""

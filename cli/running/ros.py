@@ -189,8 +189,8 @@ def _run_processes(
     ]
     for number, program in enumerate(options.programs, 1):
         name = f"program-{number}"
-        log = folder / f"{name}.log"
-        plans.append(ProcessPlan(name, _words(program), variables, log, is_last=True))
+        printed = folder / f"{name}.log"
+        plans.append(ProcessPlan(name, _words(program), variables, printed, is_last=True))
     folder.mkdir(parents=True, exist_ok=True)
     flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
     descriptor = open_plain(folder / SUPERVISOR_LOG, flags, follow_links=False)

@@ -11,6 +11,7 @@ import pytest
 from dineros.metamodel import sym
 from dineros.runtime.handlers import Firing
 from dineros.runtime.journal import resume_journal
+from dineros.runtime.kept import KeepError, Memory
 from dineros.runtime.local import LocalNetwork
 from dineros.runtime.net import Net
 from dineros.runtime.node import Node
@@ -80,7 +81,7 @@ def test_a_handler_keeps_a_value_over_a_restart(tmp_path: Path) -> None:
     network = LocalNetwork()
 
     def count(firing: Firing) -> None:
-        firing.memory["said"] = firing.memory.get("said", 0) + 1
+        firing.memory["said"] = firing.memory.value("said", 0) + 1
         firing.memory["last"] = {"id": firing.id}
         if firing.memory["said"] == 3:
             raise RuntimeError("not the third time")
@@ -134,3 +135,14 @@ def test_a_node_that_settles_ends_what_it_has_begun(tmp_path: Path) -> None:
     made.stop()
     events = [record["event"] for record in recorder.records]
     assert events == ["start", "signal", "fire", "publish", "stop"]
+
+
+def test_what_is_kept_has_the_type_that_is_asked_for() -> None:
+    memory = Memory({"times": 3, "name": "cup", "list": [1]})
+    assert (memory.value("times", 0), memory.value("times", 0.5), memory.value("no", "x")) == (3, 3.0, "x")
+    with pytest.raises(KeepError, match="'name' is kept as 'cup', which is no int"):
+        memory.value("name", 0)
+    memory["list"].append(2)  # a copy
+    del memory["name"]
+    assert dict(memory) == {"times": 3, "list": [1]}
+    assert memory.changes == {"name": None}
