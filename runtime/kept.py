@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Iterator, Mapping, MutableMapping
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar, cast
 
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.json_text import decode_json
@@ -50,12 +50,13 @@ class Memory(MutableMapping[str, Any]):
         KeepError
             What is kept is of another type.
         """
-        kept = self.get(name, default)
-        if isinstance(default, float) and type(kept) is int:
+        kept: Any = self.get(name, default)
+        kind: type = type(default)
+        if kind is float and type(kept) is int:
             kept = float(kept)
-        if type(kept) is not type(default):
-            raise KeepError(f"{name!r} is kept as {kept!r}, which is no {type(default).__name__}")
-        return kept
+        if type(kept) is not kind:
+            raise KeepError(f"{name!r} is kept as {kept!r}, which is no {kind.__name__}")
+        return cast("T", kept)
 
     def __getitem__(self, name: str) -> Any:
         value = self.changes[name] if name in self.changes else self._kept.get(name)

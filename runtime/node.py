@@ -248,10 +248,9 @@ class Node:
         self._execution.halt(f"the node has ended: {error}")
 
     def settle(self, seconds: float) -> bool:
-        """Begin no firing any more, let those in flight end, take what arrives; from another thread.
+        """Begin no firing, let those in flight end, take what still arrives; from another thread.
 
-        What is not settled in time is not lost: firings begin anew, and messages come again, when the node goes
-        on.
+        What is not settled in time is not lost: a node that goes on begins it anew, or gets it again.
 
         Parameters
         ----------
