@@ -264,7 +264,12 @@ def main() -> int:
     )
     parser.add_argument("--stops", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--objects", type=int, default=20, help="objects of each colour in a round")
+    parser.add_argument(
+        "--objects",
+        type=int,
+        default=3,
+        help="objects of each colour in a round; more than 3 can fill a queue",
+    )
     parser.add_argument("--domain", type=int, default=77, help="ROS domain")
     parser.add_argument("--longest", type=float, default=6.0, help="seconds between two stops, at most")
     parser.add_argument("--keep", type=Path, help="keep traces and logs in this folder")

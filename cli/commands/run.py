@@ -127,8 +127,9 @@ def run(
     process: Ending | None = None
     with ExitStack() as stack:
         # Whoever supervises this program ends it as Ctrl-C does.
-        former = signal.signal(signal.SIGTERM, signal.default_int_handler)
-        stack.callback(signal.signal, signal.SIGTERM, former)
+        stack.callback(
+            signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, signal.default_int_handler)
+        )
         ending: watching.Ending | None = None
         folder = trace or Path(tempfile.mkdtemp(prefix="dineros-run-"))
 
@@ -147,6 +148,8 @@ def run(
             resume,
             application.monitor() if monitor else None,
         )
+        for number in (signal.SIGINT, signal.SIGTERM):
+            stack.callback(signal.signal, number, signal.signal(number, wanted.interrupt))
         observer = FolderObserver(folder)
         if view:
             stack.enter_context(_page(folder, application))
@@ -156,7 +159,7 @@ def run(
 
             level = logging.INFO if invocation().verbosity > 0 else logging.WARNING
             stack.enter_context(logs_to(terminal_handler(), level))
-            with Ending(INTERRUPTED, signal.default_int_handler) as process:
+            with Ending(INTERRUPTED, wanted.interrupt) as process:
                 ending = run_in_process(application, wanted, observer, is_simulated=simulate)
         else:
             from dineros.cli.running.ros import RosOptions, run_on_ros

@@ -334,7 +334,7 @@ def _new_journal(folder: Path, node: str, source: str, options: dict[str, Any]) 
         had = read_bytes(journals_path(folder), follow_links=False).decode(errors="replace").split("\n")
         if file_name(node) in had:
             raise JournalError("is missing", location=Location(path), hint=_what_to_do(path))
-    LOG.info("%s has no journal of node %s: it begins with its initial marking", folder, node)
+        LOG.warning("%s has no journal of node %s: it begins with its initial marking", folder, node)
     return JournalRecorder(folder, node, source=source, **options)
 
 

@@ -360,6 +360,6 @@ def test_interfaces_that_are_not_built(ros: Ros) -> None:
 def test_failing_recorder_ends_the_node(ros: Ros) -> None:
     (ros.folder / "journal").mkdir()
     (ros.folder / "journal" / "office.jsonl").write_text("")
-    office = ros.node("office")
+    office = ros.node("office", {"resume": False})
     assert office.popen.wait(PATIENCE) == 2
     assert "has a trace of node 'office' already" in office.output()
