@@ -263,7 +263,7 @@ class Node:
             Whether nothing is left to do.
         """
         execution, loop = self._execution, self._loop
-        loop.post(lambda: execution.halt("the node is to end", logging.INFO))
+        loop.post(lambda: execution.halt("the node is to end", logging.DEBUG))
         end = time.monotonic() + seconds
         quiet_since: float | None = None
         while (now := time.monotonic()) < end and self._failure is None:

@@ -148,8 +148,8 @@ def run(
             resume,
             application.monitor() if monitor else None,
         )
-        for number in (signal.SIGINT, signal.SIGTERM):
-            stack.callback(signal.signal, number, signal.signal(number, wanted.interrupt))
+        for caught in (signal.SIGINT, signal.SIGTERM):
+            stack.callback(signal.signal, caught, signal.signal(caught, wanted.interrupt))
         observer = FolderObserver(folder)
         if view:
             stack.enter_context(_page(folder, application))
