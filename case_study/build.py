@@ -15,6 +15,10 @@ from dineros.metamodel.files import save
 
 HOME = Path(__file__).resolve().parent
 CELLS = ("L", "R")
+RETRY_TIME = 0.1
+"""Seconds before the sensor is asked again while it is unsafe."""
+SENSE_TIME = 0.02
+"""Seconds that the sensor measures: also while there is danger, the safety loop turns no faster."""
 
 
 class NodeNetBuilder:
@@ -37,8 +41,13 @@ def place(id: str, page: pn.Page, tokens: int = 0) -> sym.Place:
     return sym.Place(id=id, name=id, tokens=tokens, page=page)
 
 
-def transition(id: str, page: pn.Page, clause: str | None = None) -> sym.Transition:
+def transition(
+    id: str, page: pn.Page, clause: str | None = None, earliest: float | None = None
+) -> sym.Transition:
+    """Return a transition; `earliest` paces it: so many seconds it is ready before it fires."""
     made = sym.Transition(id=id, name=id, page=page)
+    if earliest is not None:
+        made.interval = pn.TimeInterval(earliest=earliest)
     if clause:
         set_clause(made, clause, name=f"IC{id.removeprefix('T')}")
     return made
@@ -111,7 +120,7 @@ def executor(model: sym.SystemModel) -> tuple[dict[str, sym.ServerPort], sym.Pla
     safety = node.page("Safety")
     safe, unsafe = place("Safe", safety), place("Unsafe", safety, tokens=1)
     request, response = place("SensorReq", safety), place("SensorRes", safety)
-    flow(unsafe, transition("TRetry", safety), request)
+    flow(unsafe, transition("TRetry", safety, earliest=RETRY_TIME), request)
     flow(response, transition("TSafe", safety), safe)
     flow(response, transition("TUnsafe", safety), unsafe)
     flow(safe, transition("TStop", safety, clause="Danger"), request)
@@ -140,7 +149,7 @@ def sensorics(model: sym.SystemModel) -> sym.ServerPort:
     node.signal("Sensor")
     page = node.callback("SensorServer", "server")
     entry, exit_ = place("SensorEntry", page), place("SensorExit", page)
-    flow(entry, transition("TSense", page, clause="Sensor"), exit_)
+    flow(entry, transition("TSense", page, "Sensor", SENSE_TIME), exit_)
     return sym.ServerPort(entry=entry, exit=exit_, page=page)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import logging
 import random
 import threading
@@ -206,6 +207,9 @@ class Core:
             signals=dict(zip(structure.signals, engine.signals, strict=True)),
             next_token=engine.next_token,
             numbers={},
+            history={},
+            queues={},
+            kept=copy.deepcopy(self.execution.kept),
             seen={},
             seen_apart={},
             requests={},
@@ -246,6 +250,7 @@ class Core:
             signals[names.signal(id)] = value
         self.engine = Engine(structure, self._departures, marking, signals, checkpoint["next_token"])
         self.execution.engine = self.engine
+        self.execution.kept = copy.deepcopy(checkpoint.get("kept", {}))
         for id, by_place in checkpoint["aside"].items():
             (transition,) = names.transitions(id)
             self.engine.put_aside(

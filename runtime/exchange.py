@@ -118,10 +118,12 @@ class Exchange:
         return sum(len(server.waiting) for server in self._servers.values())
 
     def begin(self, transport: Transport) -> None:
-        """Let tokens depart; what was asked before a restart is asked again."""
+        """Let tokens depart; what was sent or asked before a restart is sent or asked again."""
         self._traffic.transport = transport
         for port, server in self._servers.items():
             server.check = check_of(transport, port)
+        for publisher in self._publishers:
+            self._send_again(publisher)
         for departure in range(len(self._publishers)):
             self._engine.unhold_departure(departure)
         for client in self._clients.values():
@@ -129,6 +131,14 @@ class Exchange:
                 self._engine.unhold_departure(client.departure)
             else:
                 client.ask_again()
+
+    def _send_again(self, publisher: Publisher) -> None:
+        try:
+            publisher.send_again()
+        except SendError as error:
+            LOG.error("%s", error, exc_info=error.__cause__)
+            self._traffic.tell_error(str(error), "retry")
+            self._loop.timers.call_later(RETRY_DELAY, lambda: self._send_again(publisher))
 
     def checks(self, transport: Transport) -> dict[int, Check]:
         """Return what checks the data that comes onto places whose tokens are sent: place -> check."""
@@ -162,6 +172,10 @@ class Exchange:
         """Take a message of a topic; `lost` are missing just before it."""
         self._subscribers[port].arrived(message, lost)
 
+    def had(self, port: SubscriberPort, message: Message) -> bool:
+        """Return whether a message of a topic came before; from any thread."""
+        return self._subscribers[port].had(message)
+
     def lost(self, port: Port, queue: Queue, count: int) -> None:
         """Count and record messages that a full queue lost."""
         if isinstance(port, SubscriberPort):
@@ -188,6 +202,14 @@ class Exchange:
         places = self._engine.structure.places
         checkpoint["run"] = self._traffic.run
         checkpoint["numbers"] = {places[place]: number for place, number in self._traffic.numbers.items()}
+        checkpoint["queues"] = {places[each.place]: each.history.maxlen or 1 for each in self._publishers}
+        checkpoint["history"] = {
+            places[publisher.place]: [
+                [_number(message), _plain(message.data)] for message in publisher.history
+            ]
+            for publisher in self._publishers
+            if publisher.history
+        }
         for port, subscriber in self._subscribers.items():
             seen, apart = subscriber.seen.saved()
             if seen:
@@ -228,6 +250,12 @@ class Exchange:
         self._traffic.numbers = {
             _known(numbers, place, "place"): number for place, number in checkpoint["numbers"].items()
         }
+        publishers = {places[each.place]: each for each in self._publishers}
+        for place, messages in checkpoint.get("history", {}).items():
+            publisher = _known(publishers, place, "publisher at")
+            for number, data in messages:
+                id = self._traffic.id_of(publisher.place, int(str(number)))
+                publisher.history.append(Message(id, cast("Data", data)))
         subscribers = {f"{port.channel}/{port.place}": each for port, each in self._subscribers.items()}
         seen, apart = checkpoint["seen"], checkpoint.get("seen_apart", {})
         for key in {**seen, **apart}:
@@ -256,6 +284,10 @@ def _known(table: Mapping[str, T], key: str, kind: str) -> T:
             hint="go on with the model of the first run, or start anew",
         )
     return table[key]
+
+
+def _number(message: Message) -> int:
+    return int(message.id.rpartition("/")[2])
 
 
 def _plain(data: Data) -> dict[str, Value]:

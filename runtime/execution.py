@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import inspect
 import logging
-from collections.abc import Awaitable, Sequence
+from collections.abc import Awaitable, Mapping, Sequence
 from random import Random
+from types import MappingProxyType
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError
@@ -19,6 +20,7 @@ from dineros.runtime.departures import Departures
 from dineros.runtime.engine import Engine, Tokens
 from dineros.runtime.flights import Flight, Flights
 from dineros.runtime.handlers import Firing, Handler, Handlers
+from dineros.runtime.kept import Json, Memory
 from dineros.runtime.loop import Loop
 from dineros.runtime.observing import Observer, shown
 from dineros.runtime.policies import Aside, Halt, Policy, Retry
@@ -53,6 +55,8 @@ class Execution:
         Refuses what cannot be sent.
     firings : int
         How many have committed.
+    kept : dict
+        What handlers keep: name -> JSON value.
     """
 
     def __init__(
@@ -65,6 +69,7 @@ class Execution:
         self.in_flight = Flights()
         self.watchdog = Watchdog(engine.structure.ports.node, observer.status_changed)
         self.firings = 0
+        self.kept: dict[str, Any] = {}
         self._loop = loop
         self._observer = observer
         self._workers = Workers()
@@ -159,6 +164,7 @@ class Execution:
             {structure.place_names[place]: weight for place, weight in structure.outputs[transition]},
             copy_data(data),
             status,
+            Memory(self.kept),
         )
         self._go_on(Flight(transition, taken, handlers, firing, data, started, status))
 
@@ -318,12 +324,24 @@ class Execution:
         if (error := self.departures.refused(made)) is not None:
             self._fail(transition, flight.taken, flight.handlers[-1], error)
             return
-        self._commit(transition, flight.taken, made, flight.handlers, flight.started)
+        kept = flight.firing.memory.changes
+        self._commit(transition, flight.taken, made, flight.handlers, flight.started, kept)
 
     def _commit(
-        self, transition: int, taken: Tokens, made: Tokens, handlers: Sequence[Handler], started: float
+        self,
+        transition: int,
+        taken: Tokens,
+        made: Tokens,
+        handlers: Sequence[Handler],
+        started: float,
+        kept: Mapping[str, Json] = MappingProxyType({}),
     ) -> None:
         self.engine.commit(taken, made)
+        for name, value in kept.items():
+            if value is None:
+                self.kept.pop(name, None)
+            else:
+                self.kept[name] = value
         self.firings += 1
         self._failures.pop(transition, None)
         if not self._observer.is_observing:
@@ -340,6 +358,7 @@ class Execution:
             made={places[place]: [[token.id, token.data] for token in tokens] for place, tokens in made},
             handlers=[handler.name for handler in handlers],
             duration=self._loop.clock() - started,
+            **({"kept": dict(kept)} if kept else {}),
         )
 
     def _end(self, flight: Flight) -> None:

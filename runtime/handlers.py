@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError, near_matches
+from dineros.runtime.kept import Memory
 from dineros.runtime.policies import Policy
 from dineros.runtime.tokens import Token
 
@@ -51,9 +52,11 @@ class Firing:
         How many tokens it puts on each place.
     data : dict
         A copy of the data that goes on to the outputs: handlers change it in place, the next one sees it.
+    memory : Memory
+        What the handlers of the node keep, also over restarts: ``firing.memory["picked"] = 3``.
     """
 
-    __slots__ = ("_status", "data", "id", "inputs", "instance", "outputs", "transition")
+    __slots__ = ("_status", "data", "id", "inputs", "instance", "memory", "outputs", "transition")
 
     def __init__(
         self,
@@ -64,6 +67,7 @@ class Firing:
         outputs: Mapping[str, int],
         data: dict[str, Any],
         status: list[bool],
+        memory: Memory | None = None,
     ) -> None:
         self.transition = transition
         self.instance = instance
@@ -72,6 +76,7 @@ class Firing:
         self.outputs = MappingProxyType(dict(outputs))
         self.data = data
         self._status = status
+        self.memory = Memory() if memory is None else memory
 
     @property
     def still_enabled(self) -> bool:

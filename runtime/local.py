@@ -31,11 +31,23 @@ Move = Callable[[], None]
 
 @dataclass
 class _PublisherQueue:
-    """Messages that left their node; `history` is what a late subscriber gets of a transient-local topic."""
+    """Messages that left their node.
+
+    Attributes
+    ----------
+    history : deque of Message
+        What a late subscriber gets of a transient-local topic.
+    again : deque of Message
+        What the publisher had sent in an earlier life.
+    """
 
     port: PublisherPort
     waiting: deque[Message] = field(default_factory=deque)
     history: deque[Message] = field(default_factory=deque)
+    again: deque[Message] = field(default_factory=deque)
+
+    def __post_init__(self) -> None:
+        self.again = deque(maxlen=max(1, self.port.limit))
 
 
 @dataclass
@@ -202,8 +214,9 @@ class LocalNetwork:
                     dispatchers[ports.node].ports.append(subscriber)
                     continue
                 dispatcher = dispatchers[ports.node] = _Dispatcher(receiver, [subscriber])
-                if subscriber.durability == "transientLocal":
-                    for queue in self._publishers.get(subscriber.channel, {}).values():
+                for queue in self._publishers.get(subscriber.channel, {}).values():
+                    dispatcher.history.extend(queue.again)
+                    if subscriber.durability == "transientLocal":
                         dispatcher.history.extend(queue.history)
             for client in ports.clients:
                 self._clients[_client_key(client)] = _Client(receiver, client)
@@ -234,6 +247,14 @@ class LocalNetwork:
             self._changed.notify()
             return True
 
+    def publish_again(self, ports: Ports, port: PublisherPort, message: Message) -> None:
+        """Hand a message of an earlier life to all dispatchers, also those that come later."""
+        with self._changed:
+            self._publishers[port.channel][_place_key(ports, port)].again.append(message)
+            for dispatcher in self._dispatchers.get(port.channel, {}).values():
+                dispatcher.history.append(message)
+            self._changed.notify()
+
     def request(self, port: ClientPort, message: Message) -> None:
         """Take a request on its way."""
         with self._changed:
@@ -258,6 +279,11 @@ class LocalTransport:
         """Send a message; False: the publisher's queue is full."""
         assert self._ports is not None
         return self._network.publish(self._ports, port, message)
+
+    def publish_again(self, port: PublisherPort, message: Message) -> None:
+        """Send a message that was sent before a restart."""
+        assert self._ports is not None
+        self._network.publish_again(self._ports, port, message)
 
     def request(self, port: ClientPort, message: Message) -> None:
         """Send a request."""

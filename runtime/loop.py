@@ -42,6 +42,11 @@ class Loop:
         """Whether a thread of its own runs it."""
         return self._thread is not None
 
+    @property
+    def has_actions(self) -> bool:
+        """Whether something waits to be done, timers aside; from any thread."""
+        return bool(self._inbox)
+
     def post(self, action: Callable[[], None]) -> None:
         """Have something done soon, on the node's thread; from any thread."""
         self._inbox.append(action)

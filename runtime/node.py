@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable, Mapping
 
 from dineros.metamodel.errors import DinerosError
@@ -29,6 +30,12 @@ from dineros.runtime.transport import (
 from dineros.runtime.watchdog import GivenUpError
 
 LOG = logging.getLogger("dineros.runtime")
+SETTLING = 1.5
+"""Seconds that handlers elsewhere, and messages on their way, have when a process of a node is to end."""
+
+QUIET = 0.1
+"""Seconds without anything to do after which a node counts as settled."""
+
 PATIENCE = 2.0
 """Seconds that a handler has to return when its node is to end; then its firing is released."""
 
@@ -240,6 +247,33 @@ class Node:
         self._ended_by = f"{type(error).__name__}: {error}"
         self._execution.halt(f"the node has ended: {error}")
 
+    def settle(self, seconds: float) -> bool:
+        """Begin no firing, let those in flight end, take what still arrives; from another thread.
+
+        What is not settled in time is not lost: a node that goes on begins it anew, or gets it again.
+
+        Parameters
+        ----------
+        seconds : float
+            How long to wait, at most.
+
+        Returns
+        -------
+        bool
+            Whether nothing is left to do.
+        """
+        execution, loop = self._execution, self._loop
+        loop.post(lambda: execution.halt("the node is to end", logging.DEBUG))
+        end = time.monotonic() + seconds
+        quiet_since: float | None = None
+        while (now := time.monotonic()) < end and self._failure is None:
+            is_quiet = execution.halted is not None and not execution.in_flight and not loop.has_actions
+            quiet_since = (quiet_since or now) if is_quiet else None
+            if quiet_since is not None and now - quiet_since >= QUIET:
+                return True
+            time.sleep(0.01)
+        return False
+
     def end(self) -> None:
         """Have the thread end after the step it is in; `stop` waits for that."""
         self._is_ending = True
@@ -324,6 +358,8 @@ class Node:
 
     def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
         """Let a message of a topic wait for the loop; drop it where as many wait as the port's limit says."""
+        if self.exchange.had(port, message):  # what comes again must not fill the queue
+            return
         with self._arrivals_lock:
             waiting = self._arriving.get(port, 0)
             if waiting >= port.limit:

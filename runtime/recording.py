@@ -7,13 +7,14 @@ from collections.abc import Callable
 from typing import Protocol, TypedDict
 
 from dineros.metamodel.token_data import Value
+from dineros.runtime.kept import Json
 from dineros.runtime.transport import Ports
 
 KEPT_RESPONSES = 16
 """Responses that a server keeps of each sender, for requests that come twice."""
 
 RecordedToken = list[object]
-"""``[id, data]``."""
+"""``[id, data]``; of a message, ``[number, data]``."""
 
 
 class Checkpoint(TypedDict):
@@ -29,6 +30,13 @@ class Checkpoint(TypedDict):
         The next token's id.
     numbers : dict
         Sending place -> number of its last message.
+    history : dict
+        Publishing place -> number and data of its last messages, as many as its queue
+        holds, the oldest first.
+    queues : dict
+        Publishing place -> how many messages its queue holds.
+    kept : dict
+        What handlers keep (`Firing.memory`): name -> JSON value.
     seen : dict
         ``CHANNEL/PLACE`` of a subscriber -> sender (a message's id without its number) -> number of its last
         message, where all before it came or were lost.
@@ -51,6 +59,9 @@ class Checkpoint(TypedDict):
     signals: dict[str, bool]
     next_token: int
     numbers: dict[str, int]
+    history: dict[str, list[RecordedToken]]
+    queues: dict[str, int]
+    kept: dict[str, Json]
     seen: dict[str, dict[str, int]]
     seen_apart: dict[str, dict[str, list[list[int]]]]
     requests: dict[str, PendingRequest]

@@ -17,7 +17,7 @@ from dineros.metamodel import rtm
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.local import LocalNetwork
 from dineros.runtime.net import Net
-from dineros.runtime.node import PATIENCE, Node
+from dineros.runtime.node import PATIENCE, SETTLING, Node
 from dineros.runtime.policies import Policy
 from dineros.runtime.recording import Checkpoint, Recorder
 from dineros.runtime.timers import Timers
@@ -219,6 +219,13 @@ class LocalApplication:
     def stop(self, reason: str = "stopped") -> None:
         """End simulators, nodes and channels, in this order."""
         self._ending.set()
+        deadline = time.monotonic() + SETTLING
+        for node in self.nodes.values():  # nobody begins anything, then all end
+            node.net.halt("the application is to end")
+        while time.monotonic() < deadline and any(
+            net._core.execution.in_flight for net in self.nets.values()
+        ):
+            time.sleep(STEP_TIME)
         for node in self.nodes.values():
             node.end()
         end = time.monotonic() + PATIENCE  # for all of them together

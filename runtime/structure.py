@@ -270,12 +270,12 @@ class _Reading:
                 if isinstance(port, rtm.PublisherPort):
                     ends = (place.id, self._copies(place))
                     publishers.append(
-                        transport.PublisherPort(*common, port.topic, *ends, port.limit, *_quality(port.qos))
+                        transport.PublisherPort(*common, port.topic, *ends, port.limit, *_quality(port))
                     )
                 elif isinstance(port, rtm.SubscriberPort):
                     limits = (port.limit, port.dispatcherLimit)
                     subscribers.append(
-                        transport.SubscriberPort(*common, port.topic, place.id, *limits, *_quality(port.qos))
+                        transport.SubscriberPort(*common, port.topic, place.id, *limits, *_quality(port))
                     )
                 elif isinstance(port, rtm.ClientPort):
                     clients.append(transport.ClientPort(*common, port.service, *self._client(port, number)))
@@ -381,5 +381,12 @@ def _mappings(port: rtm.PlacePort) -> tuple[transport.FieldMapping, ...]:
     )
 
 
-def _quality(qos: sym.QualityOfService | None) -> tuple[str, str]:
-    return ("reliable", "volatile") if qos is None else (str(qos.reliability), str(qos.durability))
+def _quality(port: rtm.PublisherPort | rtm.SubscriberPort) -> tuple[str, str]:
+    """Return reliability and durability.
+
+    Where the model does not say, nothing is lost when a node is down for a while. An existing type is that of
+    programs outside of the model, which have ROS's defaults: they hear no transient-local subscriber.
+    """
+    if port.qos is None:
+        return "reliable", "transientLocal" if port.type is None else "volatile"
+    return str(port.qos.reliability), str(port.qos.durability)

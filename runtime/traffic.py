@@ -60,9 +60,13 @@ class Traffic:
 
     def next_id(self, place: int) -> str:
         """Return the id of the next message of a sending place; `count_sent` makes it used."""
+        return self.id_of(place, self.numbers.get(place, 0) + 1)
+
+    def id_of(self, place: int, number: int) -> str:
+        """Return the id of a message of a sending place."""
         ports = self.engine.structure.ports
         sender = f"{ports.node}@{self.run}" if self.run else ports.node
-        return f"{sender}/{self.engine.structure.places[place]}/{self.numbers.get(place, 0) + 1}"
+        return f"{sender}/{self.engine.structure.places[place]}/{number}"
 
     def count_sent(self, place: int) -> None:
         """Count a message of a sending place."""

@@ -18,8 +18,8 @@ from dineros.runtime.staleness import Expectation
 Data = Mapping[str, Value]
 """The fields of a token or message. Nobody changes it once it is made: it is shared, not copied."""
 
-Queue = Literal["publisher", "dispatcher", "subscriber"]
-"""A queue of a topic that can overflow."""
+Queue = Literal["publisher", "dispatcher", "subscriber", "restart"]
+"""A queue of a topic that can overflow; ``restart``: that of a publisher, which died with its process."""
 
 
 class Message(NamedTuple):
@@ -275,6 +275,14 @@ class Choosy(Protocol):
 def check_of(transport: Transport, port: Port) -> Check | None:
     """Return what raises for data that a transport cannot send at a port; None: it sends all."""
     return transport.check(port) if isinstance(transport, Choosy) else None
+
+
+@runtime_checkable
+class Repeating(Protocol):
+    """A transport whose queues outlive its nodes: what was sent before a restart fills none of them."""
+
+    def publish_again(self, port: PublisherPort, message: Message) -> object:
+        """Send a message that was sent before; receivers that had it ignore it."""
 
 
 class Transport(Protocol):

@@ -10,6 +10,7 @@ from collections.abc import Awaitable, Callable
 from typing import Any, Generic, NamedTuple, Protocol, TypeAlias, TypedDict, TypeVar
 
 from dineros.runtime.handlers import Given, Handler
+from dineros.runtime.kept import Memory
 from dineros.runtime.policies import Policy
 
 Data_co = TypeVar("Data_co", covariant=True)
@@ -48,6 +49,10 @@ class TypedFiring(Protocol[Data_co, Inputs_co, Outputs_contra]):
     @property
     def still_enabled(self) -> bool:
         """Whether it could commit now; a long handler may stop early where it could not."""
+
+    @property
+    def memory(self) -> Memory:
+        """What the handlers of the node keep, also over restarts."""
 
     def give(self, places: Outputs_contra, /) -> Given:
         """Return data for single output places; those not named get what they would get anyway."""

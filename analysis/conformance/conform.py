@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from random import Random
 
+from dineros.analysis.conformance.beginnings import begin_within, beginnings
 from dineros.analysis.conformance.merging import Feed, Merger
 from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.conformance.pasts import Past, Pasts
@@ -16,7 +17,7 @@ from dineros.analysis.conformance.replay import Replay
 from dineros.analysis.conformance.settling import settle_waiting
 from dineros.analysis.conformance.verdict import Deviation, Verdict
 from dineros.metamodel import sym
-from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.records import Drop, Header, Publish, Record
 
 Trace = Callable[[], Iterable[Record]]
@@ -49,7 +50,8 @@ def conform(
     Raises
     ------
     DinerosError
-        A trace is of a node that the model does not have, or begins in the middle of a run.
+        A trace is of a node that the model does not have, or begins in the middle of a run without a
+        checkpoint, or of a run whose messages have no ids.
     RecordError
         A line of a trace is no record.
     """
@@ -96,6 +98,7 @@ class _Conformance:
                 said = f"the model has no node net {node!r}"
                 raise DinerosError(said, hint="is it the model that was run?")
         self._generous: set[tuple[str, int]] = set()
+        self._beginnings = beginnings({node: trace() for node, trace in traces.items()})
         self._surveys = {node: _survey(net.model.id, node, trace()) for node, trace in traces.items()}
 
     def run(self) -> Verdict:
@@ -182,6 +185,8 @@ class _Conformance:
 
     def _merger(self, keep: Collection[tuple[str, str]], draw: Random | None = None) -> Merger:
         replay = Replay(self._net, keep, [] if self._firings else None)
+        if self._beginnings:
+            begin_within(replay, self._beginnings)
         return Merger(
             replay,
             {node: Feed(trace()) for node, trace in self._traces.items()},
@@ -211,6 +216,10 @@ class _Conformance:
 
 def finish(verdict: Verdict, net: ConformanceNet, replay: Replay) -> Verdict:
     """Put what was found in order and draw the conclusion."""
+    if not verdict.violations:
+        verdict.violations += [
+            Deviation(record, step_words(record), reason) for record, reason in replay.messages.lost()
+        ]
     for deviations in (verdict.violations, verdict.unknown):
         deviations.sort(key=lambda deviation: deviation.record.time or 0.0)
     if verdict.violations:
@@ -234,12 +243,6 @@ def _survey(model: str, node: str, records: Iterable[Record]) -> _Survey:
     survey = _Survey()
     published: dict[tuple[str, str], list[int]] = defaultdict(list)
     for position, record in enumerate(records):
-        if position == 0 and record.sequence != 0:
-            raise DinerosError(
-                f"the trace begins with record {record.sequence}",
-                location=record.location or Location(),
-                hint="give the parts before it, too",
-            )
         if isinstance(record, Header) and record.model != model:
             said = f"is a trace of model {record.model!r}, not of {model!r}"
             raise DinerosError(said, location=record.location)

@@ -7,13 +7,14 @@ lost, not with a run.
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Mapping
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.metamodel.message_ids import MessageIdError, Numbers, parse_id
-from dineros.metamodel.records import Publish, Reply, Request, Response, Serve, Take
+from dineros.metamodel.records import Drop, Publish, Reply, Request, Response, Serve, Take
 from dineros.metamodel.records.schema import ChannelStep, ServiceStep
 
 _STAGES: Mapping[type[ServiceStep], tuple[type[ServiceStep] | None, str, str]] = {
@@ -24,6 +25,15 @@ _STAGES: Mapping[type[ServiceStep], tuple[type[ServiceStep] | None, str, str]] =
     Response: (Reply, "answered", "responded to"),
 }
 _ORDER = {stage: number for number, stage in enumerate(_STAGES)}
+
+
+class Past(NamedTuple):
+    """How many of a client's calls had got so far when the traces of client and server begin."""
+
+    requested: int
+    served: int
+    replied: int
+    responded: int
 
 
 class Messages:
@@ -41,6 +51,80 @@ class Messages:
         self._taken: defaultdict[tuple[str, str, str], Numbers] = defaultdict(_numbers)
         self._calls: dict[tuple[str, str], tuple[str | None, type[ServiceStep]]] = {}
         self._clients: dict[tuple[str, str], str] = {}
+        self._pasts: dict[tuple[str, str], tuple[str, Past]] = {}
+        self._gaps: list[Take] = []
+        self._drops: Counter[tuple[str, str]] = Counter()
+
+    # Of traces that begin within the run.
+
+    def began(self, channel: str, sender: str, number: int) -> None:
+        """Note that a sender's messages up to a number were sent before its trace begins."""
+        if number:
+            self._sent[channel, sender].add(number, number)
+
+    def began_taking(self, channel: str, place: str, sender: str, number: int) -> None:
+        """Note that a place had taken a sender's messages up to a number before its trace begins."""
+        if number:
+            self._taken[channel, place, sender].add(number, number)
+
+    def began_calling(self, channel: str, client: str, sender: str, past: Past) -> None:
+        """Note which steps of a client's calls came before the traces of client and server begin."""
+        self._pasts[channel, client] = sender, past
+        self._clients[channel, sender] = client
+        self._calls[channel, client] = (None, Response)
+        self._pass_over(channel, client, 0)
+
+    def _pass_over(self, channel: str, client: str, number: int) -> None:
+        """Go on to the first step of a client's calls that a trace still tells."""
+        known = self._pasts.get((channel, client))
+        if known is None:
+            return
+        sender, past = known
+        stages = list(_STAGES)
+        at = _ORDER[self._calls[channel, client][1]]
+        while True:
+            at = (at + 1) % len(stages)
+            following = number + (at == 0)
+            if following > past[at]:
+                return
+            number = following
+            self._calls[channel, client] = (f"{sender}/{number}", stages[at])
+
+    # What is lost.
+
+    def dropped(self, record: Drop) -> None:
+        """Note messages that a queue dropped."""
+        at = record.node if record.queue == "dispatcher" else record.place
+        if record.queue != "publisher" or not any(record.change.values()):
+            self._drops[record.channel, at or ""] += record.count
+
+    def lost(self) -> list[tuple[Take, str]]:
+        """Return which takes follow on messages that were sent, never came, and that no queue dropped."""
+        found = []
+        for record in self._gaps:
+            sender, number = _parts(record.message or "")
+            taken = self._taken[record.channel, record.place, sender]
+            sent = self._sent[record.channel, sender]
+            last = (number or 0) - 1
+            missing = [each for each in self._before(taken, last) if each in sent and each not in taken]
+            node = self._net.topics[record.channel].node_of.get(record.place, "")
+            for at in (record.place, node, sender.rpartition("/")[2]):
+                used = min(len(missing), self._drops[record.channel, at])
+                self._drops[record.channel, at] -= used
+                missing = missing[used:]
+            if missing:
+                more = f" to {missing[-1]}" if len(missing) > 1 else ""
+                is_one = "is" if len(missing) == 1 else "are"
+                found.append(
+                    (record, f"{sender}/{missing[0]}{more} {is_one} lost, and no full queue dropped it")
+                )
+        return found
+
+    @staticmethod
+    def _before(taken: Numbers, last: int) -> Iterable[int]:
+        """Return the numbers of the gap that ends with a number."""
+        first = max((end for _, end in taken.ranges() if end <= last), default=0) + 1
+        return range(first, last + 1)
 
     def may_publish(self, record: Publish) -> Refusal | None:
         """Refuse a message that was sent before."""
@@ -70,7 +154,10 @@ class Messages:
         """Note that a place has taken a message."""
         if record.message:
             sender, number = _parts(record.message)
-            self._taken[record.channel, record.place, sender].add(number or 0)
+            taken = self._taken[record.channel, record.place, sender]
+            if number is not None and number > 1 and number - 1 not in taken:
+                self._gaps.append(record)
+            taken.add(number or 0)
 
     def client_of(self, record: ServiceStep) -> str | None:
         """Return the client that a step of a call is of."""
@@ -118,6 +205,8 @@ class Messages:
             self._clients[record.channel, _parts(record.message or "")[0]] = client
         message = record.message or self._calls.get((record.channel, client), (None, Response))[0]
         self._calls[record.channel, client] = (message, type(record))
+        if (number := _parts(message or "")[1]) is not None:
+            self._pass_over(record.channel, client, number)
 
     def _sends(self, channel: str, place: str) -> bool:
         return place in self._net.topics[channel].publishers

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from dineros.analysis.conformance.beginnings import begin_within, beginnings
 from dineros.analysis.conformance.conform import finish
 from dineros.analysis.conformance.merging import Feed, Merger
 from dineros.analysis.conformance.net import ConformanceNet
@@ -68,6 +69,9 @@ class Monitor:
         DinerosError
             A record is of no node of the model.
         """
+        records = list(records)
+        if records and not self._heard:
+            self._begin(records)
         for record in records:
             feed = self._feeds.get(record.node or "")
             if feed is None:
@@ -76,6 +80,15 @@ class Monitor:
             if record.node not in self._told:
                 feed.add(record)
         return self._advance()
+
+    def _begin(self, records: Iterable[Record]) -> None:
+        """Begin where the traces begin that are there: they may be those of a run that goes on."""
+        by_node: dict[str, list[Record]] = {}
+        for record in records:
+            by_node.setdefault(record.node or "", []).append(record)
+        found = beginnings(by_node)
+        if found:
+            begin_within(self._replay, found)
 
     def finish(self) -> Verdict:
         """Return the verdict on all records: none will follow."""

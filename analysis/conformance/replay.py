@@ -130,6 +130,13 @@ class Replay:
         if self._firings is not None:
             self._firings.append(transition)
 
+    def add_between(self, transition: int, times: int) -> None:
+        """Let a transition have fired before the traces begin: its effect on places of no node."""
+        own = {index for places in self.net.places_of.values() for index in places.values()}
+        for place, tokens in self.net.net.delta[transition].items():
+            if place not in own:
+                self.marking[place] += times * tokens
+
     def _is_enabled(self, transition: int) -> bool:
         marking = self.marking
         return all(marking[place] >= weight for place, weight in self.net.pre[transition]) and all(
@@ -254,6 +261,12 @@ class Replay:
         flow = self._flows.get(record.channel)
         if flow is None:
             return Fault(f"the model has no topic channel {record.channel!r}")
+        if record.queue == "restart":
+            self.messages.dropped(record)
+            return Fault(
+                "the publisher was started again, and had sent more meanwhile than it keeps: "
+                "a larger limit of its queue helps"
+            )
         if record.queue == "publisher":
             return self._drop_at_publisher(flow, record)
         if record.queue == "subscriber":
@@ -275,10 +288,12 @@ class Replay:
             return Waiting(reason, self.net.publishing_nodes(record.channel))
         for _ in range(record.count):
             assert drop()
+        self.messages.dropped(record)
         return None
 
     def _drop_at_publisher(self, flow: TopicFlow, record: Drop) -> Refusal | None:
         if not any(record.change.values()):
+            self.messages.dropped(record)
             return None  # the messages were replayed as lost where they were published
         queue = flow.topic.publishers.get(record.place or "")
         if queue is None:

@@ -89,13 +89,13 @@ class TopicFlow:
 
     def _overflow(self, queue: Queue, supply: Callable[[], None]) -> None:
         self._fill(queue, queue.limit, supply)
-        if not self._marking[queue.source]:
+        while self._marking[queue.source] <= 0:
             supply()
         self._fire(queue.drop)
 
     def _fill(self, queue: Queue, load: int, supply: Callable[[], None]) -> None:
         while self._marking[queue.load] < load:
-            if not self._marking[queue.source]:
+            while self._marking[queue.source] <= 0:  # less than none: see `beginnings`
                 supply()
             self._fire(queue.enter)
 

@@ -122,11 +122,14 @@ def run(
     if programs and (local or simulate):
         raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
     application = application_of(model, settings, handler_file, stale_after)
+    if resume and trace is not None:
+        _check_traces(trace, [each.node.id for each in application.models])
     process: Ending | None = None
     with ExitStack() as stack:
         # Whoever supervises this program ends it as Ctrl-C does.
-        former = signal.signal(signal.SIGTERM, signal.default_int_handler)
-        stack.callback(signal.signal, signal.SIGTERM, former)
+        stack.callback(
+            signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, signal.default_int_handler)
+        )
         ending: watching.Ending | None = None
         folder = trace or Path(tempfile.mkdtemp(prefix="dineros-run-"))
 
@@ -145,6 +148,8 @@ def run(
             resume,
             application.monitor() if monitor else None,
         )
+        for caught in (signal.SIGINT, signal.SIGTERM):
+            stack.callback(signal.signal, caught, signal.signal(caught, wanted.interrupt))
         observer = FolderObserver(folder)
         if view:
             stack.enter_context(_page(folder, application))
@@ -154,11 +159,8 @@ def run(
 
             level = logging.INFO if invocation().verbosity > 0 else logging.WARNING
             stack.enter_context(logs_to(terminal_handler(), level))
-            with Ending(INTERRUPTED, signal.default_int_handler) as process:
-                try:
-                    ending = run_in_process(application, wanted, observer, is_simulated=simulate)
-                except KeyboardInterrupt:  # while nodes were made, started or ended
-                    ending = "interrupted"
+            with Ending(INTERRUPTED, wanted.interrupt) as process:
+                ending = run_in_process(application, wanted, observer, is_simulated=simulate)
         else:
             from dineros.cli.running.ros import RosOptions, run_on_ros
 
@@ -172,6 +174,38 @@ def run(
     if process is not None:
         process.leave(status)  # a handler that does not return keeps nobody
     return status
+
+
+def _check_traces(folder: Path, nodes: list[str]) -> None:
+    """Refuse to go on from nothing; say which nodes begin anew.
+
+    Raises
+    ------
+    DinerosError
+        There are no traces, or the trace of a node has gone.
+    """
+    from dineros.metamodel.errors import DinerosError, Location
+    from dineros.metamodel.files.reading import read_text
+    from dineros.metamodel.records import node_traces
+    from dineros.metamodel.records.files import file_name, journals_path
+
+    known = node_traces(folder) if folder.is_dir() else {}
+    if not known:
+        raise DinerosError(
+            "holds no traces to go on from", location=Location(folder), hint="run it without --resume"
+        )
+    journals = journals_path(folder)
+    listed = read_text(journals).split("\n") if journals.is_file() else []
+    for node in nodes:
+        if node in known:
+            continue
+        if file_name(node) in listed:
+            raise DinerosError(
+                f"the trace of node {node} is missing",
+                location=Location(folder),
+                hint="restore it from a copy, or start all nodes anew in another folder",
+            )
+        warn(f"{folder}: node {node} has no trace, so it begins with its initial marking")
 
 
 def _page(folder: Path, application: Application) -> Any:

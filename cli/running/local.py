@@ -116,7 +116,12 @@ def run_in_process(
     until = wanted.until
     with application:
         try:
-            ending = application.run(lambda _: until is not None and until(marking, signals), wanted.timeout)
+            ending = application.run(
+                lambda _: wanted.interrupted.is_set() or (until is not None and until(marking, signals)),
+                wanted.timeout,
+            )
+            if wanted.interrupted.is_set():
+                ending = "interrupted"
         except KeyboardInterrupt:
             ending = "interrupted"
     return ending if observe(wanted, observer) else "deviated"

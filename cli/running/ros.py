@@ -176,20 +176,20 @@ def _run_processes(
     own = ["-p", f"journal:={folder}"]
     own += [] if wanted.watchdog is None else ["-p", f"watchdog:={wanted.watchdog!r}"]
     own += [] if wanted.seed is None else ["-p", f"seed:={wanted.seed}"]
-    resume = ["-p", "resume:=true"]
     plans = [
         ProcessPlan(
             name,
-            [*command, *own, *(resume if wanted.is_resumed else [])],
+            [*command, *own, "-p", f"resume:={str(wanted.is_resumed).lower()}"],
             variables,
             folder / f"{name}.log",
-            resume=[] if wanted.is_resumed else resume,
+            resume=["-p", "resume:=true"],
         )
         for name, command in commands
     ]
     for number, program in enumerate(options.programs, 1):
         name = f"program-{number}"
-        plans.append(ProcessPlan(name, _words(program), variables, folder / f"{name}.log"))
+        printed = folder / f"{name}.log"
+        plans.append(ProcessPlan(name, _words(program), variables, printed, is_last=True))
     folder.mkdir(parents=True, exist_ok=True)
     flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
     descriptor = open_plain(folder / SUPERVISOR_LOG, flags, follow_links=False)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -44,6 +45,10 @@ class Wanted:
         Whether the nodes go on where an earlier run ended.
     monitor : Monitor or None
         Replays the records on the model as they come.
+    interrupted : threading.Event
+        Set by `interrupt`, which handles signals.
+    watched : threading.Event
+        Set while somebody looks at `interrupted`.
     """
 
     until: Condition | None
@@ -53,6 +58,23 @@ class Wanted:
     watchdog: float | None
     is_resumed: bool
     monitor: Monitor | None
+    interrupted: threading.Event = field(default_factory=threading.Event)
+    watched: threading.Event = field(default_factory=threading.Event)
+
+    def interrupt(self, *_: object) -> None:
+        """End the run soon.
+
+        An exception that a signal raises within a destructor, say, comes to nobody: whoever watches is not
+        interrupted, but looks at `interrupted`.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            Nobody watches yet, or any more.
+        """
+        self.interrupted.set()
+        if not self.watched.is_set():
+            raise KeyboardInterrupt
 
 
 def watch(wanted: Wanted, observer: FolderObserver, look_after: Callable[[], bool]) -> Ending:
@@ -68,8 +90,11 @@ def watch(wanted: Wanted, observer: FolderObserver, look_after: Callable[[], boo
         Called several times a second; False: all processes have ended.
     """
     end = None if wanted.timeout is None else time.monotonic() + wanted.timeout
+    wanted.watched.set()
     try:
         while True:
+            if wanted.interrupted.is_set():
+                return "interrupted"
             goes_on = look_after()
             if not observe(wanted, observer):
                 return "deviated"
@@ -82,6 +107,8 @@ def watch(wanted: Wanted, observer: FolderObserver, look_after: Callable[[], boo
             time.sleep(PERIOD)
     except KeyboardInterrupt:
         return "interrupted"
+    finally:
+        wanted.watched.clear()
 
 
 def observe(wanted: Wanted, observer: FolderObserver) -> bool:

@@ -26,6 +26,20 @@ def topic_has_subscriber(channel: sym.TopicChannel, index: Index) -> Outcome:
     return len(channel.subscribers) > 0
 
 
+@constraint(
+    "messages of {it} are lost when a node goes on after a restart: {found}",
+    fix="drop its quality of service: the default is reliable, transientLocal, with the limits as depth",
+    severity="warning",
+    guard=lambda channel, index: channel.type is None and channel.qos is not None,
+)
+def topic_survives_restarts(channel: sym.TopicChannel, index: Index) -> Outcome:
+    """A topic keeps its last messages for subscribers that come back, and sends again what was lost."""
+    assert channel.qos is not None
+    if channel.qos.durability == sym.Durability.volatile:
+        return "it is volatile, so that nothing is kept for a subscriber that is down"
+    return channel.qos.reliability == sym.Reliability.reliable or "it is bestEffort"
+
+
 @constraint("{it} has the limit {element.limit}", fix=_LIMIT)
 def port_limit(port: sym.TopicPort, index: Index) -> Outcome:
     """The limit of a publisher or subscriber is 1 or more."""

@@ -16,6 +16,7 @@ from dineros.metamodel.records.coding import (
     decode_record,
     encode_fields,
     encode_record,
+    with_checksum,
 )
 from dineros.metamodel.records.files import (
     current_path,
@@ -89,5 +90,6 @@ __all__ = [
     "read_records",
     "read_trace",
     "traces_of_runs",
+    "with_checksum",
     "write_records",
 ]

@@ -20,12 +20,12 @@ _PART = re.compile(r"(?P<node>[^.]+)(?:\.(?P<number>[0-9]{4,}))?\.jsonl")
 
 def current_path(folder: Path, node: str) -> Path:
     """Return the file that a node writes to."""
-    return folder / f"{_file_name(node)}{SUFFIX}"
+    return folder / f"{file_name(node)}{SUFFIX}"
 
 
 def part_path(folder: Path, node: str, number: int) -> Path:
     """Return the file of a rotated part, numbered from 1."""
-    return folder / f"{_file_name(node)}.{number:04}{SUFFIX}"
+    return folder / f"{file_name(node)}.{number:04}{SUFFIX}"
 
 
 def number_of_part(path: Path) -> int | None:
@@ -34,9 +34,14 @@ def number_of_part(path: Path) -> int | None:
     return int(match["number"]) if match and match["number"] else None
 
 
+def journals_path(folder: Path) -> Path:
+    """Return the list of the nodes that have had a journal in a folder: one that is missing is missed."""
+    return folder / ".journals"
+
+
 def data_folder(folder: Path, node: str) -> Path:
     """Return the folder of large values that a node's trace refers to."""
-    return folder / f"{_file_name(node)}.data"
+    return folder / f"{file_name(node)}.data"
 
 
 def parts_of(folder: Path, node: str) -> list[Path]:
@@ -167,6 +172,6 @@ def write_records(path: Path, records: Iterable[Record]) -> None:
     write_atomically(path, "".join(f"{encode_record(record)}\n" for record in records).encode())
 
 
-def _file_name(node: str) -> str:
+def file_name(node: str) -> str:
     """Return the id of a node as part of a file's name; parts are told apart by dots."""
     return quote(node, safe=" ").replace(".", "%2E").replace("~", "%7E")

@@ -2,19 +2,34 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
+from dineros.metamodel.errors import ModelFileError
+from dineros.metamodel.files.reading import open_plain
 from dineros.metamodel.records.coding import RecordDecoder
 from dineros.metamodel.records.files import node_traces, trace_pieces
 from dineros.metamodel.records.schema import Record
 
+_HEAD = 64
+"""Bytes that hold the sequence of the first record."""
+
+
+class _File(NamedTuple):
+    """A file, whatever its name: its number in the file system, which is used again, and its first bytes."""
+
+    inode: int
+    head: bytes
+
 
 @dataclass
 class _Place:
-    """Up to where a node's trace is read: a file, by its number in the file system, and lines in it."""
+    """Up to where a node's trace is read: a file, lines in it, and the sequence of the last record."""
 
-    inode: int
+    file: _File
+    last: int = -1
     decoder: RecordDecoder = field(default_factory=RecordDecoder)
 
 
@@ -52,22 +67,52 @@ class Follower:
         return records
 
     def _new_of(self, node: str, paths: list[Path]) -> list[Record]:
-        files = [(path, path.stat().st_ino) for path in paths if path.exists()]
         place = self._places.get(node)
-        if place is not None:
-            known = [number for number, (_, inode) in enumerate(files) if inode == place.inode]
-            files = files[known[0] :] if known else files
+        known = [path for path in paths if place is not None and _is_at(path, place.file)]
         records: list[Record] = []
-        for path, inode in files:
-            if place is None or place.inode != inode:
-                place = self._places[node] = _Place(inode, RecordDecoder(path))
+        for path in paths[paths.index(known[0]) :] if known else paths:
+            file = _file_at(path)
+            if file is None:
+                continue
+            if place is None or place.file != file:
+                last = -1 if place is None else place.last
+                place = self._places[node] = _Place(file, last, RecordDecoder(path))
             place.decoder.source = path
-            records += new_records(path, place.decoder)
+            for record in new_records(path, place.decoder, file):
+                if record.sequence > place.last:  # a part that was read before may be the oldest that is kept
+                    place.last = record.sequence
+                    records.append(record)
         return records
 
 
-def new_records(path: Path, decoder: RecordDecoder) -> list[Record]:
+def _file_at(path: Path) -> _File | None:
+    """Return which file is at a path; None: there is none, or not even the beginning of its first record."""
+    try:
+        with os.fdopen(open_plain(path), "rb") as file:
+            head, comma, _ = file.read(_HEAD).partition(b",")
+            return _File(os.fstat(file.fileno()).st_ino, head) if comma else None
+    except (OSError, ModelFileError):
+        return None
+
+
+def _is_at(path: Path, file: _File) -> bool:
+    try:
+        return path.stat().st_ino == file.inode and _file_at(path) == file
+    except OSError:
+        return False
+
+
+def new_records(path: Path, decoder: RecordDecoder, file: _File | None = None) -> list[Record]:
     """Return the records of the lines of a growing file that a decoder has not read yet.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    decoder : RecordDecoder
+        Knows up to where it was read.
+    file : _File, optional
+        Which file it is: nothing is read where the path has become that of another one meanwhile.
 
     Raises
     ------
@@ -75,6 +120,13 @@ def new_records(path: Path, decoder: RecordDecoder) -> list[Record]:
         A complete line is no record, or the file cannot be read.
     """
     try:
-        return [record for piece in trace_pieces(path, decoder.position) for record in decoder.feed(piece)]
+        if file is None:
+            return [
+                record for piece in trace_pieces(path, decoder.position) for record in decoder.feed(piece)
+            ]
+        pieces = list(trace_pieces(path, decoder.position)) if _is_at(path, file) else []
+        if not _is_at(path, file):  # rotated away, or removed, while it was read or before
+            return []
+        return [record for piece in pieces for record in decoder.feed(piece)]
     finally:
         decoder.forget()

@@ -144,6 +144,13 @@ class Checkpoint(Start):
         Id of the next token.
     numbers : dict of str to int
         Number of the last message of each sending place.
+    history : dict of str to list of StoredToken
+        Number and data of the last messages of each publishing place, as many as its queue holds: a node that
+        goes on publishes them again, since the queue has died with its process.
+    queues : dict of str to int
+        How many messages the queue of each publishing place holds.
+    kept : dict
+        What handlers keep: name -> JSON value.
     seen : dict
         ``CHANNEL/PLACE`` of a subscriber -> sender (a message's id without its number) -> number of its last
         message, where all before it came or were lost.
@@ -165,6 +172,9 @@ class Checkpoint(Start):
 
     next_token: int = 0
     numbers: dict[str, int] = field(default_factory=dict)
+    history: dict[str, list[StoredToken]] = field(default_factory=dict)
+    queues: dict[str, int] = field(default_factory=dict)
+    kept: dict[str, Any] = field(default_factory=dict)
     seen: dict[str, dict[str, int]] = field(default_factory=dict)
     seen_apart: dict[str, dict[str, list[list[int]]]] = field(default_factory=dict)
     requests: dict[str, dict[str, Any]] = field(default_factory=dict)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 from dineros.metamodel.records.base import Data, Record, StoredToken
 
@@ -41,6 +41,8 @@ class Fire(Step):
         Names of the handlers that ran, in order.
     duration : float or None
         Seconds from the selection to the commit.
+    kept : dict
+        What its handlers keep from now on: name -> JSON value; null: no more.
     """
 
     event = "fire"
@@ -50,6 +52,7 @@ class Fire(Step):
     made: dict[str, list[StoredToken]] = field(default_factory=dict)
     handlers: list[str] = field(default_factory=list)
     duration: float | None = None
+    kept: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,8 +152,9 @@ class Drop(Step):
     ----------
     channel : str
         Id of the topic channel.
-    queue : {"publisher", "dispatcher", "subscriber"}
-        Which queue.
+    queue : {"publisher", "dispatcher", "subscriber", "restart"}
+        Which queue; ``restart``: that of a publisher which has been started again, and which kept less than
+        the subscriber had not got yet.
     place : str or None
         Place of the publisher's or subscriber's port.
     token : int or None
@@ -162,7 +166,7 @@ class Drop(Step):
     event = "drop"
 
     channel: str
-    queue: Literal["publisher", "dispatcher", "subscriber"]
+    queue: Literal["publisher", "dispatcher", "subscriber", "restart"]
     place: str | None = None
     token: int | None = None
     count: int = 1

@@ -52,6 +52,8 @@ class ProcessPlan:
         Takes what the process prints; appended to.
     folder : Path or None
         The working folder.
+    is_last : bool
+        Whether it ends only when the others have: what they work in, say.
     """
 
     name: str
@@ -60,6 +62,7 @@ class ProcessPlan:
     log: Path
     resume: Sequence[str] = ()
     folder: Path | None = None
+    is_last: bool = False
 
 
 @dataclass(frozen=True)
@@ -199,8 +202,12 @@ class Supervisor:
         """
         for child in self._children:
             child.start_at, child.is_done = None, True
+        for is_last in (False, True):
+            self._end([child for child in self._children if child.plan.is_last is is_last])
+
+    def _end(self, children: Sequence[_Child]) -> None:
         for number, patience in _ENDINGS:
-            running = [child for child in self._children if child.process is not None]
+            running = [child for child in children if child.process is not None]
             for child in running:
                 assert child.process is not None
                 _send(child.process, number)
@@ -208,7 +215,7 @@ class Supervisor:
             with contextlib.suppress(KeyboardInterrupt):
                 for child in running:
                     self._wait(child, deadline)
-            if all(child.process is None for child in self._children):
+            if all(child.process is None for child in children):
                 return
 
     def _start(self, child: _Child, event: Literal["started", "restarted"]) -> None:

@@ -184,7 +184,10 @@ class MqttSignals:
             self._subscribed.set()
 
     def _not_connected(self, client: Any, data: Any) -> None:
-        self._failed(f"is not there: {sys.exc_info()[1]}")
+        if self._ending.is_set():
+            client.disconnect()  # it would be tried again for ever
+        else:
+            self._failed(f"is not there: {sys.exc_info()[1]}")
 
     def _disconnected(self, client: Any, data: Any, flags: Any, reason: Any, properties: Any) -> None:
         self._subscribed.clear()

@@ -6,8 +6,10 @@ itself is the JSON text in ``NODE.data/DIGEST.json``.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
+import os
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -22,6 +24,9 @@ from dineros.metamodel.records import Fire, Record, Response, Serve, Start, Stor
 from dineros.metamodel.records.files import data_folder
 
 _KEYS = {"$stored", "$bytes", "$start"}
+_SLACK = 2.0
+"""Seconds by which the clocks of files and records may differ."""
+
 _START = 60
 """Characters shown of a value that is stored apart."""
 
@@ -55,6 +60,13 @@ class Outlined:
         """Return the fields of a record with large values stored apart."""
         return _map_data(fields, self._outline_data)
 
+    def prune(self, time: float) -> None:
+        """Remove the values that no record since a time refers to."""
+        with contextlib.suppress(FileNotFoundError):
+            for path in self.folder.iterdir():
+                if path.suffix == ".json" and path.lstat().st_mtime < time - _SLACK:
+                    path.unlink(missing_ok=True)
+
     def inline(self, record: R) -> R:
         """Return a record with its large values read back.
 
@@ -86,6 +98,8 @@ class Outlined:
         if not path.exists():
             self.folder.mkdir(exist_ok=True)
             write_atomically(path, content, follow_links=False, synchronise=self._synchronise)
+        else:
+            os.utime(path, follow_symlinks=False)  # a record refers to it now
         return {"$stored": digest, "$bytes": len(content), "$start": text[:_START]}
 
     def _inline_data(self, data: dict[str, Any]) -> dict[str, Any]:
@@ -141,6 +155,7 @@ def _responses(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]]) -
 _PLACES: dict[str, Callable[[Any, Callable[[dict[str, Any]], dict[str, Any]]], Any]] = {
     "marking": _tokens,
     "made": _tokens,
+    "history": _tokens,
     "data": lambda value, change: change(value),
     "requests": _requests,
     "responses": _responses,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import logging
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -11,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError, Location
-from dineros.metamodel.files.reading import open_plain
+from dineros.metamodel.files.reading import open_plain, read_bytes
 from dineros.metamodel.records import (
     SCHEMA,
     Header,
@@ -21,14 +22,17 @@ from dineros.metamodel.records import (
     part_path,
     parts_of,
     read_records,
+    with_checksum,
 )
-from dineros.metamodel.records.files import number_of_part
+from dineros.metamodel.records.files import file_name, journals_path, number_of_part
 from dineros.runtime.journal.outlined import Outlined
 from dineros.runtime.journal.state import rebuild_at
 from dineros.runtime.recording import Checkpoint
 from dineros.runtime.transport import Ports
 
+LOG = logging.getLogger("dineros.runtime")
 PART_BYTES = 16 << 20
+KEPT_PARTS = 8
 DATA_BYTES = 4096
 
 
@@ -41,8 +45,8 @@ class JournalRecorder:
 
     Each record is one `write` of one line. So whatever happens to the process, the operating system has
     every line that was written, and at most the last one is cut; `resume_journal` removes what is left of
-    that. A part that has grown to `part_bytes` is renamed to ``NODE.0001.jsonl`` and so on. Every file begins
-    with a header and a checkpoint.
+    that. A part that has grown to `part_bytes` is renamed to ``NODE.0001.jsonl`` and so on; of these, the
+    last `kept_parts` stay. Every file begins with a header and a checkpoint, every line ends with a checksum.
 
     Parameters
     ----------
@@ -56,6 +60,8 @@ class JournalRecorder:
         How the model was changed for this run, as for `--set`.
     part_bytes : int
         Size of a part; a line is never divided.
+    kept_parts : int or None
+        Parts that are kept beside the one that grows; None: all.
     data_bytes : int
         Size of a token field above which its value is stored apart, once (see `Outlined`).
     synchronise : bool
@@ -77,6 +83,7 @@ class JournalRecorder:
         source: str = "",
         settings: Sequence[str] = (),
         part_bytes: int = PART_BYTES,
+        kept_parts: int | None = KEPT_PARTS,
         data_bytes: int = DATA_BYTES,
         synchronise: bool = False,
         resumed: tuple[int, str, int] | None = None,
@@ -87,6 +94,7 @@ class JournalRecorder:
         self._settings = list(settings)
         self._header: dict[str, object] = {}
         self._part_bytes = part_bytes
+        self._kept_parts = kept_parts
         self._outlined = Outlined(folder, node, data_bytes, synchronise)
         self._long_line = min(data_bytes, DATA_BYTES)
         self._synchronise = synchronise
@@ -133,6 +141,7 @@ class JournalRecorder:
         self._checkpoint = checkpoint
         if self._file < 0:
             self._begin_part()
+            self._list()
         else:
             self.record("checkpoint", **checkpoint())
 
@@ -162,13 +171,17 @@ class JournalRecorder:
         if len(line) > self._long_line:
             with self._writing():
                 line = encode_fields(event, self._sequence, self._outlined.outline(values))
-        content = line.encode() + b"\n"
+        content = with_checksum(line) + b"\n"
         with self._writing():
-            written = os.write(file, content)
-            while written < len(content):
-                written += os.write(file, content[written:])
-            if self._synchronise:
-                os.fdatasync(file)
+            try:
+                written = os.write(file, content)
+                while written < len(content):
+                    written += os.write(file, content[written:])
+                if self._synchronise:
+                    os.fdatasync(file)
+            except BaseException:  # an interrupt, too: what follows must not follow half a line
+                os.ftruncate(file, self._size)
+                raise
         self._sequence += 1
         self._size += len(content)
 
@@ -179,11 +192,36 @@ class JournalRecorder:
         # crash in between, the last part is the journal.
         self._begin_part(part_path(self._folder, self._node, self._part))
         os.close(old)
+        self._prune()
+
+    def _prune(self) -> None:
+        """Remove the oldest parts, and the large values that only they refer to."""
+        if self._kept_parts is None:
+            return
+        rotated = [path for path in parts_of(self._folder, self._node) if number_of_part(path)]
+        for path in rotated[: len(rotated) - self._kept_parts]:
+            with self._writing():
+                path.unlink(missing_ok=True)
+        oldest = next(iter(rotated[len(rotated) - self._kept_parts :]), self._path)
+        first = next(read_records(oldest), None)
+        if first is not None and first.time is not None:
+            self._outlined.prune(first.time)
+
+    def _list(self) -> None:
+        """Note that the node has a journal here: if it goes missing, that is noticed."""
+        with self._writing():
+            flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
+            file = open_plain(journals_path(self._folder), flags, follow_links=False)
+            try:
+                os.write(file, f"{file_name(self._node)}\n".encode())
+            finally:
+                os.close(file)
 
     def _begin_part(self, rotated: Path | None = None) -> None:
         """Begin a new file, and let the old one, where there is one, be the rotated part."""
         assert self._checkpoint is not None, "open() comes first"
         fresh = self._path.with_name(f".{self._path.name}.tmp")
+        former = self._size, self._sequence
         self._size = 0
         with self._writing():
             file = open_plain(fresh, os.O_WRONLY | os.O_CREAT | os.O_APPEND, follow_links=False)
@@ -201,6 +239,7 @@ class JournalRecorder:
         except BaseException:
             os.close(file)
             fresh.unlink(missing_ok=True)
+            self._size, self._sequence = former
             raise
         self._file = file
 
@@ -252,7 +291,7 @@ def resume_journal(
     path = current_path(folder, node)
     parts = parts_of(folder, node) if folder.is_dir() else []
     if not parts:
-        return JournalRecorder(folder, node, source=source, **options), None
+        return _new_journal(folder, node, source, options), None
     try:
         if not path.exists():  # a crash between the two renames of a rotation
             parts[-1].rename(path)
@@ -267,12 +306,36 @@ def resume_journal(
         if not isinstance(header, Header):
             raise JournalError("does not begin with a header", location=Location(path))
         state = rebuild_at(folder, node)
+        if not state.has_begun:
+            raise JournalError(
+                "holds no state of its node: the checkpoint after the header is missing",
+                location=Location(path),
+            )
+    except DinerosError as error:
+        os.close(file)
+        error.hint = error.hint or _what_to_do(path)
+        raise
     except BaseException:
         os.close(file)
         raise
     at = (file, header.model, state.next_sequence)
     recorder = JournalRecorder(folder, node, source=source, resumed=at, **options)
     return recorder, state.checkpoint()
+
+
+def _what_to_do(path: Path) -> str:
+    return f"restore it from a copy, or start all nodes anew in another folder; {path.parent} stays as it is"
+
+
+def _new_journal(folder: Path, node: str, source: str, options: dict[str, Any]) -> JournalRecorder:
+    """Begin a journal, unless there has been one."""
+    path = current_path(folder, node)
+    if journals_path(folder).exists():
+        had = read_bytes(journals_path(folder), follow_links=False).decode(errors="replace").split("\n")
+        if file_name(node) in had:
+            raise JournalError("is missing", location=Location(path), hint=_what_to_do(path))
+        LOG.warning("%s has no journal of node %s: it begins with its initial marking", folder, node)
+    return JournalRecorder(folder, node, source=source, **options)
 
 
 def _mend(file: int, path: Path) -> None:
@@ -293,3 +356,4 @@ def _mend(file: int, path: Path) -> None:
         os.write(file, b"\n")
     else:
         os.ftruncate(file, size - len(last))
+        LOG.warning("%s: a crash has cut the last line after %d bytes, which are removed", path, len(last))

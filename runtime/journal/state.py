@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
@@ -48,14 +49,20 @@ class JournalState:
         Values of the signals.
     next_sequence : int
         Sequence of the next record.
+    has_begun : bool
+        Whether a record told all of the state.
     """
 
     def __init__(self) -> None:
         self.marking: dict[str, dict[int, Data]] = {}
         self.signals: dict[str, bool] = {}
         self.next_sequence = 0
+        self.has_begun = False
         self._next_token = 0
         self._numbers: dict[str, int] = {}
+        self._history: dict[str, deque[tuple[int, Data]]] = {}
+        self._queues: dict[str, int] = {}
+        self._kept: dict[str, Any] = {}
         self._seen: dict[str, Senders] = {}
         self._missing: dict[str, int] = {}  # of a subscriber: messages lost since its last one
         self._requests: dict[str, recording.PendingRequest] = {}
@@ -80,6 +87,12 @@ class JournalState:
             "signals": dict(self.signals),
             "next_token": self._next_token,
             "numbers": dict(self._numbers),
+            "history": {
+                place: [[number, data] for number, data in messages]
+                for place, messages in self._history.items()
+            },
+            "queues": dict(self._queues),
+            "kept": dict(self._kept),
             "seen": {port: numbers for port, numbers in seen.items() if numbers},
             "seen_apart": {port: ranges for port, ranges in apart.items() if ranges},
             "requests": dict(self._requests),
@@ -106,6 +119,7 @@ class JournalState:
             apply(self, record)
 
     def _start(self, record: Start) -> None:
+        self.has_begun = True
         self.marking = {place: dict(tokens) for place, tokens in record.marking.items() if tokens}
         self.signals = dict(record.signals)
         for tokens in self.marking.values():
@@ -115,6 +129,12 @@ class JournalState:
         self._start(record)
         self._next_token = record.next_token
         self._numbers = dict(record.numbers)
+        self._queues = dict(record.queues)
+        self._history = {
+            place: deque(((token.id, token.data) for token in messages), self._queues.get(place, 1))
+            for place, messages in record.history.items()
+        }
+        self._kept = dict(record.kept)
         self._seen = {
             port: Senders(record.seen.get(port), record.seen_apart.get(port))
             for port in {**record.seen, **record.seen_apart}
@@ -133,13 +153,23 @@ class JournalState:
         for place, tokens in record.made.items():
             for token in tokens:
                 self._add(place, token)
+        for name, value in record.kept.items():
+            if value is None:
+                self._kept.pop(name, None)
+            else:
+                self._kept[name] = value
 
     def _signal(self, record: Signal) -> None:
         self.signals[record.signal] = record.value
 
     def _publish(self, record: Publish) -> None:
-        self._remove(record, record.place, _token(record, record.token))
+        data = self._remove(record, record.place, _token(record, record.token))
         self._count(record)
+        number = self._numbers.get(record.place)
+        if number is not None:
+            limit = self._queues.get(record.place, 1)
+            history = self._history.setdefault(record.place, deque(maxlen=limit))
+            history.append((number, data))
 
     def _take(self, record: Take) -> None:
         self._add(record.place, StoredToken(_token(record, record.token), record.data))
@@ -190,7 +220,7 @@ class JournalState:
             return
         if record.change.get(record.place, 0) < 0:
             self._remove(record, record.place, _token(record, record.token))
-        else:
+        elif record.queue != "restart":
             port = f"{record.channel}/{record.place}"
             self._missing[port] = self._missing.get(port, 0) + record.count
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import functools
 import importlib
+import itertools
 import logging
 import sys
 import threading
@@ -110,7 +111,12 @@ def _run(
     try:
         level = str(declare(session.node, LOG_LEVEL))
         with ros_logs(session.node, level, arguments, register.__module__.partition(".")[0]):
-            _work(session, lambda: _make_node(model, register, session, origin), lifecycle, ending)
+            times = itertools.count()
+
+            def make() -> RosNode:
+                return _make_node(model, register, session, origin, is_again=next(times) > 0)
+
+            _work(session, make, lifecycle, ending)
     finally:
         session.close()
     if session.failure is not None:
@@ -140,12 +146,17 @@ def _work(session: Session, make: Callable[[], RosNode], lifecycle: bool, ending
 
 
 def _make_node(
-    model: rtm.RuntimeModel, register: Register, session: Session, origin: Mapping[str, Any]
+    model: rtm.RuntimeModel,
+    register: Register,
+    session: Session,
+    origin: Mapping[str, Any],
+    *,
+    is_again: bool,
 ) -> RosNode:
-    """Make the node as its parameters say."""
+    """Make the node as its parameters say; a managed node that is configured again goes on."""
     seed = int(declare(session.node, SEED))
     folder = str(declare(session.node, JOURNAL))
-    resume = bool(declare(session.node, RESUME))
+    resume = bool(declare(session.node, RESUME)) or is_again
     net = Net(model, seed=None if seed < 0 else seed)
     net.ros_node = session.node
     net.watchdog = float(declare(session.node, WATCHDOG)) or None

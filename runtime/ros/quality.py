@@ -6,6 +6,7 @@ message, the paper's queue drops the newest: as many tokens are lost, but not th
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -14,6 +15,9 @@ from dineros.runtime.transport import PublisherPort, SubscriberPort
 
 SENDER_LIMIT = 256
 """Senders whose messages are counted, those heard last."""
+
+SKIP_LIMIT = 1 << 20
+"""Messages that can be told lost at a restart of their publisher: greater gaps have been forged."""
 
 SERVICE_DEPTH = 100
 """Requests that wait for a callback, which takes them at once; ROS's 10 would lose some of a burst."""
@@ -70,6 +74,20 @@ class LossCounter:
         self._last: dict[str, tuple[int, int]] = {
             sender: (0, number) for sender, number in (seen or {}).items()
         }
+
+    def lost_at_restart(self, message_id: str, sequence: int) -> int:
+        """Return how many messages of a publisher that began anew are missing before this one.
+
+        It publishes again what its queue held, so that its ids go on without a gap, unless more was under way
+        than the queue holds. To be asked before `lost_before`, which counts the gaps of its numbers.
+        """
+        with contextlib.suppress(MessageIdError):
+            sender, number = parse_id(message_id) or ("", 0)
+            last, last_number = self._last.get(sender, (0, 0))
+            skipped = number - last_number - 1
+            if last_number and 0 < skipped <= SKIP_LIMIT and (sequence <= last or not last):
+                return max(0, skipped - (sequence - 1 if not last else 0))
+        return 0
 
     def lost_before(self, message_id: str, sequence: int, publishers: Callable[[], int]) -> int:
         """Return how many messages are missing just before this one.

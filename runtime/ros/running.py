@@ -9,7 +9,7 @@ import time
 from collections.abc import Sequence
 
 from dineros.runtime.net import Net
-from dineros.runtime.node import Node
+from dineros.runtime.node import SETTLING, Node
 from dineros.runtime.recording import Checkpoint, Recorder
 from dineros.runtime.ros.control import Control
 from dineros.runtime.ros.session import Session
@@ -69,7 +69,7 @@ class RosNode:
         )
         self.node = Node(
             net,
-            RclpyTransport(self.session, resume["seen"] if resume else None),
+            RclpyTransport(self.session, _last_seen(resume) if resume else None),
             recorder,
             resume=resume,
             run=run,
@@ -138,13 +138,15 @@ class RosNode:
             self.session.close()
 
     def await_end(self) -> None:
-        """End the thread; where a handler keeps it, release its firing and wait no longer.
+        """Let what goes on end, then the thread; where a handler keeps it, its firing is released.
 
         Raises
         ------
         DinerosError
             It does not end, although no handler runs.
         """
+        if not self.session.join(0):
+            self.node.settle(SETTLING)
         self.session.end()
         if not self.node.await_end(self.session.join):
             self.session.cut_off()
@@ -159,3 +161,13 @@ class RosNode:
 
     def __exit__(self, *exception: object) -> None:
         self.stop()
+
+
+def _last_seen(checkpoint: Checkpoint) -> dict[str, dict[str, int]]:
+    """Return the greatest number that each subscriber has had of each sender."""
+    found = {port: dict(senders) for port, senders in checkpoint["seen"].items()}
+    for port, senders in checkpoint.get("seen_apart", {}).items():
+        for sender, ranges in senders.items():
+            known = found.setdefault(port, {})
+            known[sender] = max(known.get(sender, 0), *(last for _, last in ranges))
+    return found

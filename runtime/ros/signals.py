@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -10,12 +11,16 @@ from dineros.metamodel.ros_names import resource_names
 from dineros.runtime.bridges.values import read_signals
 from dineros.runtime.ros.latched import LatchedTopic
 from dineros.runtime.ros.parameters import declare, signal_parameters, stale_parameters
+from dineros.runtime.ros.quality import signal_quality
 from dineros.runtime.ros.session import RosError
 from dineros.runtime.staleness import Expectation, StalenessError, parse_then
 from dineros.runtime.transport import Receiver, SignalPort
 
 TOGETHER = "~/signals"
 """The topic that sets several signals at once, by JSON in a ``std_msgs/msg/String``: ``{"Red": true}``."""
+
+WANTED = "~/signals_wanted"
+"""The latched topic on which a node that starts, or goes on, asks for its signals: a JSON list of names."""
 
 
 class RosSignals:
@@ -45,11 +50,16 @@ class RosSignals:
         self._source = receiver.source(f"ros {node.resolve_topic_name(TOGETHER)}")
         self._source.connected(True)
         self._closing.append(lambda: receiver.remove_source(self._source))
-        self._start_values(node, signals)
-        names = resource_names(signal.id for signal in signals)
-        for signal in signals:
-            self._add(node, signal.id, names[signal.id])
-        self._add_together(node)
+        try:
+            self._start_values(node, signals)
+            names = resource_names(signal.id for signal in signals)
+            for signal in signals:
+                self._add(node, signal.id, names[signal.id])
+            self._add_together(node)
+            self._ask(node, [names[signal.id] for signal in signals])
+        except BaseException:
+            self.close()
+            raise
 
     def _start_values(self, node: Any, signals: Sequence[SignalPort]) -> None:
         values = signal_parameters((signal.id, signal.initial) for signal in signals)
@@ -60,12 +70,12 @@ class RosSignals:
                 self._receiver.signals_changed({signal.id: start}, "parameter")
             after, then = (declare(node, parameter) for parameter in stale[signal.id])
             try:
-                expected = Expectation(float(after), parse_then(then)) if after else None
+                expected = Expectation(float(after) or 1.0, parse_then(then))
             except (StalenessError, AttributeError) as error:
                 raise RosError(
                     f"the parameter {stale[signal.id][1].name} cannot have the value it was given: {error}"
                 ) from error
-            if expected is not None:
+            if after:
                 self._receiver.signal_expected(signal.id, expected)
 
     def _add(self, node: Any, id: str, name: str) -> None:
@@ -98,6 +108,14 @@ class RosSignals:
             self._set(values, "topic")
 
         self._closing.append(LatchedTopic(node, String, TOGETHER, heard).close)
+
+    def _ask(self, node: Any, names: Sequence[str]) -> None:
+        """Tell whatever feeds the signals that all are wanted: they may have changed meanwhile."""
+        from std_msgs.msg import String
+
+        publisher = node.create_publisher(String, WANTED, signal_quality(is_kept=True))
+        publisher.publish(String(data=json.dumps(names)))
+        self._closing.append(lambda: node.destroy_publisher(publisher))
 
     def _set(self, values: dict[str, bool], source: str) -> None:
         if not self._is_open:

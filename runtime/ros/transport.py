@@ -112,17 +112,16 @@ class RclpyTransport:
         from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
         interface, codec = codecs.topic(port)
-        lost_before = LossCounter(self._seen.get(f"{port.channel}/{port.place}")).lost_before
+        counter = LossCounter(self._seen.get(f"{port.channel}/{port.place}"))
         decode, arrived = codec.decode, receiver.message_arrived
 
         def take(ros_message: Any, info: Any) -> None:
             if self._is_open:
                 message = decode(ros_message)
-                lost = lost_before(
-                    message.id,
-                    info["publication_sequence_number"],
-                    subscription.get_publisher_count,
-                )
+                sequence = info["publication_sequence_number"]
+                if again := counter.lost_at_restart(message.id, sequence):
+                    receiver.dropped(port, "restart", again)
+                lost = counter.lost_before(message.id, sequence, subscription.get_publisher_count)
                 arrived(port, message, lost)
 
         subscription = self._own(

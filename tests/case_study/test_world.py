@@ -18,6 +18,19 @@ def make(**options: object) -> tuple[World, list[Change]]:
     return world, changes
 
 
+def test_it_tells_all_signals_when_it_begins() -> None:
+    """Nodes that go on may remember those of an earlier cell: that there is danger, say."""
+    world, changes = make()
+    world.start()
+    told = {(node, signal): value for node, signal, value in changes}
+    assert {name for name, value in told.items() if value} == {
+        ("executor", "RobotIsIdle"),
+        ("sensorics", "Sensor"),
+    }
+    assert told["executor", "Danger"] is False
+    assert {signal for node, signal in told if node == "selector"} == {"Red", "Blue", "Green"}
+
+
 def test_a_motion_shows_its_result_before_its_end() -> None:
     world, changes = make(colors=())
     world.start()

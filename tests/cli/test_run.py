@@ -134,6 +134,25 @@ def test_going_on_from_traces(run: Run, spoken: Path) -> None:
     assert run("conform", spoken, folder).exit_code == 0
 
 
+def test_going_on_from_nothing_is_refused(run: Run, spoken: Path) -> None:
+    folder = spoken.parent / "traces"
+    result = run("run", spoken, "--simulate", "--trace", folder, "--resume")
+    assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
+    assert "traces: holds no traces to go on from" in result.stderr
+
+
+def test_a_trace_that_is_missing_is_missed(run: Run, spoken: Path) -> None:
+    folder = spoken.parent / "traces"
+    assert run("run", spoken, "--simulate", "--until", "Words <= 2", "--trace", folder).exit_code == 0
+    (folder / "talker.jsonl").unlink()
+    result = run("run", spoken, "--simulate", "--trace", folder, "--resume")
+    assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
+    assert "the trace of node talker is missing" in result.stderr
+    (folder / ".journals").write_text("listener\n")  # as if it had been killed before it began
+    result = run("run", spoken, "--simulate", "--until", "Noted >= 3", "--trace", folder, "--resume")
+    assert "node talker has no trace, so it begins with its initial marking" in result.stderr
+
+
 def test_ctrl_c_ends_a_run_cleanly(spoken: Path) -> None:
     folder = spoken.parent / "traces"
     program = (

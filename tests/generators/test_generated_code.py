@@ -180,9 +180,16 @@ class Kept:
 
 LAUNCH = {
     "launch": ["LaunchDescription"],
-    "launch.actions": ["DeclareLaunchArgument", "EmitEvent", "RegisterEventHandler"],
+    "launch.actions": ["DeclareLaunchArgument", "EmitEvent", "LogInfo", "RegisterEventHandler"],
+    "launch.event_handlers": ["OnProcessExit"],
     "launch.events": [],
-    "launch.substitutions": ["LaunchConfiguration", "PathJoinSubstitution"],
+    "launch.events.process": ["ProcessExited", "ShutdownProcess"],
+    "launch.substitutions": [
+        "AndSubstitution",
+        "LaunchConfiguration",
+        "NotEqualsSubstitution",
+        "PathJoinSubstitution",
+    ],
     "launch_ros": [],
     "launch_ros.actions": ["Node", "LifecycleNode"],
     "launch_ros.event_handlers": ["OnStateTransition"],
@@ -227,6 +234,20 @@ def test_the_launch_file_starts_every_node(workspace: Path, monkeypatch: pytest.
         setup = (workspace / "src" / node["package"] / "setup.py").read_text()
         assert f'"{node["executable"]} = {node["package"]}.base:main"' in setup
         assert [type(each).__name__ for each in node["parameters"]] == ["PathJoinSubstitution"] * 2 + ["dict"]
+        assert [type(each).__name__ for each in node["respawn"].arguments] == [
+            "NotEqualsSubstitution",  # without a journal, a node would begin anew while the others go on
+            "LaunchConfiguration",
+        ]
+    defaults = {
+        action.arguments[0]: action.named["default_value"]
+        for action in of_kind(actions, "DeclareLaunchArgument")
+    }
+    assert defaults["resume"] == "true"
+    leaves = [action.arguments[0].named for action in of_kind(actions, "RegisterEventHandler")]
+    assert [each["target_action"] for each in leaves] == of_kind(actions, "Node")
+    for status, kinds in ((1, []), (2, ["LogInfo", "EmitEvent"])):
+        event = types.SimpleNamespace(returncode=status, process_name="cook")
+        assert [type(each).__name__ for each in leaves[0]["on_exit"](event, None)] == kinds
     declared = [action.arguments[0] for action in of_kind(actions, "DeclareLaunchArgument")]
     assert declared == ["journal", "resume", "log_level", "respawn"]
 
@@ -239,6 +260,7 @@ def test_the_launch_file_activates_lifecycle_nodes(lifecycle: Path, monkeypatch:
         (node, 1) for node in nodes
     ]
     handlers = [action.arguments[0].named for action in of_kind(actions, "RegisterEventHandler")]
+    handlers = [handler for handler in handlers if "goal_state" in handler]
     assert [handler["target_lifecycle_node"] for handler in handlers] == nodes
     assert {(handler["start_state"], handler["goal_state"]) for handler in handlers} == {
         ("configuring", "inactive")

@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,17 @@ def is_there(process: int) -> bool:
     except ProcessLookupError:
         return False
     return True
+
+
+def test_what_the_others_work_in_ends_last(tmp_path: Path) -> None:
+    slow = "import signal, time; signal.signal(signal.SIGINT, lambda *_: (time.sleep(0.5), exit())); "
+    events: list[ProcessEvent] = []
+    world = replace(plan(tmp_path, "import time; time.sleep(60)", "world"), is_last=True)
+    node = plan(tmp_path, f"{slow}open('ready', 'w'); time.sleep(60)")
+    with Supervisor([world, node], QUICK, events.append):
+        while not (tmp_path / "ready").exists():
+            time.sleep(0.01)
+    assert [event.name for event in events if event.event == "stopped"] == ["node", "world"]
 
 
 def test_a_process_that_ends_by_itself_is_not_started_again(tmp_path: Path) -> None:

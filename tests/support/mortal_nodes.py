@@ -57,7 +57,7 @@ def run_node(model: rtm.RuntimeModel, folder: Path, broker: Path, seed: int, poi
     if point:
         vars(recorder_module)["os"] = DeadlySystem(point, part)
     net = Net(model, seed=seed)
-    recorder, checkpoint = resume_journal(folder, net.id, part_bytes=PART_BYTES)
+    recorder, checkpoint = resume_journal(folder, net.id, part_bytes=PART_BYTES, kept_parts=None)
     node = Node(net, SocketTransport(broker), recorder, resume=checkpoint, request_timeout=0.5)
     outside = random.Random(seed)
     node.start()

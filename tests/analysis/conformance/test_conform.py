@@ -156,7 +156,7 @@ class TestTheEngine:
         traces = self.record(model, tmp_path, 4, 3000)
         verdict = verdict_on(model, skewed(traces, 4))
         assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
-        assert verdict.steps > 1000
+        assert verdict.steps > 300
         assert verdict.silent > 10
 
     @given(st.one_of(chatty_systems(), calling_systems(circles=True)), SEEDS)

@@ -113,16 +113,16 @@ def test_the_state_can_be_rebuilt_at_any_point(model: sym.SystemModel, seed: int
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        states = play(model, folder, seed, 150, part_bytes=3000)
+        states = play(model, folder, seed, 150, part_bytes=3000, kept_parts=None)
         assert same_everywhere(folder, states) >= len(states)
 
 
 def test_the_case_study_can_be_rebuilt_at_any_point(tmp_path: Path) -> None:
     model = load(CASE_STUDY)
     assert isinstance(model, sym.SystemModel)
-    states = play(model, tmp_path, 3, 3000, part_bytes=20_000, data_bytes=20)
+    states = play(model, tmp_path, 3, 3000, part_bytes=5_000, data_bytes=20, kept_parts=None)
     assert len(parts_of(tmp_path, "executor")) > 3
-    assert same_everywhere(tmp_path, states) > 1000
+    assert same_everywhere(tmp_path, states) > 300
     # Each part is enough for the points in it.
     own = states["executor"]
     for sequence in list(own)[:: len(own) // 25]:
@@ -165,7 +165,10 @@ class TestCrash:
         recorder, checkpoint = resume_journal(tmp_path, "talker")
         recorder.close()
         assert plain(checkpoint) == states[max(states)]
-        assert {found.name for found in tmp_path.iterdir()} == {"talker.jsonl", "listener.jsonl"}
+        assert {found.name for found in tmp_path.iterdir()} - {".journals"} == {
+            "talker.jsonl",
+            "listener.jsonl",
+        }
 
     def test_a_journal_that_is_not_there_begins(self, tmp_path: Path) -> None:
         recorder, checkpoint = resume_journal(tmp_path / "new", "talker")
@@ -188,7 +191,7 @@ def resumed(folder: Path, model: sym.SystemModel, seed: int) -> LocalApplication
     recorders, checkpoints = {}, {}
     for runtime_model in split(model):
         node = runtime_model.node.id
-        recorders[node], checkpoint = resume_journal(folder, node, part_bytes=5000)
+        recorders[node], checkpoint = resume_journal(folder, node, part_bytes=5000, kept_parts=None)
         if checkpoint is not None:
             checkpoints[node] = checkpoint
     return LocalApplication(split(model), seed=seed, recorder=recorders.__getitem__, resume=checkpoints)

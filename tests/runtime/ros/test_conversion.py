@@ -156,6 +156,20 @@ class TestLosses:
         counter = LossCounter()
         assert self.lost(counter, ("a/p/7", 7), ("a/p/8", 1), ("a/p/9", 2), ("a/p/9", 3)) == [6, 0, 0, 0]
 
+    def test_publisher_that_was_started_again(self) -> None:
+        """It publishes again what its queue held; a gap before that is a loss, and nobody counts it twice."""
+        counter = LossCounter()
+        self.lost(counter, ("a/p/7", 7), ("a/p/8", 8))
+        assert counter.lost_at_restart("a/p/6", 1) == 0  # an old one comes again
+        counter = LossCounter({"a/p": 8})
+        assert [counter.lost_at_restart("a/p/21", 1), *self.lost(counter, ("a/p/21", 1))] == [12, 0]
+        assert [counter.lost_at_restart("a/p/22", 2), *self.lost(counter, ("a/p/22", 2))] == [0, 0]
+        assert counter.lost_at_restart(f"a/p/{10**12}", 1) == 0  # forged
+
+    def test_receiver_that_was_started_again_with_a_publisher_that_was_not(self) -> None:
+        counter = LossCounter({"a/p": 5})
+        assert [counter.lost_at_restart("a/p/9", 9), *self.lost(counter, ("a/p/9", 9))] == [0, 3]
+
     def test_receiver_that_began_anew(self) -> None:
         assert self.lost(LossCounter({"a/p": 7}), ("a/p/8", 8)) == [0]
         assert self.lost(LossCounter({"a/p": 7}), ("a/p/10", 10)) == [2]

@@ -30,6 +30,33 @@ def no_subscriber(small: Small) -> None:
     small["hear"].timer = 1.0
 
 
+def untyped(small: Small) -> sym.TopicChannel:
+    """Give the topic messages of its own, with ids."""
+    channel: sym.TopicChannel = small["chatter"]
+    channel.type = None
+    channel.mappings.clear()
+    return channel
+
+
+@CASES.breaks(
+    "topic-survives-restarts",
+    "messages of topic channel 'chatter' are lost when a node goes on after a restart: it is volatile, so "
+    "that nothing is kept for a subscriber that is down",
+    "drop its quality of service: the default is reliable, transientLocal, with the limits as depth",
+)
+def volatile_topic(small: Small) -> None:
+    untyped(small).qos = sym.QualityOfService()
+
+
+@CASES.breaks(
+    "topic-survives-restarts",
+    "messages of topic channel 'chatter' are lost when a node goes on after a restart: it is bestEffort",
+    "drop its quality of service: the default is reliable, transientLocal, with the limits as depth",
+)
+def best_effort_topic(small: Small) -> None:
+    untyped(small).qos = sym.QualityOfService(durability="transientLocal", reliability="bestEffort")
+
+
 @CASES.breaks(
     "port-limit",
     "publisher port 'Said' of topic channel 'chatter' has the limit 0",

@@ -4,12 +4,26 @@
 """Starts the nodes of sorting.
 
 ``ros2 launch sorting_bringup sorting.launch.py journal:=run`` records what they do. A
-node that ends with an error is started again; `resume:=true` lets it go on from its journal.
+node that ends with an error is started again and goes on from its journal; without a journal
+it would begin anew, at its initial marking, while the others go on: it is not started again.
 """
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.actions import (
+    DeclareLaunchArgument,
+    EmitEvent,
+    LogInfo,
+    RegisterEventHandler,
+)
+from launch.event_handlers import OnProcessExit
+from launch.events import matches_action
+from launch.events.process import ProcessExited, ShutdownProcess
+from launch.substitutions import (
+    AndSubstitution,
+    LaunchConfiguration,
+    NotEqualsSubstitution,
+    PathJoinSubstitution,
+)
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
@@ -24,10 +38,13 @@ NODES = [
 ]
 ARGUMENTS = [
     ("journal", "", "Folder that takes the records of the run; empty: nothing is recorded."),
-    ("resume", "false", "Whether to go on from the journal."),
+    ("resume", "true", "Whether to go on from the journal, where it holds an earlier run."),
     ("log_level", "info", "What is logged: debug, info, warn, error or fatal, and worse."),
-    ("respawn", "true", "Whether a node that ends with an error is started again."),
+    ("respawn", "true", "Whether a node that ends with an error goes on from its journal."),
 ]
+
+CANNOT_GO_ON = 2
+"""Exit status of a node that cannot start, or cannot go on from its journal."""
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -52,10 +69,27 @@ def generate_launch_description() -> LaunchDescription:
                     "log_level": LaunchConfiguration("log_level"),
                 },
             ],
-            respawn=LaunchConfiguration("respawn"),
+            respawn=AndSubstitution(
+                NotEqualsSubstitution(LaunchConfiguration("journal"), ""),
+                LaunchConfiguration("respawn"),
+            ),
             respawn_delay=1.0,
             output="both",
         )
         for package, executable, name, namespace in NODES
     ]
-    return LaunchDescription([*arguments, *nodes])
+    watched = [ending(node) for node in nodes]
+    return LaunchDescription([*arguments, *watched, *nodes])
+
+
+def ending(node: Node) -> RegisterEventHandler:
+    """Return what leaves a node alone that would end in the same way again."""
+
+    def leave(event: ProcessExited, _: object) -> list[LogInfo | EmitEvent]:
+        if event.returncode != CANNOT_GO_ON:
+            return []
+        said = f"{event.process_name} cannot start or go on; it is not started again"
+        stop = ShutdownProcess(process_matcher=matches_action(node))
+        return [LogInfo(msg=said), EmitEvent(event=stop)]
+
+    return RegisterEventHandler(OnProcessExit(target_action=node, on_exit=leave))

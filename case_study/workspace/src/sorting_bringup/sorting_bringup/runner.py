@@ -51,7 +51,6 @@ def plans(journal: Path, ros_arguments: Sequence[str]) -> list[ProcessPlan]:
                 *("--params-file", str(config / "local.yaml")),
                 *own,
             ],
-            resume=["-p", "resume:=true"],
             environment=environment,
             log=journal / f"{package}.log",
         )

@@ -45,11 +45,11 @@ def connect(net: Net) -> Cell:
     return _local or RosCell(net)
 
 
-def latched() -> Any:
+def latched(depth: int = 10) -> Any:
     """Return the quality of service of both topics: whoever starts late gets the last message."""
     from rclpy.qos import DurabilityPolicy, QoSProfile
 
-    return QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # type: ignore[no-untyped-call]
+    return QoSProfile(depth=depth, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # type: ignore[no-untyped-call]
 
 
 class RosCell:

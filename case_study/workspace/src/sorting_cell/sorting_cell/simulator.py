@@ -39,14 +39,22 @@ class SignalSetter:
         self._ros = ros
         self._node = node
         self._clients: dict[str, Any] = {}
+        self._values: dict[str, bool] = {}
         self._waiting: queue.Queue[tuple[str, bool] | None] = queue.Queue()
         self._ends = threading.Event()
         self._thread = threading.Thread(target=self._work, name=f"signals of {node}")
         self._thread.start()
+        self._wanted = ros.create_subscription(String, f"/{node}/signals_wanted", self.announce, latched(1))
 
     def set(self, name: str, value: bool) -> None:
         """Have a signal set, after those asked for before."""
+        self._values[name] = value
         self._waiting.put((name, value))
+
+    def announce(self, _: object) -> None:
+        """Have all signals set again: the node has been started, or goes on after a restart."""
+        for name, value in list(self._values.items()):
+            self._waiting.put((name, value))
 
     def close(self) -> None:
         """Ask no more."""

@@ -81,9 +81,16 @@ class World:
     _presses: int = 0
 
     def start(self) -> None:
-        """Tell the signals that do not start false: the arm rests, the sensor measures."""
+        """Tell all signals: the arm rests, the sensor measures, nobody is there and presses nothing.
+
+        Nodes that go on after a restart may have seen other values of an earlier cell.
+        """
+        for name in ("ObjectIsPicked", "ObjectIsPlaced", "RobotHasFinished", "Danger"):
+            self.set_signal("executor", name, False)
         self.set_signal("executor", "RobotIsIdle", True)
         self.set_signal("sensorics", "Sensor", True)
+        for color in self.colors:
+            self.set_signal("selector", color, False)
 
     def command(self, operation: Operation, name: str) -> None:
         """Start a motion; an object that is to be placed and was not picked before is fetched first.

@@ -1,0 +1,294 @@
+"""Stops and kills a running case study again and again, and looks whether a message was lost or came twice.
+
+``python benchmarks/stops_and_kills.py --stops 300`` runs the application on ROS 2, one process per node, with
+its simulated cell. At random moments it sends Ctrl-C, SIGTERM or SIGKILL to the supervisor, or SIGTERM or
+SIGKILL to a node, and goes on with ``--resume``. Whenever all objects are sorted, the traces are checked:
+every message was taken once, every call has its four steps once, every object is shown once, no queue dropped
+anything, and the run conforms to the model.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from dineros.analysis.conformance import conform
+from dineros.metamodel import sym
+from dineros.metamodel.files import load
+from dineros.metamodel.records import (
+    Drop,
+    Publish,
+    Reply,
+    Request,
+    Response,
+    Serve,
+    Take,
+    node_traces,
+    read_trace,
+    traces_of_runs,
+)
+from dineros.metamodel.settings import apply
+from dineros.runtime.journal import rebuild_at
+
+HOME = Path(__file__).resolve().parents[1] / "case_study"
+COLORS = ("Red", "Blue", "Green")
+KINDS = ("SIGINT", "SIGTERM", "SIGKILL", "node SIGTERM", "node SIGKILL")
+PATIENCE = 60.0
+
+
+class LostError(Exception):
+    """Something is lost, came twice, or the run does not go on."""
+
+
+@dataclass
+class Round:
+    """One run of the application, up to its last object, over all its restarts.
+
+    Attributes
+    ----------
+    folder : Path
+        Takes traces and logs.
+    objects : int
+        Objects of each colour.
+    domain : int
+        ROS domain.
+    command : sequence of str
+        What starts DiNeROS.
+    """
+
+    folder: Path
+    objects: int
+    domain: int
+    command: tuple[str, ...] = (sys.executable, "-P", "-m", "dineros.cli.main")
+    process: subprocess.Popen[bytes] | None = None
+    settings: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.settings = [f"{color}Objects.tokens={self.objects}" for color in COLORS]
+
+    @property
+    def traces(self) -> Path:
+        """Folder of the traces."""
+        return self.folder / "traces"
+
+    def start(self) -> None:
+        """Start the application, or go on."""
+        sources = [str(path) for path in sorted((HOME / "workspace/src").glob("sorting_*"))]
+        known = os.environ.get("PYTHONPATH", "")
+        variables = {**os.environ, "PYTHONPATH": os.pathsep.join([*sources, *([known] if known else [])])}
+        options = ["--trace", str(self.traces), "--reach", "memory", "--domain", str(self.domain)]
+        options += ["--until", f"Shown >= {3 * self.objects}", "--restarts", "1000"]
+        options += ["--with", "python -m sorting_cell --motion-time 0.1 --visit 3 --visit 7"]
+        options += [word for setting in self.settings for word in ("--set", setting)]
+        if self.traces.is_dir() and node_traces(self.traces):
+            options.append("--resume")
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with (self.folder / "run.log").open("ab") as log:
+            self.process = subprocess.Popen(
+                [*self.command, "run", str(HOME / "sorting.sym.xmi"), *options],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                env=variables,
+            )
+
+    def nodes(self) -> dict[str, int]:
+        """Return the processes of nodes and programs that run, as the supervisor tells."""
+        running: dict[str, int] = {}
+        with contextlib.suppress(FileNotFoundError):
+            for line in (self.traces / "supervisor.log.jsonl").read_text("utf-8").splitlines():
+                event = json.loads(line)
+                if event["event"] in ("started", "restarted"):
+                    running[event["name"]] = event["process"]
+        return {name: process for name, process in running.items() if _is_there(process)}
+
+    def await_nodes(self) -> None:
+        """Wait until processes are there to be hit."""
+        assert self.process is not None
+        end = time.monotonic() + 5 * PATIENCE  # the first time, the interfaces are built
+        while not self.nodes() and self.process.poll() is None and time.monotonic() < end:
+            time.sleep(0.05)
+
+    def run_for(self, seconds: float) -> bool:
+        """Let it run; True: it has reached its end."""
+        assert self.process is not None
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            return self._has_reached(self.process.wait(seconds))
+        return False
+
+    def _has_reached(self, status: int) -> bool:
+        if status != 0:
+            raise LostError(f"the run ended with {status}: {self._last_lines()}")
+        return True
+
+    def _last_lines(self) -> str:
+        return "; ".join((self.folder / "run.log").read_text("utf-8", errors="replace").splitlines()[-6:])
+
+    def hit(self, kind: str, draw: random.Random) -> str:
+        """Stop or kill, and wait until all is down where the supervisor was meant; return what was hit."""
+        assert self.process is not None
+        whom, _, number = kind.rpartition(" ")
+        if whom:
+            nodes = {name: each for name, each in self.nodes().items() if not name.startswith("program")}
+            if not nodes:
+                return "nobody"
+            name = draw.choice(sorted(nodes))
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(nodes[name], signal.Signals[number])
+            if number == "SIGKILL":  # it is started again and goes on
+                return name
+            time.sleep(draw.uniform(0.0, 1.0))  # one that is told to end is not started again
+            self._end("SIGINT")
+            return name
+        self._end(number)
+        return "supervisor"
+
+    def _end(self, number: str) -> None:
+        assert self.process is not None
+        left = self.nodes()
+        self.process.send_signal(signal.Signals[number])
+        self.process.wait(PATIENCE)
+        end = time.monotonic() + PATIENCE
+        while any(map(_is_there, left.values())):
+            if time.monotonic() > end:
+                raise LostError(f"processes are left over: {left}")
+            time.sleep(0.02)
+
+    def close(self) -> None:
+        """Leave nothing running."""
+        if self.process is not None and self.process.poll() is None:
+            self._end("SIGINT")
+
+    def check(self) -> Counter[str]:
+        """Check the traces of a round that is over.
+
+        Raises
+        ------
+        LostError
+            Something is lost or came twice.
+        """
+        parts = traces_of_runs([self.traces])
+        records = [record for paths in parts.values() for record in read_trace(paths)]
+        dropped = sum(record.count for record in records if isinstance(record, Drop))
+        if dropped:
+            raise LostError(f"{dropped} messages were dropped")
+        counted: Counter[str] = Counter()
+        for kind, others in ((Publish, (Take,)), (Request, (Serve, Reply, Response))):
+            sent = Counter((each.channel, each.message) for each in records if type(each) is kind)
+            counted[kind.event] = len(sent)
+            for other in others:
+                came = Counter((each.channel, each.message) for each in records if type(each) is other)
+                if kind is Request:  # the safety loop goes on at the end: its last call may be under way
+                    came = Counter({key: came.get(key, 0) for key in came})
+                    missing = [key for key in sent if key not in came and not _is_last(key, sent)]
+                else:
+                    missing = [key for key in sent if key not in came]
+                twice = [key for key, number in (sent + came).items() if number > 2]
+                if missing or twice:
+                    raise LostError(f"{kind.event} and {other.event}: missing {missing}, twice {twice}")
+        shown = rebuild_at(self.traces, "feedback").counts().get("Shown", 0)
+        if shown != 3 * self.objects:
+            raise LostError(f"{shown} objects are shown, not {3 * self.objects}")
+        model = load(HOME / "sorting.sym.xmi")
+        assert isinstance(model, sym.SystemModel)
+        for setting in self.settings:
+            apply(model, setting)
+        verdict = conform(model, {node: partial(read_trace, paths) for node, paths in parts.items()})
+        if verdict.violations:
+            raise LostError(f"it does not conform: {verdict.violations[0].location}: {verdict.violations[0]}")
+        counted["steps"] = verdict.steps
+        return counted
+
+
+def _is_last(key: tuple[str, str | None], sent: Counter[tuple[str, str | None]]) -> bool:
+    channel, message = key
+    sender, _, number = (message or "").rpartition("/")
+    return (channel, f"{sender}/{int(number) + 1}") not in sent
+
+
+def _is_there(process: int) -> bool:
+    try:
+        state = Path(f"/proc/{process}/stat").read_text("utf-8").rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
+
+
+def stress(
+    folder: Path, stops: int, seed: int, objects: int, domain: int, longest: float = 6.0
+) -> Iterator[dict[str, object]]:
+    """Stop and kill so often, and yield what was done and what was counted."""
+    draw = random.Random(seed)
+    number = 0
+    done = 0
+    while done < stops or number == 0:
+        number += 1
+        round_ = Round(folder / f"round{number}", objects, domain)
+        round_.start()
+        try:
+            while done < stops:
+                round_.await_nodes()
+                if round_.run_for(draw.uniform(0.0, longest)):
+                    break
+                kind = draw.choice(KINDS)
+                whom = round_.hit(kind, draw)
+                done += 1
+                yield {"stop": done, "round": number, "signal": kind, "to": whom}
+                assert round_.process is not None
+                if round_.process.poll() is not None:
+                    round_.start()
+            while not round_.run_for(PATIENCE * 5):
+                raise LostError(f"{round_.folder} does not go on: {round_.nodes()}")
+            yield {"round": number, **round_.check()}
+        finally:
+            round_.close()
+
+
+def main() -> int:
+    """Stress the application and report."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--stops", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--objects",
+        type=int,
+        default=3,
+        help="objects of each colour in a round; more than 3 can fill a queue",
+    )
+    parser.add_argument("--domain", type=int, default=77, help="ROS domain")
+    parser.add_argument("--longest", type=float, default=6.0, help="seconds between two stops, at most")
+    parser.add_argument("--keep", type=Path, help="keep traces and logs in this folder")
+    options = parser.parse_args()
+    with contextlib.ExitStack() as stack:
+        folder = options.keep or Path(
+            stack.enter_context(tempfile.TemporaryDirectory(prefix="dineros-stops-"))
+        )
+        try:
+            for line in stress(
+                folder, options.stops, options.seed, options.objects, options.domain, options.longest
+            ):
+                print(json.dumps(line), flush=True)
+        except LostError as error:
+            print(error, file=sys.stderr)
+            return 1
+    print("nothing is lost, nothing came twice, every round conforms")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

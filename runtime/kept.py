@@ -1,0 +1,94 @@
+"""What handlers keep besides tokens: JSON values by name, which are part of the journal."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Iterator, Mapping, MutableMapping
+from typing import Any, TypeAlias, TypeVar, cast
+
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.json_text import decode_json
+
+Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
+
+T = TypeVar("T", bool, int, float, str, list[Any], dict[str, Any])
+
+
+class KeepError(DinerosError):
+    """A value cannot be kept."""
+
+
+class Memory(MutableMapping[str, Any]):
+    """What the handlers of a node keep, as one firing sees it.
+
+    A change counts when the firing commits, together with it: a firing that fails, is withdrawn or is cut off
+    by a crash has changed nothing. Values that are read are copies; assigning one keeps it.
+
+    Parameters
+    ----------
+    kept : mapping of str to JSON values
+        What is kept so far.
+
+    Examples
+    --------
+    >>> memory = Memory({"picked": 2})
+    >>> memory["picked"] = memory.value("picked", 0) + 1
+    >>> memory["picked"], memory.value("placed", 0), memory.changes
+    (3, 0, {'picked': 3})
+    """
+
+    def __init__(self, kept: Mapping[str, Json] | None = None) -> None:
+        self._kept = kept or {}
+        self.changes: dict[str, Json] = {}
+
+    def value(self, name: str, default: T) -> T:
+        """Return a value that is of the type of the default, which stands where nothing is kept.
+
+        Raises
+        ------
+        KeepError
+            What is kept is of another type.
+        """
+        kept: Any = self.get(name, default)
+        kind: type = type(default)
+        if kind is float and type(kept) is int:
+            kept = float(kept)
+        if type(kept) is not kind:
+            raise KeepError(f"{name!r} is kept as {kept!r}, which is no {kind.__name__}")
+        return cast("T", kept)
+
+    def __getitem__(self, name: str) -> Any:
+        value = self.changes[name] if name in self.changes else self._kept.get(name)
+        if value is None:
+            raise KeyError(name)
+        return copy.deepcopy(value)
+
+    def __setitem__(self, name: str, value: Json) -> None:
+        """Keep a value; None: no more.
+
+        Raises
+        ------
+        KeepError
+            It is no JSON.
+        """
+        if not isinstance(name, str):
+            raise KeepError(f"the name of what is kept is a text, not {name!r}")
+        try:
+            text = json.dumps(value, allow_nan=False)
+        except (TypeError, ValueError, RecursionError) as error:
+            raise KeepError(f"{name!r} cannot be kept: {error}", hint="keep JSON values") from None
+        self.changes[name] = decode_json(text)
+
+    def __delitem__(self, name: str) -> None:
+        self[name]
+        self.changes[name] = None
+
+    def __iter__(self) -> Iterator[str]:
+        return (name for name, value in {**self._kept, **self.changes}.items() if value is not None)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def __repr__(self) -> str:
+        return f"Memory({dict(self)})"
