@@ -132,7 +132,7 @@ def map_server(model: sym.SystemModel) -> sym.ServerPort:
 
 
 def dock(model: sym.SystemModel) -> tuple[sym.ServerPort, Client]:
-    """One bay for both robots; return the server, and the places by which an instance switches the charger."""
+    """One bay for both robots; return the server, and the places where an instance switches the charger."""
     net = node_net(model, "dock", "fleet_dock", "BatteryFull")
     free = place(net, "BayFree", tokens=1)
     page = sym.CallbackPage(id="ChargeServer", name="ChargeServer", kind="server", page=net)
