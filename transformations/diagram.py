@@ -248,6 +248,9 @@ class Side:
             if isinstance(item, New) and not issubclass(item.eclass or EObject, pn.Arc):
                 shape = self._shape(item, "created", groups.get(item.symbol.partition(".")[0], box))
                 shape.inside = self._tokens(item.features.get("tokens"))
+                for name, value in item.features.items():
+                    if isinstance(value, Variable) and _direction(item.eclass, name):
+                        self._link(value, item, name, item.eclass, "created", "")
                 into = item.into
                 if into is not None and isinstance(_steps(into)[0], Variable):
                     start, features = _steps(into)

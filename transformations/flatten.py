@@ -147,7 +147,7 @@ def _instantiate(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
                 on_page[caller.server.page].setdefault(called, []).append(client)
     for channel in callers_first(working):
         page = channel.server.page
-        for rule in INSTANCE_RULES:
+        for rule in INSTANCE_RULES if on_page[page] else (services.S4,):
             engine.apply(rule, {rule.service: channel})
         for called, clients in on_page[page].items():
             for client in clients:

@@ -1,4 +1,4 @@
-"""Expressions that rules call by name, such as `ancestor`, `count`, `either`, `first` and `within`."""
+"""Expressions that rules call by name, such as `ancestor`, `count`, `either`, `enclosing` and `first`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from dineros.metamodel.base import EObject
-from dineros.transformations.datatypes import TRUTH, WHOLE, comparable
+from dineros.transformations.datatypes import WHOLE, comparable
 from dineros.transformations.errors import RuleError
 from dineros.transformations.expressions import Expression, Item, Match, Path, Variable, as_expression
 
@@ -39,27 +39,30 @@ class Ancestor(Expression):
         return f"{getattr(self.eclass, '__name__', '')} of {self.base}"
 
 
-class Within(Expression):
-    """Whether an element stands in another one, directly or deeper."""
+class Enclosing(Expression):
+    """All containers of a class, from the inner to the outer."""
 
-    datatype = TRUTH
+    many = True
 
-    def __init__(self, element: Expression, container: Expression) -> None:
-        super().__init__(element, container)
-        self.element = element
-        self.container = container
-        for expression in (element, container):
-            if expression.eclass is None or expression.many:
-                raise RuleError(f"{expression} is no model element", location=self.location)
+    def __init__(self, base: Expression, eclass: type[EObject]) -> None:
+        super().__init__(base)
+        self.base = base
+        self.eclass = eclass
+        if base.eclass is None or base.many:
+            raise RuleError(f"{base} is no model element", location=self.location)
 
-    def evaluate(self, match: Match) -> bool:
-        holder, container = self.element.evaluate(match), self.container.evaluate(match)
-        while holder is not None and holder is not container:
+    def evaluate(self, match: Match) -> list[EObject]:
+        found: list[EObject] = []
+        holder: EObject | None = self.base.evaluate(match)
+        assert self.eclass is not None
+        while holder is not None:
+            if isinstance(holder, self.eclass):
+                found.append(holder)
             holder = holder.eContainer()
-        return holder is not None
+        return found
 
     def __str__(self) -> str:
-        return f"{self.element} in {self.container}"
+        return f"each {getattr(self.eclass, '__name__', '')} around {self.base}"
 
 
 class Selection(Expression):
@@ -190,9 +193,9 @@ def count(values: Expression, where: Callable[[Item], Expression] | None = None)
     return Count(values if where is None else Selection(values, where))
 
 
-def within(element: Expression, container: Expression) -> Expression:
-    """Return whether an element stands in another one, directly or deeper."""
-    return Within(element, container)
+def enclosing(element: Expression, eclass: type[EObject]) -> Expression:
+    """Return all containers of a class, the element itself included, from the inner to the outer."""
+    return Enclosing(element, eclass)
 
 
 def either(value: Expression, default: object) -> Expression:

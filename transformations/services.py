@@ -10,7 +10,7 @@ from __future__ import annotations
 from dineros.metamodel import pn, sym
 from dineros.transformations.creation import Copy, New, image
 from dineros.transformations.expressions import Expression
-from dineros.transformations.functions import count, either, within
+from dineros.transformations.functions import count, either, enclosing
 from dineros.transformations.notation import arc, place, transition
 from dineros.transformations.patterns import Index, Made, Node
 from dineros.transformations.rule import Rule
@@ -48,6 +48,7 @@ class S4Client(Rule):
     page = Made(S4.page, of=[service, instance])
     called = Node(sym.ServiceChannel)
     original = Node(sym.ClientPort, channel=called)
+    around = Node(pn.Page, of=enclosing(original.request, pn.Page))
 
     client = New(
         sym.ClientPort,
@@ -57,8 +58,8 @@ class S4Client(Rule):
         response=image(original.response, page),
     )
 
-    where = [within(original.request, server.page)]
-    lhs = [service, server, instance, page, called, original]
+    where = [around == server.page]
+    lhs = [service, server, instance, page, called, around, original]
     rhs = [*lhs, client]
 
 

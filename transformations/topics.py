@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.transformations.creation import image
-from dineros.transformations.functions import ancestor, either, first, within
+from dineros.transformations.functions import ancestor, either, enclosing, first
 from dineros.transformations.notation import History, OverflowQueue, arc, inhibit, place, transition
 from dineros.transformations.patterns import Absent, Made, Node
 from dineros.transformations.rule import Rule
@@ -39,8 +39,9 @@ class T2(Rule):
         "{channel.id}.publisher.{source.id}", source=source, limit=port.limit, sinks=[topic]
     )
 
-    server = Node(sym.ServerPort)
-    absent = [Absent(server, where=[within(port.place, server.page)])]
+    around = Node(pn.Page, of=enclosing(port.place, pn.Page))
+    server = Node(sym.ServerPort, page=around)
+    absent = [Absent(around, server)]
     lhs = [channel, port, source, topic]
     rhs = [*lhs, *queue]
 
@@ -48,15 +49,15 @@ class T2(Rule):
 class T2History(Rule):
     """Send queue of a publisher port on a server page: one for all instances."""
 
-    server = Node(sym.ServerPort)
     channel = Node(sym.TopicChannel)
     port = Node(sym.PublisherPort, channel=channel)
+    around = Node(pn.Page, of=enclosing(port.place, pn.Page))
+    server = Node(sym.ServerPort, page=around)
     topic = Made(T1.topic, of=channel)
 
     queue = History("{channel.id}.publisher.{port.place.id}", limit=port.limit, sinks=[topic])
 
-    where = [within(port.place, server.page)]
-    lhs = [channel, port, server, topic]
+    lhs = [channel, port, around, server, topic]
     rhs = [*lhs, *queue]
 
 
@@ -65,14 +66,15 @@ class T2Instance(Rule):
 
     channel = Node(sym.TopicChannel)
     port = Node(sym.PublisherPort, channel=channel)
-    server = Node(sym.ServerPort)
-    history = Made(T2History.queue, of=[port, server])
+    history = Made(T2History.queue, of=port)
+    around = Node(pn.Page, of=enclosing(port.place, pn.Page))
+    server = Node(sym.ServerPort, page=around)
     page = Made(S4.page, of=server)
     source = Node(pn.Place, of=image(port.place, page))
 
     queue = OverflowQueue("{channel.id}.publisher.{source.id}", source=source, history=history)
 
-    lhs = [channel, port, server, history, page, source]
+    lhs = [channel, port, around, server, history, page, source]
     rhs = [*lhs, *queue]
 
 

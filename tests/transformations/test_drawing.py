@@ -73,7 +73,7 @@ def test_each_side_shows_its_elements(rule: type[Rule]) -> None:
         elif not issubclass(element.eclass or pn.Arc, pn.Arc):
             assert right.shapes[str(element)].status == "created"
             assert str(element) not in left.shapes
-    drawn = [line for line in right.lines if line.status == "created" and line.kind != "link"]
+    drawn = [line for line in right.lines if line.status == "created" and line.kind not in ("link", "flow")]
     made = [element for element in rule.created.values() if isinstance(element, New) and is_arc(element)]
     repeated = [element for item in rule.for_all for element in item.created() if is_arc(element)]
     assert len(drawn) == len(made) + len(repeated)

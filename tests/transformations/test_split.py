@@ -21,6 +21,7 @@ from dineros.transformations.split import CoverageError, split
 from tests.support.calling_systems import calling_systems
 from tests.support.equality import differences
 from tests.support.models import system_models
+from tests.support.reference_runs import ReferenceRun
 from tests.support.small import small_system
 from tests.support.small_systems import small_system_models
 
@@ -91,6 +92,7 @@ def check_inner(one: Any, other: Any) -> None:
 
 
 def ports_of_system(model: sym.SystemModel) -> Iterator[tuple[object, ...]]:
+    run = ReferenceRun(model, 0)
     for channel in model.channels:
         if isinstance(channel, sym.TopicChannel):
             facts = (channel.id, channel.topic, channel.type, mappings(channel))
@@ -112,7 +114,7 @@ def ports_of_system(model: sym.SystemModel) -> Iterator[tuple[object, ...]]:
             for client in channel.clients:
                 yield ("client", node(client.request), *service, client.client, client.response.id)
             server = channel.server
-            count = channel.instances or max(1, len(channel.clients))
+            count = max(1, len(run.prefixes(channel)))
             yield ("server", node(server.entry), *service, server.exit.id, server.page.id, count)
 
 

@@ -132,15 +132,15 @@ def map_server(model: sym.SystemModel) -> sym.ServerPort:
 
 
 def dock(model: sym.SystemModel) -> tuple[sym.ServerPort, Client]:
-    """One bay for both robots; return the server and the places that switch the charger."""
+    """One bay for both robots; return the server, and the places where an instance switches the charger."""
     net = node_net(model, "dock", "fleet_dock", "BatteryFull")
     free = place(net, "BayFree", tokens=1)
-    request, response = place(net, "PowerReq"), place(net, "PowerRes")
     page = sym.CallbackPage(id="ChargeServer", name="ChargeServer", kind="server", page=net)
     entry, plugged, charging, leaving, exit_ = (
         place(page, id) for id in ("ChargeEntry", "Plugged", "Charging", "Leaving", "ChargeExit")
     )
-    bay, power, answer = refer(free, page), refer(request, page), refer(response, page)
+    power, answer = place(page, "PowerReq"), place(page, "PowerRes")
+    bay = refer(free, page)
     enter, start = transition(page, "TEnter"), transition(page, "TStart")
     full, leave = transition(page, "TFull", clause="BatteryFull"), transition(page, "TLeave")
     flow(entry, enter, plugged, start, charging, full, leaving, leave, exit_)
@@ -148,7 +148,7 @@ def dock(model: sym.SystemModel) -> tuple[sym.ServerPort, Client]:
     flow(answer, start)
     flow(full, power)
     flow(answer, leave, bay)
-    return sym.ServerPort(entry=entry, exit=exit_, page=page), (request, response)
+    return sym.ServerPort(entry=entry, exit=exit_, page=page), (power, answer)
 
 
 def charger(model: sym.SystemModel) -> sym.ServerPort:
@@ -239,6 +239,7 @@ def build() -> sym.SystemModel:
         ],
         server=power_server,
         clients=[sym.ClientPort(client="dock", request=power[0], response=power[1])],
+        instances=1,
         model=model,
     )
     return model

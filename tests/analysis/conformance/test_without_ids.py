@@ -20,6 +20,7 @@ from dineros.metamodel.elements import transitions
 from dineros.metamodel.records import Fire, Record, Reply, Request, Response, Serve, Stop, Take
 from dineros.metamodel.records.schema import Step
 from tests.analysis.conformance.brute_force import TooLargeError, is_behaviour
+from tests.support.calling_systems import calling_systems
 from tests.support.chatty_systems import chatty_systems
 from tests.support.reference_runs import ReferenceRun
 from tests.support.small_systems import small_system_models
@@ -114,7 +115,9 @@ def test_calls_are_never_refused(model: sym.SystemModel, seed: int, steps: int) 
     assert monitor.finish().violations == []
 
 
-@given(st.one_of(small_system_models(clients=2), chatty_systems()), SEEDS, st.integers(5, 80))
+@given(
+    st.one_of(small_system_models(clients=2), chatty_systems(), calling_systems()), SEEDS, st.integers(5, 80)
+)
 @settings(COMMON, max_examples=40)
 def test_behaviours_are_never_refused(model: sym.SystemModel, seed: int, steps: int) -> None:
     for transition in transitions(model):
