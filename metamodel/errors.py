@@ -15,7 +15,7 @@ SHOWN = 2000
 """Characters of an error that are shown: what is wrong with an input may quote all of it."""
 
 
-def shortened(line: str) -> str:
+def without_middle(line: str) -> str:
     """Leave out the middle of a long line: where it is wrong stands first, what would mend it last."""
     return line if len(line) <= SHOWN else f"{line[: SHOWN // 2]} ... {line[-SHOWN // 2 :]}"
 
@@ -65,7 +65,7 @@ class DinerosError(Exception):
     def __str__(self) -> str:
         where = f"{self.location}: " if self.location and str(self.location) else ""
         hint = f" ({self.hint})" if self.hint else ""
-        return shortened(" ".join(f"{where}{self.message}{hint}".split()))
+        return without_middle(" ".join(f"{where}{self.message}{hint}".split()))
 
 
 class BudgetError(DinerosError):
