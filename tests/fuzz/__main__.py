@@ -66,6 +66,7 @@ def watch(name: str, inputs: int, seed: int, tell: Callable[[str], None]) -> dic
     row: dict[str, Any] = {
         "kind": name,
         "inputs": 0,
+        "number": 0,
         "accepted": 0,
         "refused": 0,
         "slowest": 0.0,
@@ -88,7 +89,7 @@ def watch(name: str, inputs: int, seed: int, tell: Callable[[str], None]) -> dic
                 if "number" in found:
                     number = found["number"]
                     continue
-                _count(row, found)
+                _count(row, found, number)
                 if found["fault"]:
                     tell(_keep(name, seed, number or 0, found["fault"]))
                 first, number = (number or 0) + 1, None
@@ -107,9 +108,10 @@ def watch(name: str, inputs: int, seed: int, tell: Callable[[str], None]) -> dic
     return row
 
 
-def _count(row: dict[str, Any], verdict: dict[str, Any]) -> None:
+def _count(row: dict[str, Any], verdict: dict[str, Any], number: int | None) -> None:
     row["inputs"] += 1
-    row["slowest"] = max(row["slowest"], verdict["seconds"])
+    if verdict["seconds"] > row["slowest"]:
+        row["slowest"], row["number"] = verdict["seconds"], number
     what = "faults" if verdict["fault"] else "refused" if verdict["status"] == 2 else "accepted"
     row[what] += 1
 
@@ -118,11 +120,15 @@ def _keep(name: str, seed: int, number: int, fault: str) -> str:
     """Keep an input, and what came of it; return a line about it."""
     FAULTS.mkdir(parents=True, exist_ok=True)
     path = FAULTS / f"{name.strip('-.').replace(' ', '_')}-{seed}-{number}"
-    with _prepared(name) as (originals, _, _):
-        path.write_bytes(KINDS[name].input(originals, name, seed, number))
+    path.write_bytes(_input(name, seed, number))
     path.with_name(f"{path.name}.txt").write_text(fault, encoding="utf-8", errors="backslashreplace")
     lines = fault.strip().splitlines()
     return f"{name}: {path}: {lines[0][:100]} ... {lines[-1][:200]}"
+
+
+def _input(name: str, seed: int, number: int) -> bytes:
+    with _prepared(name) as (originals, _, _):
+        return KINDS[name].input(originals, name, seed, number)
 
 
 def main() -> int:
@@ -132,12 +138,16 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kind", action="append", choices=list(KINDS), help="only this kind; repeatable")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="kinds at a time")
+    parser.add_argument("--show", nargs=2, metavar=("KIND", "NUMBER"), help="print one input of the seed")
     parser.add_argument("--replay", nargs=2, metavar=("KIND", "FILE"), help="try one input again")
     parser.add_argument("--work", help=argparse.SUPPRESS)
     parser.add_argument("--first", type=int, default=0, help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.work:
         work(given.work, given.inputs, given.seed, given.first)
+        return 0
+    if given.show:
+        sys.stdout.buffer.write(_input(given.show[0], given.seed, int(given.show[1])))
         return 0
     if given.replay:
         return replay(given.replay[0], Path(given.replay[1]))
@@ -152,11 +162,13 @@ def main() -> int:
                 names,
             )
         )
-    print(f"{'kind':15}{'inputs':>8}{'accepted':>10}{'refused':>9}{'slowest s':>11}{'faults':>8}")
+    print(
+        f"{'kind':15}{'inputs':>8}{'accepted':>10}{'refused':>9}{'slowest s':>11}{'number':>8}{'faults':>8}"
+    )
     for row in rows:
         print(
             f"{row['kind']:15}{row['inputs']:8}{row['accepted']:10}{row['refused']:9}{row['slowest']:11.1f}"
-            f"{row['faults']:8}"
+            f"{row['number']:8}{row['faults']:8}"
         )
     total, faults = sum(row["inputs"] for row in rows), sum(row["faults"] for row in rows)
     print(f"{total} inputs in {time.monotonic() - begun:.0f} s: {faults} faults")

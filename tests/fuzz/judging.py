@@ -67,7 +67,7 @@ def run_command(*arguments: object) -> Outcome:
     finally:
         (sys.stdout, sys.stderr), sys.argv = former, former_arguments
     error.flush()
-    return Outcome(status, error.buffer.getvalue().decode("utf-8"))  # type: ignore[attr-defined]
+    return Outcome(status, error.buffer.getvalue().decode("utf-8"))
 
 
 def refused_or(work: Callable[[], object]) -> Outcome:

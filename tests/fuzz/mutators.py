@@ -187,7 +187,7 @@ def mutate_xml(random: Random, seeds: Sequence[bytes]) -> bytes:
             case 2 if parent is not None and node is not other and node not in other.iterancestors():
                 other.append(node)
             case 3 if names and other.attrib:
-                node.set(random.choice(names), other.get(random.choice(sorted(map(str, other.attrib)))))
+                _set(node, random.choice(names), str(random.choice(list(other.attrib.values()))))
             case 4 if names:
                 _set(node, random.choice(names), random.choice(NUMBERS))
             case 5 if names:
@@ -198,11 +198,11 @@ def mutate_xml(random: Random, seeds: Sequence[bytes]) -> bytes:
                 node.tag = other.tag
             case _ if other.attrib:
                 name = random.choice(sorted(map(str, other.attrib)))
-                node.set(name, other.get(name))
+                _set(node, name, str(other.get(name)))
     if random.random() < 0.02:
+        inner = random.choice(list(root.iter(etree.Element)))
         for _ in range(random.choice([50, 300, 3000])):
-            root.append(inner := etree.Element(root[0].tag if len(root) else "x"))
-            root = root if random.random() < 0.5 else inner.getparent()
+            inner = etree.SubElement(inner, inner.tag)
     return bytes(etree.tostring(root))
 
 
@@ -307,6 +307,6 @@ def mutate_json_lines(random: Random, seeds: Sequence[bytes]) -> bytes:
             case _ if lines:
                 try:
                     lines[at] = mutate_json(random, [lines[at]])
-                except ValueError:  # was damaged before
+                except (ValueError, RecursionError):  # was damaged before
                     lines[at] = mutate_bytes(random, [lines[at]])
     return b"\n".join(lines) + random.choice([b"\n", b"\n", b"\n", b"", b"\n\n", b"\n{"])

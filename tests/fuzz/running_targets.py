@@ -153,7 +153,7 @@ def mqtt(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
         broker.publish("talker/signals/Button", content)
         for value in (True, False):
             broker.publish("talker/signals/Button", str(value))
-            net.wait_for(lambda state, value=value: state.signals["Button"] == value, PATIENCE)  # type: ignore[misc]
+            net.wait_for(lambda state, value=value: state.signals["Button"] == value, PATIENCE)
         (state,) = net.inspect().sources
         assert state.failures == 0
         return Outcome(0 if state.refused == before.refused else 2, str(state.last_error))

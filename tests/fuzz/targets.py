@@ -106,13 +106,15 @@ def _picture(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]
 def _argument(
     originals: Sequence[bytes], commands: Sequence[Sequence[object]], folder: Path, ending: ExitStack
 ) -> tuple[Sequence[bytes], Attempt]:
-    """Give a text to one of some commands, in place of TEXT; MODEL is a model."""
-    path = seeds.model(folder)
+    """Give a text to one of some commands, in place of TEXT; MODEL is a model, RUN a run of it."""
+    path, run = seeds.model(folder), folder / "run"
+    if any("RUN" in command for command in commands):
+        seeds.made("run", path, "--simulate", "--seed", 1, "--timeout", 2, "--trace", run)
 
     def attempt(content: bytes) -> Outcome:
         text = _text(content)
         chosen = commands[_chosen(content, len(commands))]
-        named = {"MODEL": str(path), "OUT": str(folder / "out.net")}
+        named = {"MODEL": str(path), "OUT": str(folder / "out.net"), "RUN": str(run)}
         return run_command(*(named.get(str(each), str(each).replace("TEXT", text)) for each in chosen))
 
     return originals, attempt
@@ -129,7 +131,7 @@ def _clause(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     from dineros.metamodel.clauses import set_clause
     from dineros.metamodel.constraints import validate
     from dineros.metamodel.elements import find
-    from dineros.metamodel.pn import Transition
+    from dineros.metamodel.sym import Transition
     from tests.support.talker import talker
 
     def attempt(content: bytes) -> Outcome:
@@ -240,7 +242,7 @@ def _orders(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
         from dineros.analysis.subject import subject_of
         from dineros.metamodel.files import load
 
-        net = subject_of(load(model), "input-enabled", "weighted").net  # type: ignore[arg-type]
+        net = subject_of(load(model), "input-enabled", "weighted").net
         OrderCache(model).keep(net, [[place] for place in net.places])
     originals = [path.read_bytes()]
 
@@ -305,6 +307,7 @@ KINDS = {
             "find MODEL --memory 600M --timeout 5 --marking TEXT",
             "find MODEL --memory 600M --timeout 5 --enabled TEXT",
             "run MODEL --simulate --timeout 1 --until TEXT",
+            "conform MODEL RUN --invariant TEXT",
         ),
         mutators.mutate_words,
     ),
