@@ -17,6 +17,9 @@ from __future__ import annotations
 from numba import njit
 
 POOL_TOP, POOL_LIMIT, NODES, CREATED, BUCKET_MASK, CACHE_MASK, FAILED, STACK, HAVE, RESULT, MISSES = range(11)
+#: Children of a node that are as much work as one operation whose result is not known: where nodes are wide,
+#: the work between two looks at the time, the memory and an interrupt must not grow with them.
+WIDE = 1024
 #: Values of FAILED: the store was found full when a node was to be made, or within an operation on sets,
 #: whose buffer then holds what was made and nothing else; a set of boxes was met that is not known yet.
 NO_ROOM, UNFINISHED, UNKNOWN = 1, 2, 3
@@ -125,7 +128,7 @@ def combine(  # type: ignore[no-untyped-def]
     slot = slot_of(a, b, operation, control[CACHE_MASK])
     if cache[slot] == a and cache[slot + 1] == b and cache[slot + 2] == operation:
         return cache[slot + 3]
-    control[MISSES] += 1
+    control[MISSES] += 1 + (mem[a + 3] + mem[b + 3]) // WIDE
     top = level = mem[a + 1]
     i = min(mem[a + 2], mem[b + 2])
     while True:
@@ -153,7 +156,7 @@ def combine(  # type: ignore[no-untyped-def]
                 if cache[slot] == child and cache[slot + 1] == other and cache[slot + 2] == operation:
                     child = cache[slot + 3]
                 else:
-                    control[MISSES] += 1
+                    control[MISSES] += 1 + (mem[child + 3] + mem[other + 3]) // WIDE
                     pending[level, 0] = a
                     pending[level, 1] = b
                     pending[level, 2] = i

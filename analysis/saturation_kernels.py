@@ -34,6 +34,7 @@ from dineros.analysis.diagram_kernels import (
     STACK,
     STILL,
     UNION,
+    WIDE,
     combine,
     make_node,
     remember,
@@ -181,7 +182,7 @@ def saturate(  # type: ignore[no-untyped-def]
                     return STORE_FULL
                 _finish(k, node, frame, cache, control)
                 continue
-        control[MISSES] += 1
+        control[MISSES] += 1 + width[k - 1] // WIDE
         k -= 1
         frame[k, PHASE] = FIRING if push_relation != 0 else CLOSING
         frame[k, NODE] = control[PUSHED]

@@ -18,7 +18,7 @@ import click
 
 from dineros.cli import commands
 from dineros.cli.options import Invocation, show_version, standard_options
-from dineros.metamodel.errors import BudgetError, DinerosError, near_matches
+from dineros.metamodel.errors import BudgetError, DinerosError, near_matches, without_middle
 
 WRONG_USE = 2
 UNKNOWN = 3
@@ -95,7 +95,7 @@ class Subcommands(click.Group):
                 import traceback
 
                 traceback.print_exc()
-            _complain(_one_line(error))
+            _complain(without_middle(_one_line(error)))
             return UNKNOWN if isinstance(error, BudgetError) else WRONG_USE
 
 

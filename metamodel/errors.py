@@ -11,6 +11,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+SHOWN = 2000
+"""Characters of an error that are shown: what is wrong with an input may quote all of it."""
+
+
+def without_middle(line: str) -> str:
+    """Leave out the middle of a long line: where it is wrong stands first, what would mend it last."""
+    return line if len(line) <= SHOWN else f"{line[: SHOWN // 2]} ... {line[-SHOWN // 2 :]}"
+
 
 @dataclass(frozen=True)
 class Location:
@@ -57,7 +65,7 @@ class DinerosError(Exception):
     def __str__(self) -> str:
         where = f"{self.location}: " if self.location and str(self.location) else ""
         hint = f" ({self.hint})" if self.hint else ""
-        return " ".join(f"{where}{self.message}{hint}".split())
+        return without_middle(" ".join(f"{where}{self.message}{hint}".split()))
 
 
 class BudgetError(DinerosError):

@@ -86,12 +86,12 @@ class Journal:
         """Return the points of lines, without those that other limits give another chance."""
         points: dict[str, Figures] = {}
         for line in lines:
-            entry = _read(line)
-            try:
-                if entry is not None and (entry["figures"]["complete"] or entry["limits"] == self.limits):
-                    points[entry["point"]] = Figures(**entry["figures"])
-            except (KeyError, TypeError):
+            entry = _read(line) or {}
+            key, figures = entry.get("point"), Figures.of(entry.get("figures"))
+            if figures is None or not isinstance(key, str):
                 continue
+            if figures.complete or entry.get("limits") == self.limits:
+                points[key] = figures
         return points
 
     def _foreign(self) -> SweepError:

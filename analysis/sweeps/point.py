@@ -16,7 +16,7 @@ import time
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, get_type_hints
 
 from dineros.analysis.sweeps.grid import Point, model_of
 from dineros.metamodel.errors import BudgetError, DinerosError
@@ -91,6 +91,18 @@ class Figures:
     engine: str | None = None
     complete: bool = False
     error: str = ""
+
+    @classmethod
+    def of(cls, found: object) -> Figures | None:
+        """Return the figures that decoded JSON holds; None where it holds no such figures."""
+        types = get_type_hints(cls)
+        if not isinstance(found, dict) or not found.keys() <= types.keys():
+            return None
+        fit = (
+            isinstance(value, types[name]) and (types[name] is bool or not isinstance(value, bool))
+            for name, value in found.items()
+        )
+        return cls(**found) if all(fit) else None
 
 
 def count(job: Job) -> Figures:

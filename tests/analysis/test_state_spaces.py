@@ -167,3 +167,15 @@ def test_known_order_is_taken_again() -> None:
     first = symbolic_state_space(reference_case_study((1, 1, 1), "none"))
     again = symbolic_state_space(reference_case_study((2, 2, 2), "none"), order=first.order)
     assert again.complete and len(again.order) == len(first.order)
+
+
+def test_wide_nodes_count_as_more_work() -> None:
+    """Else a hundred thousand tokens keep an interrupt, or a budget, waiting for minutes."""
+
+    def effort(tokens: int) -> int:
+        arcs = [("t", {"a": 1}, {"b": 1}), ("u", {"b": 1}, {"c": 1}), ("v", {"c": 1}, {"a": 1})]
+        space = symbolic_state_space(CompiledNet.build({"a": tokens, "b": 0, "c": 0}, arcs))
+        assert space.markings == (tokens + 1) * (tokens + 2) // 2
+        return space.diagram.effort
+
+    assert effort(1500) > 5 * effort(500)

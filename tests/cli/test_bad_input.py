@@ -44,3 +44,12 @@ def test_a_file_that_is_no_file(run: Run, tmp_path: Path, suffix: str) -> None:
 def test_what_is_no_model(run: Run, tmp_path: Path, name: str, content: bytes) -> None:
     (tmp_path / name).write_bytes(content)
     refused(run, tmp_path / name, tmp_path)
+
+
+def test_what_is_wrong_with_a_long_argument_is_said_in_short(run: Run, model: Path) -> None:
+    for option in ("--set", "--limit"):
+        result = run("validate", model, option, "x" * 100_000)
+        assert result.exit_code == 2
+        assert result.stderr.count("\n") == 1
+        assert len(result.stderr) < 2100
+        assert result.stderr.rstrip().endswith(")")  # what would mend it

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -67,6 +68,18 @@ def test_a_damaged_line_costs_only_its_point(path: Path) -> None:
     lines = path.read_bytes().split(b"\n")
     lines[1] = b"\0" * len(lines[1])
     path.write_bytes(b"\n".join(lines))
+    with journal(path) as read:
+        assert set(read.finished) == {POINTS[1].key, POINTS[2].key}
+
+
+@pytest.mark.parametrize(
+    "figures",
+    [{"complete": True, "states": "x"}, {"complete": 1}, {"complete": True, "arcs": True}, {"other": 1}, []],
+)
+def test_figures_of_other_types_are_counted_again(path: Path, figures: object) -> None:
+    lines = path.read_text(encoding="utf-8").splitlines()
+    entry = json.loads(lines[1])
+    path.write_text("\n".join([lines[0], json.dumps(entry | {"figures": figures}), *lines[2:], ""]))
     with journal(path) as read:
         assert set(read.finished) == {POINTS[1].key, POINTS[2].key}
 

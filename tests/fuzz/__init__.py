@@ -1,0 +1,1 @@
+"""Fuzzing: what strangers can send to DiNeROS, damaged in all ways; `python -m tests.fuzz --help`."""
