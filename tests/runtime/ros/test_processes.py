@@ -154,6 +154,52 @@ def test_server_that_takes_longer_than_the_timeout_serves_once(ros: Ros) -> None
     assert len(ros.records("scale", "serve")) == 2
 
 
+DESK_AND_SCALE = """
+import threading, time
+from dineros.runtime import Net, services
+from dineros.runtime.net import load_runtime_model
+from dineros.runtime.ros.running import RosNode
+
+def wait(condition):
+    end = time.monotonic() + 50
+    while not condition():
+        assert time.monotonic() < end, desk.net.inspect()
+        time.sleep(0.01)
+
+weighed = threading.Event()
+arguments = ["--ros-args", "-p", "request_timeout:={timeout}"]
+desk = RosNode(Net(load_runtime_model("desk.rtm.xmi")), arguments=arguments)
+scale = RosNode(Net(load_runtime_model("scale.rtm.xmi")))
+scale.net.handler("TWeigh", thread=True, parallel=2)(lambda firing: weighed.wait(50) and None)
+is_done = lambda: (desk.net.count("NotedA"), desk.net.count("NotedB")) == (1, 1)
+"""
+
+
+def test_a_response_counts_although_its_request_was_given_up(ros: Ros) -> None:
+    """It is handed on when it comes, also where the clients would not ask again for an hour."""
+    ros.script(
+        DESK_AND_SCALE.replace("{timeout}", "0.5") + "with scale, desk:\n"
+        "    wait(lambda: len(scale.net.inspect().in_flight) == 2)\n"
+        "    services.RESEND_DELAY = services.LONGEST_RESEND_DELAY = 3600.0\n"
+        "    wait(lambda: (desk.net.next_timer or 0) > time.monotonic() + 1000)\n"
+        "    assert not is_done()\n"
+        "    weighed.set()\n"
+        "    wait(is_done)\n"
+    )
+
+
+def test_a_client_without_a_request_wakes_nobody(ros: Ros) -> None:
+    """Its timer runs only while a request is under way."""
+    ros.script(
+        DESK_AND_SCALE.replace("{timeout}", "0.5") + "with scale, desk:\n"
+        "    (timer,) = desk.session.node.timers\n"
+        "    wait(lambda: not timer.is_canceled())\n"
+        "    weighed.set()\n"
+        "    wait(is_done)\n"
+        "    wait(timer.is_canceled)\n"
+    )
+
+
 def test_killed_server_goes_on_from_its_journal(ros: Ros) -> None:
     """What it had begun to serve is served in its second life, and both clients get their response."""
     desk = ros.node("desk", {"request_timeout": 0.5})
