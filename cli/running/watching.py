@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from dineros.cli.console import note, warn
+from dineros.metamodel.files.watching import FolderWatch, wait_readable
 
 if TYPE_CHECKING:
     from dineros.analysis.conformance import Monitor
@@ -19,6 +20,10 @@ Ending = Literal["reached", "ended", "idle", "timeout", "interrupted", "deviated
 Ctrl-C; a step that the model does not allow; a process that cannot start, or fails again and again."""
 
 PERIOD = 0.05
+"""Seconds between two looks at traces that are written without a pause, at least."""
+
+CALM_PERIOD = 0.5
+"""The same where the end of the run does not depend on them."""
 
 Condition = Callable[[Mapping[str, int], Mapping[str, bool]], bool]
 
@@ -55,8 +60,23 @@ class Wanted:
     monitor: Monitor | None
 
 
-def watch(wanted: Wanted, observer: FolderObserver, look_after: Callable[[], bool]) -> Ending:
-    """Follow a run until it ends.
+class Running(Protocol):
+    """The processes or threads of a run."""
+
+    def poll(self) -> bool:
+        """Look after them; False: all have ended."""
+
+    @property
+    def descriptors(self) -> Sequence[int]:
+        """What is readable when there is something to look after."""
+
+    @property
+    def longest(self) -> float:
+        """Seconds after which to look after them although nothing was told."""
+
+
+def watch(wanted: Wanted, observer: FolderObserver, running: Running) -> Ending:
+    """Follow a run until it ends, and sleep while nothing happens.
 
     Parameters
     ----------
@@ -64,24 +84,43 @@ def watch(wanted: Wanted, observer: FolderObserver, look_after: Callable[[], boo
         What ends it.
     observer : FolderObserver
         Follows the traces.
-    look_after : callable
-        Called several times a second; False: all processes have ended.
+    running : Running
+        What runs.
     """
     end = None if wanted.timeout is None else time.monotonic() + wanted.timeout
+    period = CALM_PERIOD if wanted.until is None and wanted.monitor is None else PERIOD
     try:
-        while True:
-            goes_on = look_after()
-            if not observe(wanted, observer):
-                return "deviated"
-            if wanted.until is not None and wanted.until(observer.marking, observer.signals):
-                return "reached"
-            if not goes_on:
-                return "ended"
-            if end is not None and time.monotonic() >= end:
-                return "timeout"
-            time.sleep(PERIOD)
+        with FolderWatch(wanted.folder) as traces:
+            while True:
+                looked = time.monotonic()
+                traces.forget()
+                goes_on = running.poll()
+                if (ending := _look(wanted, observer)) is not None:
+                    return ending
+                if not goes_on:
+                    return "ended"
+                if end is not None and time.monotonic() >= end:
+                    return "timeout"
+                until = looked + min(traces.longest, running.longest)
+                _sleep(until if end is None else min(until, end), running, traces, looked + period)
     except KeyboardInterrupt:
         return "interrupted"
+
+
+def _sleep(until: float, running: Running, traces: FolderWatch, next_look: float) -> None:
+    """Sleep until something is to be looked after; for traces alone, until the next look at least."""
+    told = wait_readable([*running.descriptors, *traces.descriptors], until - time.monotonic())
+    if told and told.isdisjoint(running.descriptors):
+        wait_readable(running.descriptors, min(until, next_look) - time.monotonic())
+
+
+def _look(wanted: Wanted, observer: FolderObserver) -> Ending | None:
+    """Take in what is new in the traces; return how the run ends by it."""
+    if not observe(wanted, observer):
+        return "deviated"
+    if wanted.until is not None and wanted.until(observer.marking, observer.signals):
+        return "reached"
+    return None
 
 
 def observe(wanted: Wanted, observer: FolderObserver) -> bool:

@@ -94,7 +94,8 @@ class Clients:
             Its interface is not installed, or does not fit the model.
         """
         from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-        from rclpy.clock import Clock, ClockType
+        from rclpy.clock import Clock
+        from rclpy.clock_type import ClockType
 
         interface, requests, responses = codecs.service(port)
         try:
