@@ -188,6 +188,42 @@ def test_a_response_counts_although_its_request_was_given_up(ros: Ros) -> None:
     )
 
 
+def test_who_does_not_fit_is_warned_of(ros: Ros) -> None:
+    """Nobody waits for that at each message, but it is said all the same."""
+    house = ros.node("house")
+    stranger = ros.folder / "stranger.py"
+    stranger.write_text(
+        "import rclpy\n"
+        "from rclpy.qos import QoSProfile, ReliabilityPolicy\n"
+        "from std_msgs.msg import Float64\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('stranger')\n"
+        "quality = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)\n"
+        "publisher = node.create_publisher(Float64, '/readings', quality)\n"
+        "rclpy.spin(node)\n"
+    )
+    ros.start("stranger", stranger)
+    ros.wait(lambda: "incompatible QoS" in house.output(), "the warning")
+
+
+def test_a_message_costs_no_look_at_what_only_warns(ros: Ros) -> None:
+    """What the developers have callbacks of their own for is waited for like everything else."""
+    ros.script(
+        DESK_AND_SCALE.replace("{timeout}", "0.5")
+        + "from rclpy.event_handler import PublisherEventCallbacks\n"
+        "from std_msgs.msg import Float64\n"
+        "session = scale.session\n"
+        "with scale:\n"
+        "    def waited():\n"
+        "        return [each for each in session.node.waitables if session._executor.can_execute(each)]\n"
+        "    assert not waited(), waited()\n"
+        "    own = PublisherEventCallbacks(matched=print, use_default_callbacks=False)\n"
+        "    session.node.create_publisher(Float64, '/own', 1, event_callbacks=own)\n"
+        "    assert len(waited()) == 1\n"
+        "desk.session.close()\n"
+    )
+
+
 def test_a_client_without_a_request_wakes_nobody(ros: Ros) -> None:
     """Its timer runs only while a request is under way."""
     ros.script(
