@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -117,7 +117,7 @@ def measure(folders: Mapping[str, Path | None], duration: float) -> Mapping[tupl
             before, begun = {each: seconds(each) for each in processes}, time.monotonic()
             time.sleep(duration)
             wall = time.monotonic() - begun
-            percents: Counter[tuple[str, str]] = Counter()
+            percents: defaultdict[tuple[str, str], float] = defaultdict(float)
             for each, what in processes.items():
                 percents[what] += 100 * (seconds(each) - before[each]) / wall
             return percents
@@ -126,9 +126,9 @@ def measure(folders: Mapping[str, Path | None], duration: float) -> Mapping[tupl
                 process.send_signal(signal.SIGINT)
             for _, process in runs:
                 process.wait()
-            for log in sorted(here.glob("*.log")):
+            for path in sorted(here.glob("*.log")):
                 if "--verbose" in sys.argv:
-                    print(log.name, log.read_text())
+                    print(path.name, path.read_text())
 
 
 def main() -> None:

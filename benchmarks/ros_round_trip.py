@@ -82,11 +82,12 @@ class Bare:
         self, name: str, source: str, target: str, answer: Callable[[Any, Callable[[Any], None]], None]
     ) -> None:
         import rclpy
+        from rclpy.context import Context
         from rclpy.executors import SingleThreadedExecutor
         from rclpy.node import Node
         from std_msgs.msg import String
 
-        self._context = rclpy.Context()
+        self._context = Context()
         rclpy.init(context=self._context)
         self._node = Node(name, context=self._context)
         self.publish = publish = self._node.create_publisher(String, target, 10).publish

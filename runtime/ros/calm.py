@@ -3,10 +3,14 @@
 rclpy puts together anew what it waits for at each callback, and looks at each of its parts after it; what
 tells of publishers and subscribers that do not fit takes most of that time, since each of them has two such
 parts. All that follows from it is a warning in the log, which may come a little later.
+
+After each callback rclpy wakes the executor, for other threads that may wait for the callback's group; where
+there is one thread, it wakes itself, and all is put together a second time for nothing.
 """
 
 from __future__ import annotations
 
+from threading import get_ident
 from typing import Any
 
 PERIOD = 2.0
@@ -32,7 +36,24 @@ def calm_executor(context: Any) -> Any:
                 return False
             return bool(can_execute(self, entity))
 
-    return CalmExecutor(context=context)
+    executor = CalmExecutor(context=context)
+    _spare_own_wakes(executor)
+    return executor
+
+
+def _spare_own_wakes(executor: Any) -> None:
+    """Let the thread that spins, once it is noted as `spinner`, wake the executor no more: it looks anyway."""
+    executor.spinner = None
+    guard = getattr(executor, "_guard", None)
+    if guard is None:  # another version of rclpy
+        return
+    wake = guard.trigger
+
+    def trigger() -> None:
+        if get_ident() != executor.spinner:
+            wake()
+
+    guard.trigger = trigger
 
 
 def _only_warns(handler: Any) -> bool:

@@ -121,6 +121,7 @@ class Session:
         from rclpy.executors import ExternalShutdownException
 
         spin_once, misfits = self._executor.spin_once, self._misfits
+        self._executor.spinner = threading.get_ident()
         try:
             while not self._is_ending:
                 timeout = work() if work is not None else None
@@ -135,6 +136,8 @@ class Session:
             if not self._is_ending:
                 LOG.critical("the ROS node %s ends: %s", self.node.get_name(), error, exc_info=error)
                 self.failure = error
+        finally:
+            self._executor.spinner = None
 
     def wake(self) -> None:
         """Have the work between callbacks done now; from any thread. Does nothing after `close`."""

@@ -224,6 +224,22 @@ def test_a_message_costs_no_look_at_what_only_warns(ros: Ros) -> None:
     )
 
 
+def test_a_node_does_not_wake_itself(ros: Ros) -> None:
+    """After each callback rclpy does so, and waits once more for nothing."""
+    ros.script(
+        "from rclpy.guard_condition import GuardCondition\n"
+        "from threading import current_thread\n"
+        "wake, wakers = GuardCondition.trigger, set()\n"
+        "def noted(self):\n"
+        "    wakers.add(current_thread().name)\n"
+        "    wake(self)\n"
+        "GuardCondition.trigger = noted\n" + DESK_AND_SCALE.replace("{timeout}", "9.0") + "weighed.set()\n"
+        "with scale, desk:\n"
+        "    wait(is_done)\n"
+        "    assert not {'ros desk', 'ros scale'} & wakers, wakers\n"
+    )
+
+
 def test_a_client_without_a_request_wakes_nobody(ros: Ros) -> None:
     """Its timer runs only while a request is under way."""
     ros.script(
