@@ -42,7 +42,7 @@ def calm_executor(context: Any) -> Any:
 
 
 def _spare_own_wakes(executor: Any) -> None:
-    """Let the thread that spins, once it is noted as `spinner`, wake the executor no more: it looks anyway."""
+    """Let the thread that spins, once it is noted as `spinner`, wake it no more: it looks anyway."""
     executor.spinner = None
     guard = getattr(executor, "_guard", None)
     if guard is None:  # another version of rclpy
