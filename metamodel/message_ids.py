@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterable
+from functools import lru_cache
 
 from dineros.metamodel.errors import DinerosError
 
@@ -33,6 +34,7 @@ class MessageIdError(DinerosError):
     """A text is no id of a message."""
 
 
+@lru_cache(maxsize=8)  # an id is looked at several times on its way
 def parse_id(message_id: str) -> tuple[str, int] | None:
     """Return sender and number of a message id.
 

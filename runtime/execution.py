@@ -187,7 +187,7 @@ class Execution:
                 self._end(flight)
                 self._fail(flight.transition, flight.taken, handler, error)
                 return
-            if inspect.isawaitable(result):
+            if result is not None and inspect.isawaitable(result):
                 self._send_off(flight, handler, result)
                 return
             if not self._accept(flight, handler, result):

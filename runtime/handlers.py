@@ -10,6 +10,7 @@ import inspect
 import threading
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -131,7 +132,7 @@ class Handler:
     parallel: int = 1
     policy: Policy | None = None
 
-    @property
+    @cached_property
     def is_asynchronous(self) -> bool:
         """Whether the function is ``async``."""
         # An object with an asynchronous `__call__` is asynchronous too.

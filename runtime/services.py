@@ -20,6 +20,8 @@ LOG = logging.getLogger("dineros.runtime")
 RESEND_DELAY = 0.1
 LONGEST_RESEND_DELAY = 5.0
 KEPT_SENDERS = 256
+KEPT_ANSWERS = 64
+"""Attempts of a request that are answered: the first one, and the last ones but for it."""
 
 
 class Client:
@@ -211,6 +213,7 @@ class Server:
             known += [answers for waiting, answers in self.waiting if waiting.id == message.id]
             if known:
                 known[0].append(answer)
+                del known[0][1:-KEPT_ANSWERS]
                 return
             kept = self.responses.get(_sender(message.id), {})
             if message.id in kept:

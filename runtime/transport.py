@@ -87,9 +87,9 @@ class FieldMapping:
     token_field: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Port:
-    """One end of a channel.
+    """One end of a channel; each is equal to itself only, so that it is looked up quickly.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class Port:
     mappings: tuple[FieldMapping, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PublisherPort(Port):
     """Tokens of a place are published on a topic.
 
@@ -130,7 +130,7 @@ class PublisherPort(Port):
     durability: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class SubscriberPort(Port):
     """Messages of a topic become tokens of a place.
 
@@ -151,7 +151,7 @@ class SubscriberPort(Port):
     durability: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class ClientPort(Port):
     """Tokens of one place are requests of a service, their responses become tokens of another one.
 
@@ -165,7 +165,7 @@ class ClientPort(Port):
     response: str
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class ServerPort(Port):
     """Requests of a service become tokens; entry and exit place of each server instance."""
 

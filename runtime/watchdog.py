@@ -15,7 +15,9 @@ import traceback
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
+from threading import get_ident
+from time import monotonic
+from typing import NamedTuple, TypeVar
 
 LOG = logging.getLogger("dineros.runtime")
 LIMIT = 10.0
@@ -60,16 +62,18 @@ class Blocked:
         return f"the handler {self.handler} of {self.transition}" if self.transition else self.handler
 
 
-@dataclass(eq=False, slots=True)
-class _Call:
-    """A call under way; `outer` is the one from within which it was made."""
+class _Call(NamedTuple):
+    """A call under way; `outer` is the one from within which it was made.
+
+    Whoever takes the item out of `thread` decides how it ends: the thread that it runs on, when it returns,
+    or who gives it up. Taking it out is one step, so that no lock is needed at each call.
+    """
 
     transition: str | None
     handler: str
-    thread: int
     begun: float
     outer: _Call | None
-    is_given_up: bool = False
+    thread: list[int]
 
 
 class Watchdog:
@@ -96,7 +100,6 @@ class Watchdog:
         self._name = name
         self._on_change = on_change
         self._call: _Call | None = None
-        self._lock = threading.Lock()
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -110,22 +113,21 @@ class Watchdog:
         """
         if self._thread is None and self.limit is not None:
             self._start()
-        call = _Call(transition, handler, threading.get_ident(), time.monotonic(), self._call)
-        self._call = call
+        outer, thread = self._call, [get_ident()]
+        self._call = call = _Call(transition, handler, monotonic(), outer, thread)
         try:
             return function(argument)
         finally:
-            self._end(call)
-
-    def _end(self, call: _Call) -> None:
-        with self._lock:
-            if call.is_given_up:
+            if not _taken(thread):
                 raise GivenUpError
-            self._call = call.outer
-            was_blocked, self.blocked = self.blocked, None
-        if was_blocked is not None:
-            LOG.warning("%s has returned after %.1f s", was_blocked, time.monotonic() - call.begun)
-            self._on_change()
+            self._call = outer
+            if self.blocked is not None:
+                self._unblock(call)
+
+    def _unblock(self, call: _Call) -> None:
+        was_blocked, self.blocked = self.blocked, None
+        LOG.warning("%s has returned after %.1f s", was_blocked, monotonic() - call.begun)
+        self._on_change()
 
     def give_up(self) -> tuple[str | None, str] | None:
         """Cut the call that runs now off from the node: its thread ends when it returns.
@@ -135,14 +137,19 @@ class Watchdog:
         tuple of str or None
             Transition and name of what was given up; None: no call runs.
         """
-        with self._lock:
-            innermost = call = self._call
-            if call is None or innermost is None:
-                return None
-            while call is not None:
-                call.is_given_up, call = True, call.outer
-            self._call = None
-            self.blocked = None
+        while (innermost := self._call) is not None:
+            if _taken(innermost.thread):
+                break
+            if self._call is innermost:  # it returns just now: its thread is between two steps
+                time.sleep(0)
+        else:
+            return None
+        call = innermost.outer
+        while call is not None:  # these have not returned either
+            _taken(call.thread)
+            call = call.outer
+        self._call = None
+        self.blocked = None
         return innermost.transition, innermost.handler
 
     def close(self) -> None:
@@ -169,7 +176,7 @@ class Watchdog:
             The one that is known now.
         """
         call, limit = self._call, self.limit
-        if call is None or call is known or limit is None or time.monotonic() < call.begun + limit:
+        if call is None or call is known or limit is None or monotonic() < call.begun + limit:
             return known
         self._report(call)
         return call
@@ -181,12 +188,14 @@ class Watchdog:
         return min(_LONGEST_PERIOD, max(_SHORTEST_PERIOD, limit))
 
     def _report(self, call: _Call) -> None:
-        seconds = time.monotonic() - call.begun
-        blocked = Blocked(call.transition, call.handler, time.time() - seconds, _stack_of(call.thread))
-        with self._lock:
-            if self._call is not call:  # it has just returned
-                return
-            self.blocked = blocked
+        seconds, running = monotonic() - call.begun, tuple(call.thread)
+        if not running:  # it has just returned
+            return
+        blocked = Blocked(call.transition, call.handler, time.time() - seconds, _stack_of(running[0]))
+        self.blocked = blocked
+        if not call.thread:  # it has returned meanwhile, and may not have seen that it was found
+            self.blocked = None
+            return
         LOG.error(
             "%s has kept the node %s from all else for %.1f s (let it be async, or say thread=True):\n%s",
             blocked,
@@ -195,6 +204,15 @@ class Watchdog:
             blocked.stack,
         )
         self._on_change()
+
+
+def _taken(item: list[int]) -> bool:
+    """Take the only item out of a list; return whether it was there."""
+    try:
+        item.pop()
+    except IndexError:
+        return False
+    return True
 
 
 def _watch(watched: weakref.ref[Watchdog], closing: threading.Event) -> None:

@@ -160,7 +160,10 @@ def run(
             level = logging.INFO if invocation().verbosity > 0 else logging.WARNING
             stack.enter_context(logs_to(terminal_handler(), level))
             with Ending(INTERRUPTED, wanted.interrupt) as process:
-                ending = run_in_process(application, wanted, observer, is_simulated=simulate)
+                try:
+                    ending = run_in_process(application, wanted, observer, is_simulated=simulate)
+                except KeyboardInterrupt:  # while nodes were made or started
+                    ending = "interrupted"
         else:
             from dineros.cli.running.ros import RosOptions, run_on_ros
 

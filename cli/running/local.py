@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from dineros.cli.running.watching import Ending, Wanted, observe, watch
@@ -111,7 +111,7 @@ def run_in_process(
             handlers.configure(net)
     if not is_simulated:
         with application:
-            ending: Ending = watch(wanted, observer, lambda: _all_run(application))
+            ending: Ending = watch(wanted, observer, _Threads(application))
         return ending if observe(wanted, observer) else "deviated"
     until = wanted.until
     with application:
@@ -127,9 +127,18 @@ def run_in_process(
     return ending if observe(wanted, observer) else "deviated"
 
 
-def _all_run(application: LocalApplication) -> bool:
-    """Raise what ended a node."""
-    for node in application.nodes.values():
-        if node.failure is not None:
-            raise node.failure
-    return True
+class _Threads:
+    """The nodes of an application that runs on threads."""
+
+    descriptors: Sequence[int] = ()
+    longest = 1.0
+
+    def __init__(self, application: LocalApplication) -> None:
+        self._nodes = application.nodes
+
+    def poll(self) -> bool:
+        """Raise what ended a node."""
+        for node in self._nodes.values():
+            if node.failure is not None:
+                raise node.failure
+        return True

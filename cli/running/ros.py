@@ -199,7 +199,7 @@ def _run_processes(
         supervisor = Supervisor(plans, RestartPolicy(restarts=options.restarts), tell)
         try:
             with supervisor:
-                return watch(wanted, observer, supervisor.poll)
+                return watch(wanted, observer, supervisor)
         except SupervisionError as error:
             warn(str(error))
             return "failed"

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from dineros.cli.console import note, warn
+from dineros.metamodel.files.watching import FolderWatch, wait_readable
 
 if TYPE_CHECKING:
     from dineros.analysis.conformance import Monitor
@@ -20,6 +23,10 @@ Ending = Literal["reached", "ended", "idle", "timeout", "interrupted", "deviated
 Ctrl-C; a step that the model does not allow; a process that cannot start, or fails again and again."""
 
 PERIOD = 0.05
+"""Seconds between two looks at traces that are written without a pause, at least."""
+
+CALM_PERIOD = 0.5
+"""The same where the end of the run does not depend on them."""
 
 Condition = Callable[[Mapping[str, int], Mapping[str, bool]], bool]
 
@@ -47,8 +54,6 @@ class Wanted:
         Replays the records on the model as they come.
     interrupted : threading.Event
         Set by `interrupt`, which handles signals.
-    watched : threading.Event
-        Set while somebody looks at `interrupted`.
     """
 
     until: Condition | None
@@ -59,7 +64,7 @@ class Wanted:
     is_resumed: bool
     monitor: Monitor | None
     interrupted: threading.Event = field(default_factory=threading.Event)
-    watched: threading.Event = field(default_factory=threading.Event)
+    _listening: list[int] = field(default_factory=list)
 
     def interrupt(self, *_: object) -> None:
         """End the run soon.
@@ -73,12 +78,42 @@ class Wanted:
             Nobody watches yet, or any more.
         """
         self.interrupted.set()
-        if not self.watched.is_set():
+        if not self._listening:
             raise KeyboardInterrupt
+        with contextlib.suppress(BlockingIOError):
+            os.write(self._listening[0], b"!")
+
+    @contextlib.contextmanager
+    def heard(self) -> Iterator[int]:
+        """Give a descriptor that becomes readable when the run is interrupted."""
+        reading, writing = os.pipe()
+        os.set_blocking(writing, False)
+        self._listening.append(writing)
+        try:
+            yield reading
+        finally:
+            self._listening.clear()
+            os.close(writing)
+            os.close(reading)
 
 
-def watch(wanted: Wanted, observer: FolderObserver, look_after: Callable[[], bool]) -> Ending:
-    """Follow a run until it ends.
+class Running(Protocol):
+    """The processes or threads of a run."""
+
+    def poll(self) -> bool:
+        """Look after them; False: all have ended."""
+
+    @property
+    def descriptors(self) -> Sequence[int]:
+        """What is readable when there is something to look after."""
+
+    @property
+    def longest(self) -> float:
+        """Seconds after which to look after them although nothing was told."""
+
+
+def watch(wanted: Wanted, observer: FolderObserver, running: Running) -> Ending:
+    """Follow a run until it ends, and sleep while nothing happens.
 
     Parameters
     ----------
@@ -86,29 +121,50 @@ def watch(wanted: Wanted, observer: FolderObserver, look_after: Callable[[], boo
         What ends it.
     observer : FolderObserver
         Follows the traces.
-    look_after : callable
-        Called several times a second; False: all processes have ended.
+    running : Running
+        What runs.
     """
     end = None if wanted.timeout is None else time.monotonic() + wanted.timeout
-    wanted.watched.set()
+    period = CALM_PERIOD if wanted.until is None and wanted.monitor is None else PERIOD
     try:
-        while True:
-            if wanted.interrupted.is_set():
-                return "interrupted"
-            goes_on = look_after()
-            if not observe(wanted, observer):
-                return "deviated"
-            if wanted.until is not None and wanted.until(observer.marking, observer.signals):
-                return "reached"
-            if not goes_on:
-                return "ended"
-            if end is not None and time.monotonic() >= end:
-                return "timeout"
-            time.sleep(PERIOD)
+        with FolderWatch(wanted.folder) as traces, wanted.heard() as interrupt:
+            while True:
+                looked = time.monotonic()
+                traces.forget()
+                if wanted.interrupted.is_set():
+                    return "interrupted"
+                goes_on = running.poll()
+                if (ending := _look(wanted, observer)) is not None:
+                    return ending
+                if not goes_on:
+                    return "ended"
+                if end is not None and time.monotonic() >= end:
+                    return "timeout"
+                until = looked + min(traces.longest, running.longest)
+                _sleep(
+                    until if end is None else min(until, end),
+                    [interrupt, *running.descriptors],
+                    traces,
+                    looked + period,
+                )
     except KeyboardInterrupt:
         return "interrupted"
-    finally:
-        wanted.watched.clear()
+
+
+def _sleep(until: float, descriptors: Sequence[int], traces: FolderWatch, next_look: float) -> None:
+    """Sleep until something is to be looked after; for traces alone, until the next look at least."""
+    told = wait_readable([*descriptors, *traces.descriptors], until - time.monotonic())
+    if told and told.isdisjoint(descriptors):
+        wait_readable(descriptors, min(until, next_look) - time.monotonic())
+
+
+def _look(wanted: Wanted, observer: FolderObserver) -> Ending | None:
+    """Take in what is new in the traces; return how the run ends by it."""
+    if not observe(wanted, observer):
+        return "deviated"
+    if wanted.until is not None and wanted.until(observer.marking, observer.signals):
+        return "reached"
+    return None
 
 
 def observe(wanted: Wanted, observer: FolderObserver) -> bool:

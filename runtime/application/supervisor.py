@@ -26,6 +26,8 @@ CANNOT_START = 2
 """Exit status by which a process says that it cannot start: its handlers or parameters are wrong, say."""
 
 _LAST_BYTES = 4096
+_LONGEST = 1.0
+_LONGEST_BLIND = 0.05
 _PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
 _ENDINGS = ((signal.SIGINT, 6.0), (signal.SIGTERM, 3.0), (signal.SIGKILL, 3.0))
 
@@ -127,6 +129,15 @@ class _Child:
     vain_starts: int = 0
     """How often it could not start, in a row."""
     restarts: int = 0
+    sign: int = -1
+    """Readable once the process has ended; -1: there is none, or the system has no such thing."""
+
+    def gone(self) -> None:
+        """Note that the process has ended."""
+        self.process = None
+        if self.sign >= 0:
+            os.close(self.sign)
+            self.sign = -1
 
 
 class Supervisor:
@@ -174,8 +185,24 @@ class Supervisor:
         """How often processes were started again."""
         return sum(child.restarts for child in self._children)
 
+    @property
+    def descriptors(self) -> list[int]:
+        """Descriptors that are readable once a process has ended and is to be looked after."""
+        return [child.sign for child in self._children if child.sign >= 0]
+
+    @property
+    def longest(self) -> float:
+        """Seconds after which to look after the processes although no descriptor is readable."""
+        found = [_LONGEST]
+        for child in self._children:
+            if child.start_at is not None:
+                found.append(child.start_at - time.monotonic())
+            elif child.process is not None and child.sign < 0:  # the system cannot tell
+                found.append(_LONGEST_BLIND)
+        return max(0.0, min(found))
+
     def poll(self) -> bool:
-        """Look after the processes; call it several times a second.
+        """Look after the processes; call it when `descriptors` or `longest` say so.
 
         Returns
         -------
@@ -239,6 +266,9 @@ class Supervisor:
                 )
         except OSError as error:
             raise SupervisionError(f"{plan.name} cannot be started: {error}") from error
+        if sys.platform == "linux":
+            with contextlib.suppress(OSError):
+                child.sign = os.pidfd_open(child.process.pid)
         child.start_at = None
         child.restarts += event == "restarted"
         self._tell(child, event)
@@ -248,7 +278,7 @@ class Supervisor:
         status = child.process.returncode
         said = "" if status == 0 else _last_line(child)
         self._tell(child, "ended" if status == 0 else "failed", status, said)
-        child.process = None
+        child.gone()
         if status == 0:
             child.is_done = True
             return
@@ -276,7 +306,7 @@ class Supervisor:
         except subprocess.TimeoutExpired:
             return
         self._tell(child, "stopped", status)
-        child.process = None
+        child.gone()
 
     def _tell(
         self,

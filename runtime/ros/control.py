@@ -51,10 +51,18 @@ class Control:
     def open(self) -> None:
         """Make topic and services, and say how the node is."""
         from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+        from rclpy.event_handler import PublisherEventCallbacks
         from std_msgs.msg import String
         from std_srvs.srv import Trigger
 
-        self._publisher = self._node.create_publisher(String, "~/state", signal_quality(is_kept=True))
+        self._publisher = self._node.create_publisher(
+            String,
+            "~/state",
+            signal_quality(is_kept=True),
+            # It offers all that can be asked for, so there is nothing to hear of; events cost time at each
+            # message of the node.
+            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
+        )
         for name, answer in (("~/proceed", self._proceed), ("~/release", self._release)):
 
             def answered(request: Any, response: Any, answer: Any = answer) -> Any:

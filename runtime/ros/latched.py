@@ -41,12 +41,13 @@ class LatchedTopic:
         self._lock = threading.Lock()
         self._messages: dict[tuple[int, int], None] = {}
         self._newest = 0  # when the last message that came by the volatile subscription was sent
-        # That most publishers do not match the second one is as it should be, and nothing to warn of.
-        events = SubscriptionEventCallbacks(incompatible_qos=lambda _: None)
+        # That most publishers do not match the second one is as it should be, and nothing to warn of; what
+        # else there is to say of a publisher, the first one says. Events cost time at each message.
+        no_events = SubscriptionEventCallbacks(use_default_callbacks=False)
         self._subscriptions = [
             node.create_subscription(interface, topic, self._arrived_live, signal_quality(is_kept=False)),
             node.create_subscription(
-                interface, topic, self._arrived_kept, signal_quality(is_kept=True), event_callbacks=events
+                interface, topic, self._arrived_kept, signal_quality(is_kept=True), event_callbacks=no_events
             ),
         ]
 

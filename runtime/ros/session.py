@@ -14,6 +14,7 @@ from typing import Any
 
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.ros_names import resource_name
+from dineros.runtime.ros.calm import Misfits, calm_executor
 from dineros.runtime.ros.memory import remove_abandoned
 
 LOG = logging.getLogger("dineros.runtime")
@@ -70,7 +71,7 @@ class Session:
         ending: threading.Event | None = None,
     ) -> None:
         rclpy = import_rclpy()
-        from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+        from rclpy.executors import MultiThreadedExecutor
         from rclpy.node import Node
 
         self._context = rclpy.Context()
@@ -91,12 +92,13 @@ class Session:
             self._executor: Any = (
                 MultiThreadedExecutor(max(2, threads), context=self._context)
                 if executor == "multi"
-                else SingleThreadedExecutor(context=self._context)
+                else calm_executor(self._context)
             )
         except Exception as error:
             rclpy.shutdown(context=self._context)
             raise RosError(f"the ROS node {name!r} cannot be made: {_first_line(error)}") from error
         self._executor.add_node(self.node)
+        self._misfits = Misfits(self.node, self._executor) if executor != "multi" else None
 
     @property
     def is_ending(self) -> bool:
@@ -118,10 +120,14 @@ class Session:
     def _run(self, work: Work | None) -> None:
         from rclpy.executors import ExternalShutdownException
 
-        spin_once = self._executor.spin_once
+        spin_once, misfits = self._executor.spin_once, self._misfits
+        self._executor.spinner = threading.get_ident()
         try:
             while not self._is_ending:
                 timeout = work() if work is not None else None
+                if misfits is not None and misfits.are_due and not self._is_ending:
+                    misfits.look()
+                    continue  # with what came meanwhile
                 if not self._is_ending:
                     spin_once(timeout)
         except ExternalShutdownException:
@@ -130,6 +136,8 @@ class Session:
             if not self._is_ending:
                 LOG.critical("the ROS node %s ends: %s", self.node.get_name(), error, exc_info=error)
                 self.failure = error
+        finally:
+            self._executor.spinner = None
 
     def wake(self) -> None:
         """Have the work between callbacks done now; from any thread. Does nothing after `close`."""
@@ -165,6 +173,8 @@ class Session:
             self._is_closed = True
         import rclpy
 
+        if self._misfits is not None:
+            self._misfits.close()
         self._executor.shutdown()
         self._executor.remove_node(self.node)
         self.node.destroy_node()

@@ -190,7 +190,7 @@ def live_page(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt
     from dineros.views.live.following import LiveTrace, source_of
     from dineros.views.live.serving import _Live
 
-    app = _Live(LiveTrace(source_of(seeds.witness(folder)), None, "run"), "TOKEN", 80).application()
+    app = _Live(LiveTrace(source_of(seeds.witness(folder)), None, "run"), "TOKEN", 80, None).application()
     headers = [(b"host", b"127.0.0.1:80"), (b"origin", b"http://127.0.0.1:80")]
 
     def attempt(content: bytes) -> Outcome:

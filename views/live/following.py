@@ -91,6 +91,11 @@ class LiveTrace:
         self._changes: deque[tuple[int, str]] = deque(maxlen=KEPT)
         self._snapshot()
 
+    @property
+    def is_waiting(self) -> bool:
+        """Whether something else than new records changes what it shows: a drawing, or patience that ends."""
+        return self._drawing is not None or self._waiting_since is not None
+
     def poll(self) -> list[str]:
         """Read what is new; return the messages for the pages that are up to date.
 

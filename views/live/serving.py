@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.files.watching import FolderWatch
 from dineros.views.live.following import LiveTrace, ModelSource, Source, source_of
 from dineros.views.live.remembering import HOST, bind, open_address
 from dineros.views.traces.page import live_page
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 LOG = logging.getLogger("dineros.views.live")
 
 INTERVAL = 0.15
-"""Seconds between two looks at the files."""
+"""Seconds between two looks at files that are written without a pause, or at what tells of no changes."""
 
 _REFUSED = 4403
 """Code that closes a stream of changes to somebody without the token."""
@@ -93,9 +94,11 @@ def serve_live(
         from starlette.applications import Starlette  # noqa: F401
     except ImportError:
         raise DinerosError("the live page needs a web server", hint="pip install 'dineros[view]'") from None
+    folder: Path | None = None
     try:
         if isinstance(source, Path | str):
             path = Path(source)
+            folder = path.parent if path.suffix == ".jsonl" else path
             listening, token = open_address(path, port)
             title, source = title or path.resolve().name, source_of(path)
         else:
@@ -103,7 +106,7 @@ def serve_live(
     except OSError as error:
         raise DinerosError(f"port {port} cannot be used: {error.strerror}", hint="leave --port out") from None
     bound = listening.getsockname()[1]
-    live = _Live(LiveTrace(source, model, title or "run"), token, bound)
+    live = _Live(LiveTrace(source, model, title or "run"), token, bound, folder)
     config = uvicorn.Config(
         live.application(),
         log_level="critical",  # what goes wrong with a request is told by `_guarded`
@@ -120,8 +123,9 @@ def serve_live(
 class _Live:
     """The application: who may see what, and who gets the next change."""
 
-    def __init__(self, trace: LiveTrace, token: str, port: int) -> None:
+    def __init__(self, trace: LiveTrace, token: str, port: int, folder: Path | None) -> None:
         self.trace, self.token, self.port = trace, token, port
+        self._folder = folder
         self._hosts = {f"{HOST}:{port}", f"localhost:{port}"}
         self._pages: set[asyncio.Queue[str]] = set()
 
@@ -143,12 +147,17 @@ class _Live:
                 await task
 
     async def _follow(self) -> None:
-        while True:
-            # In the loop itself, not in a thread: nobody may be greeted between a change and its sending.
-            for message in self.trace.poll():
-                for page in self._pages:
-                    page.put_nowait(message)
-            await asyncio.sleep(INTERVAL)
+        with FolderWatch(self._folder) if self._folder else contextlib.nullcontext() as files:
+            while True:
+                if files is not None:
+                    files.forget()
+                # In the loop itself, not in a thread: nobody may be greeted between a change and its sending.
+                for message in self.trace.poll():
+                    for page in self._pages:
+                        page.put_nowait(message)
+                await asyncio.sleep(INTERVAL)
+                if files is not None and not self.trace.is_waiting:
+                    await _changed(files)
 
     def _allowed(self, connection: HTTPConnection) -> bool:
         """Tell whether somebody knows the token and means this server, not a name that leads here."""
@@ -211,6 +220,20 @@ class _Live:
         """Return when the page has closed; what it says is not listened to."""
         while (await socket.receive())["type"] != "websocket.disconnect":
             pass
+
+
+async def _changed(files: FolderWatch) -> None:
+    """Wait until files have changed, or may have without that anybody told."""
+    loop = asyncio.get_running_loop()
+    told = asyncio.Event()
+    for descriptor in files.descriptors:
+        loop.add_reader(descriptor, told.set)
+    try:
+        with contextlib.suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(told.wait(), files.longest)
+    finally:
+        for descriptor in files.descriptors:
+            loop.remove_reader(descriptor)
 
 
 class _GoneError(OSError):

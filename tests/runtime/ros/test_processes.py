@@ -155,6 +155,104 @@ def test_server_that_takes_longer_than_the_timeout_serves_once(ros: Ros) -> None
     assert len(ros.records("scale", "serve")) == 2
 
 
+DESK_AND_SCALE = """
+import threading, time
+from dineros.runtime import Net, services
+from dineros.runtime.net import load_runtime_model
+from dineros.runtime.ros.running import RosNode
+
+def wait(condition):
+    end = time.monotonic() + 50
+    while not condition():
+        assert time.monotonic() < end, desk.net.inspect()
+        time.sleep(0.01)
+
+weighed = threading.Event()
+arguments = ["--ros-args", "-p", "request_timeout:={timeout}"]
+desk = RosNode(Net(load_runtime_model("desk.rtm.xmi")), arguments=arguments)
+scale = RosNode(Net(load_runtime_model("scale.rtm.xmi")))
+scale.net.handler("TWeigh", thread=True, parallel=2)(lambda firing: weighed.wait(50) and None)
+is_done = lambda: (desk.net.count("NotedA"), desk.net.count("NotedB")) == (1, 1)
+"""
+
+
+def test_a_response_counts_although_its_request_was_given_up(ros: Ros) -> None:
+    """It is handed on when it comes, also where the clients would not ask again for an hour."""
+    ros.script(
+        DESK_AND_SCALE.replace("{timeout}", "0.5") + "with scale, desk:\n"
+        "    wait(lambda: len(scale.net.inspect().in_flight) == 2)\n"
+        "    services.RESEND_DELAY = services.LONGEST_RESEND_DELAY = 3600.0\n"
+        "    wait(lambda: (desk.net.next_timer or 0) > time.monotonic() + 1000)\n"
+        "    assert not is_done()\n"
+        "    weighed.set()\n"
+        "    wait(is_done)\n"
+    )
+
+
+def test_who_does_not_fit_is_warned_of(ros: Ros) -> None:
+    """Nobody waits for that at each message, but it is said all the same."""
+    house = ros.node("house")
+    stranger = ros.folder / "stranger.py"
+    stranger.write_text(
+        "import rclpy\n"
+        "from rclpy.qos import QoSProfile, ReliabilityPolicy\n"
+        "from std_msgs.msg import Float64\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('stranger')\n"
+        "quality = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)\n"
+        "publisher = node.create_publisher(Float64, '/readings', quality)\n"
+        "rclpy.spin(node)\n"
+    )
+    ros.start("stranger", stranger)
+    ros.wait(lambda: "incompatible QoS" in house.output(), "the warning")
+
+
+def test_a_message_costs_no_look_at_what_only_warns(ros: Ros) -> None:
+    """What the developers have callbacks of their own for is waited for like everything else."""
+    ros.script(
+        DESK_AND_SCALE.replace("{timeout}", "0.5")
+        + "from rclpy.event_handler import PublisherEventCallbacks\n"
+        "from std_msgs.msg import Float64\n"
+        "session = scale.session\n"
+        "with scale:\n"
+        "    def waited():\n"
+        "        return [each for each in session.node.waitables if session._executor.can_execute(each)]\n"
+        "    assert not waited(), waited()\n"
+        "    own = PublisherEventCallbacks(matched=print, use_default_callbacks=False)\n"
+        "    session.node.create_publisher(Float64, '/own', 1, event_callbacks=own)\n"
+        "    assert len(waited()) == 1\n"
+        "desk.session.close()\n"
+    )
+
+
+def test_a_node_does_not_wake_itself(ros: Ros) -> None:
+    """After each callback rclpy does so, and waits once more for nothing."""
+    ros.script(
+        "from rclpy.guard_condition import GuardCondition\n"
+        "from threading import current_thread\n"
+        "wake, wakers = GuardCondition.trigger, set()\n"
+        "def noted(self):\n"
+        "    wakers.add(current_thread().name)\n"
+        "    wake(self)\n"
+        "GuardCondition.trigger = noted\n" + DESK_AND_SCALE.replace("{timeout}", "9.0") + "weighed.set()\n"
+        "with scale, desk:\n"
+        "    wait(is_done)\n"
+        "    assert not {'ros desk', 'ros scale'} & wakers, wakers\n"
+    )
+
+
+def test_a_client_without_a_request_wakes_nobody(ros: Ros) -> None:
+    """Its timer runs only while a request is under way."""
+    ros.script(
+        DESK_AND_SCALE.replace("{timeout}", "0.5") + "with scale, desk:\n"
+        "    (timer,) = [each for each in desk.session.node.timers if each.callback.__name__ == '_look']\n"
+        "    wait(lambda: not timer.is_canceled())\n"
+        "    weighed.set()\n"
+        "    wait(is_done)\n"
+        "    wait(timer.is_canceled)\n"
+    )
+
+
 def test_killed_server_goes_on_from_its_journal(ros: Ros) -> None:
     """What it had begun to serve is served in its second life, and both clients get their response."""
     desk = ros.node("desk", {"request_timeout": 0.5})

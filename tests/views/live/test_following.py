@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import json
+import sys
+from pathlib import Path
 from typing import Any
 
+import pytest
+
+from dineros.metamodel.files import watching
 from dineros.metamodel.records import Record
+from dineros.views.live import serving
 from dineros.views.live.following import LiveTrace
 from tests.views.live.test_live_page import script
 
@@ -55,3 +63,30 @@ def test_who_knows_nothing_or_another_server_gets_everything() -> None:
         assert everything["type"] == "snapshot"
         assert len(everything["view"]["steps"]) > 10
         assert everything["number"] == trace.number
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere, files are looked at all the time")
+def test_files_are_looked_at_when_they_have_changed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(watching, "LONGEST", 3600.0)
+    monkeypatch.setattr(serving, "INTERVAL", 0.001)
+    looked: asyncio.Queue[None] = asyncio.Queue()
+
+    class Counting(LiveTrace):
+        def poll(self) -> list[str]:
+            looked.put_nowait(None)
+            return super().poll()
+
+    live = serving._Live(Counting(Feed(), None, "run"), "token", 1, tmp_path)
+
+    async def follow() -> None:
+        following = asyncio.create_task(live._follow())
+        await looked.get()
+        await asyncio.sleep(0.2)
+        assert looked.empty()
+        (tmp_path / "arm.jsonl").write_text("{")
+        await looked.get()
+        following.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await following
+
+    asyncio.run(follow())
