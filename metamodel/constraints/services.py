@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.constraints.circles import circles_of
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, listed
 
+_INSTANCE = re.compile(r"(.+)\[[1-9][0-9]*\]\.(.+)", re.DOTALL)
 _PAGE_FIX = "put the server's entry and exit on a page of their own inside a node net"
 
 
@@ -93,8 +96,24 @@ def client_request_is_not_response(port: sym.ClientPort, index: Index) -> Outcom
 
 @constraint("{it} has the id of another client of the service", fix="give it another client id")
 def client_unique(port: sym.ClientPort, index: Index) -> Outcome:
-    """The clients of a service have different ids."""
-    return index.earliest(port, sym.ClientPort, _client_id) is port
+    """The clients of a service have different ids, those of server instances included."""
+    if index.earliest(port, sym.ClientPort, _client_id) is not port:
+        return False
+    found = _INSTANCE.fullmatch(port.client)
+    return found is None or (port.channel, *found.groups()) not in index.once(
+        "clients of instances", lambda: _clients_of_instances(index)
+    )
+
+
+def _clients_of_instances(index: Index) -> set[tuple[sym.ServiceChannel | None, str, str]]:
+    """Return the clients on server pages: the service they call, the one they stand in, and their id."""
+    found = set()
+    for port in index.all(sym.ClientPort):
+        page = index.server_page_of(port.request)
+        caller = index.server_pages[page][0].eContainer() if page is not None else None
+        if isinstance(caller, sym.ServiceChannel):
+            found.add((port.channel, caller.id, port.client))
+    return found
 
 
 @constraint(

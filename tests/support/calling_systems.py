@@ -117,7 +117,7 @@ class _Builder:
             heard, noted = self._place("heard", page), self._place("noted", page)
             self.news.subscribers.append(sym.SubscriberPort(place=heard, limit=self.draw(self.limits)))
             last = self.channels[-1]
-            if self._is_quiet(last) and self.draw(st.booleans()):
+            if self._is_quiet(last) and (number == 0 or self.draw(st.booleans())):
                 last.clients.append(sym.ClientPort(client=f"listener{number}", request=heard, response=noted))
             else:
                 flow(heard, self._transition("note", page), noted)

@@ -137,6 +137,18 @@ def same_id(small: Small) -> None:
 
 
 @CASES.breaks(
+    "client-unique",
+    "client port 'ask[2].cserve' of service channel 'other' has the id of another client of the service",
+    "give it another client id",
+)
+def same_id_as_an_instance(small: Small) -> None:
+    channel = _other(small)
+    _call(small, channel, small["serve"])
+    _call(small, channel, small["listener"])
+    channel.clients[1].client = "ask[2].cserve"
+
+
+@CASES.breaks(
     "service-circle-has-instances",
     "service channel 'ask' is one of services that call each other in a circle, and each would have an "
     "instance for every client: ask -> ask",
