@@ -72,7 +72,7 @@ class Round:
     folder: Path
     objects: int
     domain: int
-    command: tuple[str, ...] = (sys.executable, "-m", "dineros.cli.main")
+    command: tuple[str, ...] = (sys.executable, "-P", "-m", "dineros.cli.main")
     process: subprocess.Popen[bytes] | None = None
     settings: list[str] = field(default_factory=list)
 

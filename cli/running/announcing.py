@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from dineros.metamodel.files.reading import open_plain
 from dineros.runtime.application.supervisor import ProcessEvent, status_text
 from dineros.runtime.status import Status
 
@@ -55,9 +57,10 @@ class Announcer:
 
     def _write(self, line: str) -> None:
         if self._process is None:
-            with self._log.open("ab") as log:
+            flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
+            with os.fdopen(open_plain(self._log, flags, follow_links=False), "ab") as log:
                 self._process = subprocess.Popen(
-                    [sys.executable, "-m", "dineros.runtime.ros.announcer"],
+                    [sys.executable, "-P", "-m", "dineros.runtime.ros.announcer"],
                     stdin=subprocess.PIPE,
                     stdout=log,
                     stderr=subprocess.STDOUT,

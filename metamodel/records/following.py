@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
+from dineros.metamodel.errors import ModelFileError
+from dineros.metamodel.files.reading import open_plain
 from dineros.metamodel.records.coding import RecordDecoder
 from dineros.metamodel.records.files import node_traces, trace_pieces
 from dineros.metamodel.records.schema import Record
@@ -86,11 +88,14 @@ class Follower:
 def _file_at(path: Path) -> _File | None:
     """Return which file is at a path; None: there is none, or not even the beginning of its first record."""
     try:
-        with path.open("rb") as file:
-            head, comma, _ = file.read(_HEAD).partition(b",")
-            return _File(os.fstat(file.fileno()).st_ino, head) if comma else None
-    except OSError:
+        file = open_plain(path)
+    except (OSError, ModelFileError):
         return None
+    try:
+        head, comma, _ = os.pread(file, _HEAD, 0).partition(b",")
+        return _File(os.fstat(file).st_ino, head) if comma else None
+    finally:
+        os.close(file)
 
 
 def _is_at(path: Path, file: _File) -> bool:

@@ -304,7 +304,7 @@ def status_text(status: int | None) -> str:
 
 def _last_line(child: _Child) -> str:
     """Return the last line that a process printed: of a traceback, what was raised."""
-    with contextlib.suppress(OSError), child.plan.log.open("rb") as log:
+    with contextlib.suppress(OSError, DinerosError), os.fdopen(open_plain(child.plan.log), "rb") as log:
         size = log.seek(0, os.SEEK_END)
         log.seek(max(child.log_start, size - _LAST_BYTES))
         lines = log.read().decode(errors="replace").split("\n")
