@@ -212,6 +212,7 @@ class Core:
             kept=copy.deepcopy(self.execution.kept),
             seen={},
             seen_apart={},
+            missing={},
             requests={},
             serving={},
             responses={},

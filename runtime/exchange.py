@@ -212,6 +212,8 @@ class Exchange:
         }
         for port, subscriber in self._subscribers.items():
             seen, apart = subscriber.seen.saved()
+            if subscriber.missing:
+                checkpoint["missing"][f"{port.channel}/{port.place}"] = subscriber.missing
             if seen:
                 checkpoint["seen"][f"{port.channel}/{port.place}"] = seen
             if apart:
@@ -260,6 +262,8 @@ class Exchange:
         seen, apart = checkpoint["seen"], checkpoint.get("seen_apart", {})
         for key in {**seen, **apart}:
             _known(subscribers, key, "subscriber").seen = Senders(seen.get(key), apart.get(key))
+        for key, missing in checkpoint.get("missing", {}).items():
+            _known(subscribers, key, "subscriber").missing = missing
         clients = {f"{port.channel}/{port.client}": each for port, each in self._clients.items()}
         for key, request in checkpoint["requests"].items():
             client = _known(clients, key, "client")

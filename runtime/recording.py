@@ -42,6 +42,8 @@ class Checkpoint(TypedDict):
         message, where all before it came or were lost.
     seen_apart : dict
         ``CHANNEL/PLACE`` -> sender -> first and last number of each further range of messages that came.
+    missing : dict
+        ``CHANNEL/PLACE`` -> messages that were lost since the last one came.
     requests : dict
         ``CHANNEL/CLIENT`` -> the request under way: message id, data, attempts so far.
     serving : dict
@@ -64,6 +66,7 @@ class Checkpoint(TypedDict):
     kept: dict[str, Json]
     seen: dict[str, dict[str, int]]
     seen_apart: dict[str, dict[str, list[list[int]]]]
+    missing: dict[str, int]
     requests: dict[str, PendingRequest]
     serving: dict[str, str]
     responses: dict[str, dict[str, dict[str, Value]]]

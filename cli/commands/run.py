@@ -188,7 +188,7 @@ def _check_traces(folder: Path, nodes: list[str]) -> None:
         There are no traces, or the trace of a node has gone.
     """
     from dineros.metamodel.errors import DinerosError, Location
-    from dineros.metamodel.files.reading import read_text
+    from dineros.metamodel.files.reading import read_bytes
     from dineros.metamodel.records import node_traces
     from dineros.metamodel.records.files import file_name, journals_path
 
@@ -198,7 +198,7 @@ def _check_traces(folder: Path, nodes: list[str]) -> None:
             "holds no traces to go on from", location=Location(folder), hint="run it without --resume"
         )
     journals = journals_path(folder)
-    listed = read_text(journals).split("\n") if journals.is_file() else []
+    listed = read_bytes(journals).decode(errors="replace").split("\n") if journals.is_file() else []
     for node in nodes:
         if node in known:
             continue

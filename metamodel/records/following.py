@@ -88,11 +88,14 @@ class Follower:
 def _file_at(path: Path) -> _File | None:
     """Return which file is at a path; None: there is none, or not even the beginning of its first record."""
     try:
-        with os.fdopen(open_plain(path), "rb") as file:
-            head, comma, _ = file.read(_HEAD).partition(b",")
-            return _File(os.fstat(file.fileno()).st_ino, head) if comma else None
+        file = open_plain(path)
     except (OSError, ModelFileError):
         return None
+    try:
+        head, comma, _ = os.pread(file, _HEAD, 0).partition(b",")
+        return _File(os.fstat(file).st_ino, head) if comma else None
+    finally:
+        os.close(file)
 
 
 def _is_at(path: Path, file: _File) -> bool:

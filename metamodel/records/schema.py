@@ -156,6 +156,8 @@ class Checkpoint(Start):
         message, where all before it came or were lost.
     seen_apart : dict
         ``CHANNEL/PLACE`` -> sender -> first and last number of each further range of messages that came.
+    missing : dict of str to int
+        ``CHANNEL/PLACE`` -> messages that were lost since the last one came.
     requests : dict
         ``CHANNEL/CLIENT`` -> the request under way: its message id, data and attempts.
     serving : dict of str to str
@@ -177,6 +179,7 @@ class Checkpoint(Start):
     kept: dict[str, Any] = field(default_factory=dict)
     seen: dict[str, dict[str, int]] = field(default_factory=dict)
     seen_apart: dict[str, dict[str, list[list[int]]]] = field(default_factory=dict)
+    missing: dict[str, int] = field(default_factory=dict)
     requests: dict[str, dict[str, Any]] = field(default_factory=dict)
     serving: dict[str, str] = field(default_factory=dict)
     responses: dict[str, dict[str, Data]] = field(default_factory=dict)

@@ -95,6 +95,7 @@ class JournalState:
             "kept": dict(self._kept),
             "seen": {port: numbers for port, numbers in seen.items() if numbers},
             "seen_apart": {port: ranges for port, ranges in apart.items() if ranges},
+            "missing": {port: count for port, count in self._missing.items() if count},
             "requests": dict(self._requests),
             "serving": dict(self._serving),
             "responses": {channel: dict(kept) for channel, kept in self._responses.items()},
@@ -139,7 +140,7 @@ class JournalState:
             port: Senders(record.seen.get(port), record.seen_apart.get(port))
             for port in {**record.seen, **record.seen_apart}
         }
-        self._missing = {}
+        self._missing = dict(record.missing)
         self._requests = cast("dict[str, recording.PendingRequest]", dict(record.requests))
         self._serving = dict(record.serving)
         self._responses = {channel: dict(kept) for channel, kept in record.responses.items()}
