@@ -233,7 +233,7 @@ def test_fields_that_ros_cannot_have_are_refused(run: Run, old: str, new: str, s
 
 @pytest.mark.parametrize("name", ["a---b", "a\nimport evil\n", "\udcff"])
 def test_any_name_of_a_file_is_text(run: Run, name: str) -> None:
-    """XML can be read, Python says the name as it is, and the next generation finds all up to date."""
+    """XML can be read, the manifest says the name, and the next generation finds all up to date."""
     source = f"{name}.sym.xmi"
     save(kitchen(), source)
     command = ["generate", source, "-o", "other", "--set", "Hungry.name=x---y"]
@@ -243,6 +243,4 @@ def test_any_name_of_a_file_is_text(run: Run, name: str) -> None:
     manifest = read_manifest(Path("other"))
     assert manifest is not None
     assert manifest.source == source.encode(errors="replace").decode()  # half a character is none
-    base = Path("other/src/waiter/waiter/base.py").read_text()
-    assert f"SOURCE = {source!a}".replace("'", '"') in base
     assert "up to date" in CliRunner().invoke(main, command).stdout

@@ -18,10 +18,13 @@ from dineros.generators import (
 )
 from dineros.generators.developers import DeveloperFileError
 from dineros.generators.manifest import PLACE, ManifestError
+from dineros.generators.system_model import system_model_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.elements import find
+from dineros.metamodel.errors import ModelFileError
 from dineros.metamodel.files.confined import ConfinedFolder
+from dineros.metamodel.settings import apply
 from tests.generators.models import add_transition, change_field, kitchen, remove_transition, rename_node
 
 WAITER = "src/waiter/waiter/handlers.py"
@@ -90,6 +93,32 @@ def test_a_second_time_writes_nothing(workspace: Path) -> None:
     assert generate(kitchen(), workspace, OPTIONS).changes == ()
     assert {path: path.stat().st_mtime_ns for path in workspace.rglob("*")} == before
     assert is_fine(workspace, kitchen())
+
+
+def test_another_name_of_the_models_file_rewrites_the_manifest_alone(workspace: Path) -> None:
+    before = contents(workspace)
+    renamed = generate(kitchen(), workspace, Options(source="cooking.pnml"))
+    assert renamed.changes == ()
+    after = contents(workspace)
+    assert [path for path in after if after[path] != before.get(path)] == [PLACE]
+
+
+def test_the_workspace_holds_its_system_model_as_it_was_changed(workspace: Path) -> None:
+    model = kitchen()
+    apply(model, "Hungry.tokens=7")
+    generate(model, workspace, OPTIONS)
+    assert find(system_model_of(workspace), "Hungry", sym.Place).tokens == 7
+    path = workspace / "src/kitchen_bringup/model/kitchen.sym.xmi"
+    path.write_bytes(path.read_bytes().replace(b'tokens="7"', b'tokens="8"'))
+    with pytest.raises(WorkspaceError, match="was edited, and is not what the nodes were generated from"):
+        system_model_of(workspace)
+    path.unlink()
+    path.symlink_to("/etc/passwd")
+    with pytest.raises(ModelFileError, match="symbolic link"):
+        system_model_of(workspace)
+    path.unlink()
+    with pytest.raises(WorkspaceError, match="does not hold its system model"):
+        system_model_of(workspace)
 
 
 def test_checking_an_empty_folder_names_every_file_and_writes_none(tmp_path: Path) -> None:
