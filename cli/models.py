@@ -62,12 +62,14 @@ def load_system(path: Path, settings: Sequence[str] = ()) -> sym.SystemModel:
         As `load`, or the file holds a model of another kind.
     """
     from dineros.metamodel import sym
-    from dineros.metamodel.errors import DinerosError, Location
+    from dineros.metamodel.errors import DinerosError, Location, with_article
 
     model = load(path, settings)
     if not isinstance(model, sym.SystemModel):
         kind = "plain net" if type(model).__name__ == "Net" else type(model).__name__
-        raise DinerosError(f"holds a {kind}, but this command needs a system model", location=Location(path))
+        raise DinerosError(
+            f"holds {with_article(kind)}, but this command needs a system model", location=Location(path)
+        )
     return model
 
 

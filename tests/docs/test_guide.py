@@ -90,6 +90,18 @@ def test_the_architecture_picture_shows_what_its_source_says() -> None:
             assert f">{line}<" in picture
 
 
+def test_nothing_advises_to_clean_the_shared_memory_of_running_systems() -> None:
+    rooms = ("cli", "runtime", "generators", "views", "docs", "case_study")
+    paths = [ROOT / "README.md", *(path for room in rooms for path in sorted((ROOT / room).rglob("*.*")))]
+    named = {
+        path.relative_to(ROOT).as_posix()
+        for path in paths
+        if path.suffix in (".md", ".py", ".j2") and "shm clean" in path.read_text(encoding="utf-8")
+    }
+    assert named == {"docs/ros2.md", "runtime/ros/memory.py"}  # which say why not
+    assert "Do not run Fast DDS's own `fastdds shm clean`" in (ROOT / "docs/ros2.md").read_text("utf-8")
+
+
 def test_the_guide_builds_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
     # Not --quiet: it keeps --strict from seeing the warnings.
     build = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]

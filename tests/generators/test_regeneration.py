@@ -228,7 +228,7 @@ def test_changed_fields_are_reported_where_handlers_name_them(workspace: Path) -
         f"{WAITER}:12: take_order handles TOrder: the token field 'isHot' (boolean) is gone [token-changed]",
         f"{WAITER}:18: serve handles TServe: the token field 'prices' was a list of 2 number and is now a "
         "list of number [token-changed]",
-        "kitchen.sym.xmi: the token field 'table' was a integer and is now a number; no handler names it "
+        "kitchen.sym.xmi: the token field 'table' was an integer and is now a number; no handler names it "
         "[token-changed]",
     ]
     assert notices(check(model, workspace, OPTIONS)) == said
