@@ -34,8 +34,8 @@ MODULES = {
 
 INTRODUCTION = """# Classes and functions
 
-What Python programs use, as the docstrings say it. [Metamodels](metamodels.md) draws how the classes of models belong
-together.
+What Python programs use, as the docstrings say it. [Metamodels](metamodels.md) draws how the classes of
+models belong together.
 """
 _SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}\n", re.MULTILINE)
 _ENTRIES = ("Parameters", "Attributes", "Returns", "Raises", "Yields", "Other Parameters")
@@ -81,7 +81,8 @@ def _described(module: str, name: str, value: Any) -> str:
 def _signature(name: str, value: Any) -> str:
     """Return how something is called; features of the metamodels' classes are keywords, listed below."""
     try:
-        signature = inspect.signature(value)
+        # Models' classes are called through a metaclass, which takes anything.
+        signature = inspect.signature(value.__init__ if inspect.isclass(value) else value)
     except (TypeError, ValueError):
         return ""
     shown = [each for each in signature.parameters.values() if each.name not in ("self", "unknown")]
@@ -90,7 +91,7 @@ def _signature(name: str, value: Any) -> str:
         if each.kind is each.KEYWORD_ONLY and not is_keyword:
             words.append("*")
         is_keyword = is_keyword or each.kind in (each.KEYWORD_ONLY, each.VAR_POSITIONAL)
-        stars = {each.VAR_POSITIONAL: "*", each.VAR_KEYWORD: "**"}.get(each.kind, "")
+        stars = "*" if each.kind is each.VAR_POSITIONAL else "**" if each.kind is each.VAR_KEYWORD else ""
         words.append(f"{stars}{each.name}{'' if each.default is each.empty else '=...'}")
     lines = textwrap.wrap(f"{name}({', '.join(words)})", 100, subsequent_indent="    ")
     return "```text\n" + "\n".join(lines) + "\n```"

@@ -99,7 +99,7 @@ def decode_record(line: str, location: Location | None = None) -> Record:
         except _WrongTypeError as error:
             shown = json.dumps(values[name], ensure_ascii=False)
             shown = shown if len(shown) <= 40 else f"{shown[:37]}..."
-            said = f"{name!r} of {with_article(event)} record is {error}, not {shown}"
+            said = f"{name!r} of {with_article(str(event))} record is {error}, not {shown}"
             raise RecordError(said, location=location) from None
     if kind is Header and found.get("schema", SCHEMA) > SCHEMA:
         raise RecordError(
