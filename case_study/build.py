@@ -1,6 +1,7 @@
 """The case study as a system model: two arms sort coloured objects in a shared space (paper, Sect. 4 and 6).
 
-``python case_study/build.py`` writes `sorting.sym.xmi` and `sorting.pnml` beside this file. The numbers in
+``python case_study/build.py`` writes `sorting.sym.xmi`, `sorting.pnml` and its variant `one_topic.sym.xmi`
+beside this file. The numbers in
 the comments are the parts of the paper's Fig. 14.
 """
 
@@ -11,6 +12,7 @@ from pathlib import Path
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.clauses import set_clause
+from dineros.metamodel.elements import find
 from dineros.metamodel.files import save
 
 HOME = Path(__file__).resolve().parent
@@ -209,9 +211,9 @@ def token_type() -> sym.TokenType:
     )
 
 
-def build() -> sym.SystemModel:
+def build(id: str = "sorting") -> sym.SystemModel:
     """Return the case study."""
-    model = sym.SystemModel(id="sorting", name="sorting", tokenType=token_type())
+    model = sym.SystemModel(id=id, name=id, tokenType=token_type())
     sorts = selector(model)
     cells = controller(model)
     state_servers = synchronizer(model)
@@ -222,19 +224,28 @@ def build() -> sym.SystemModel:
     topic(model, "LeftCellObjects", [sorts["Red"], sorts["Blue"]], [cells["ReqControlL"]])
     topic(model, "RightCellObjects", [sorts["Green"]], [cells["ReqControlR"]])
     topic(model, "UITopic", [cells["ResultL"], cells["ResultR"]], [received])
-    for id, server in (state_servers | arm_servers).items():
-        short = id.removesuffix("Control")
+    for name, server in (state_servers | arm_servers).items():
+        short = name.removesuffix("Control")
         clients = {cell: (cells[f"{short}Req{cell}"], cells[f"{short}Res{cell}"]) for cell in CELLS}
-        service(model, id, server, clients)
+        service(model, name, server, clients)
     service(model, "SensorService", sensor_server, {"safety": (sensor_request, sensor_response)})
     return model
 
 
+def build_one_topic() -> sym.SystemModel:
+    """Return the case study after its developer sent all colours to the left arm (paper, Sect. 9.2.1)."""
+    model = build("one_topic")
+    left, right = (find(model, topic, sym.TopicChannel) for topic in ("LeftCellObjects", "RightCellObjects"))
+    left.publishers.extend(right.publishers)
+    return model
+
+
 def main() -> None:
-    """Write the model in both formats."""
+    """Write the model in both formats, and its variant."""
     model = build()
     save(model, HOME / "sorting.sym.xmi")
     save(model, HOME / "sorting.pnml")
+    save(build_one_topic(), HOME / "one_topic.sym.xmi")
 
 
 if __name__ == "__main__":

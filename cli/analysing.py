@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -29,6 +30,9 @@ WATCHED_SHARE = 0.9
 HOLDS, VIOLATED, UNKNOWN = 0, 1, 3
 SIGNALS = ("none", "fully-enabled", "input-enabled", "io-enabled")
 OVERFLOW = ("weighted", "inhibitor")
+QUIET_COMPILATION = "DINEROS_QUIET_COMPILATION"
+"""Environment variable that keeps the line away which says that engines are compiled."""
+
 _CLEAR = "\r\033[K"
 _UNITS = {"k": 1 << 10, "m": 1 << 20, "g": 1 << 30}
 
@@ -250,9 +254,12 @@ def _seen(progress: Any) -> str:
 
 @contextmanager
 def _announcing_compilation() -> Iterator[None]:
-    """Say once that kernels are compiled, as soon as the first one is: Numba keeps them for later runs."""
-    if invocation().verbosity <= 0 and not (sys.stderr.isatty() and invocation().verbosity == 0):
-        yield  # what scripts capture does not change from the first run to the second
+    """Say once, unless `-q` is given, that kernels are compiled, as soon as the first one is.
+
+    Numba keeps them for later runs. Who compares what is printed sets `QUIET_COMPILATION`.
+    """
+    if invocation().verbosity < 0 or os.environ.get(QUIET_COMPILATION):
+        yield
         return
     from numba.core import event
 
@@ -261,7 +268,7 @@ def _announcing_compilation() -> Iterator[None]:
 
         def on_start(self, _: event.Event) -> None:
             if not self.said:
-                warn("compiling the engines, once; this takes up to a minute")
+                warn("compiling the engines, once after an installation; this takes up to a minute")
             Announcer.said = True
 
         def on_end(self, _: event.Event) -> None:

@@ -19,21 +19,29 @@ def load(path: Path, settings: Sequence[str] = ()) -> pn.Net:
     Parameters
     ----------
     path : Path
-        A model file; its suffix tells the format.
+        A model file, whose suffix tells the format, or a generated workspace, which holds its system model.
     settings : sequence of str
         Values of `--set`.
 
     Raises
     ------
     DinerosError
-        The file holds no model, or a setting does not fit it.
+        The file holds no model, the folder is no workspace, or a setting does not fit the model.
     """
     from dineros.metamodel import files
     from dineros.metamodel.errors import DinerosError, Location
     from dineros.metamodel.settings import apply
 
     with working(f"Reading {path}"):
-        model = files.load(path)
+        if path.is_dir():
+            from dineros.generators.building import manifest_of
+            from dineros.generators.system_model import system_model_of
+
+            model: pn.Net = system_model_of(path)
+            done = manifest_of(path).settings  # as a trace of this workspace names them, too
+            settings = [setting for setting in settings if setting not in done]
+        else:
+            model = files.load(path)
     note(f"read {path}")
     for setting in settings:
         try:
@@ -54,12 +62,14 @@ def load_system(path: Path, settings: Sequence[str] = ()) -> sym.SystemModel:
         As `load`, or the file holds a model of another kind.
     """
     from dineros.metamodel import sym
-    from dineros.metamodel.errors import DinerosError, Location
+    from dineros.metamodel.errors import DinerosError, Location, with_article
 
     model = load(path, settings)
     if not isinstance(model, sym.SystemModel):
         kind = "plain net" if type(model).__name__ == "Net" else type(model).__name__
-        raise DinerosError(f"holds a {kind}, but this command needs a system model", location=Location(path))
+        raise DinerosError(
+            f"holds {with_article(kind)}, but this command needs a system model", location=Location(path)
+        )
     return model
 
 

@@ -1,8 +1,8 @@
 """Building a workspace with colcon, and the environment in which its nodes run without a sourced set-up.
 
 Only the interface package needs a compiler: nodes are Python and run from their sources. What is built is
-remembered by a hash of what it was built from, so that nothing is built twice: a setting that changes no
-interface, or another name of the model's file, changes comments only.
+remembered by a hash of what it was built from, so that nothing is built twice: another id or name of the
+model changes comments only.
 """
 
 from __future__ import annotations

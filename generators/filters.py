@@ -15,6 +15,8 @@ from collections.abc import Iterable
 import jinja2
 import jinja2.sandbox
 
+from dineros.metamodel.errors import with_article
+
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z_][A-Za-z0-9_]*)*")
 # Characters that XML 1.0 has no place for (Sect. 2.2, Char).
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -201,7 +203,7 @@ def _text(value: object) -> str:
 
 
 def _refused(value: object) -> UnfilteredError:
-    return UnfilteredError(f"no filter writes a {type(value).__name__}")
+    return UnfilteredError(f"no filter writes {with_article(type(value).__name__)}")
 
 
 def _inside_quotes(text: str) -> str:

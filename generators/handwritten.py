@@ -12,7 +12,7 @@ from dineros.generators.filters import Name
 from dineros.generators.manifest import DeveloperEntry, Manifest
 from dineros.generators.notices import Notice
 from dineros.generators.plan import DeveloperFile, Plan
-from dineros.metamodel.errors import near_matches
+from dineros.metamodel.errors import near_matches, with_article
 from dineros.metamodel.files.confined import ConfinedFolder
 
 FIRINGS = "firings"
@@ -121,7 +121,8 @@ def token_notices(workspace: Path, before: Manifest, after: Manifest) -> list[No
             near = near_matches(name, [new for new in after.token if new not in before.token])
             changed[name] = (f"the token field {name!r} ({kind}) is gone", near or "")
         elif now != kind:
-            changed[name] = (f"the token field {name!r} was a {kind} and is now a {now}", "")
+            was, is_now = with_article(kind), with_article(now)
+            changed[name] = (f"the token field {name!r} was {was} and is now {is_now}", "")
     if not changed:
         return []
     notices = []

@@ -28,10 +28,12 @@ from dineros.generators.notices import Edit
 from dineros.generators.plan import DeveloperFile, Plan, WriteStub
 from dineros.generators.reserved import reserved_names
 from dineros.generators.scripts import Script, read_script
+from dineros.generators.system_model import file_name
 from dineros.generators.templates import TemplateError, Templates, generator
 from dineros.metamodel import sym
 from dineros.metamodel.errors import Location
 from dineros.metamodel.files.confined import ConfinedFolder
+from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.metamodel.ros_names import snake_case
 
 
@@ -62,9 +64,9 @@ class Options:
     Attributes
     ----------
     source : str
-        Name of the model's file, for the head comments.
+        Name of the model's file, for the manifest.
     settings : tuple of str
-        How the model was changed by ``--set``, likewise.
+        How the model was changed by ``--set``, for the manifest and for traces.
     lifecycle : bool or None
         Whether nodes are lifecycle nodes; None: as the workspace was generated before, else plain nodes.
     templates : Path or None
@@ -151,8 +153,7 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
             location=Location(workspace),
             hint="--templates DIR takes them, --default-templates does without",
         )
-    source = f"{options.source} with {' '.join(options.settings)}" if options.settings else options.source
-    templates = Templates(source, folder)
+    templates = Templates(model.id, folder)
 
     def render(app: Application, module: str) -> bytes:
         context = _node_context(app.nodes[0], _common(app, NOTHING_RESERVED, options, chosen))
@@ -169,6 +170,9 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
         own = own.without(("rclpy", *node.message_packages))
         _plan_node(node, templates, {**common, "dependencies": own}, generated, developer)
     _plan_bringup(application, templates, common, generated, developer)
+    head = templates.render("bringup/system_model.xml.j2", **common)
+    place = f"src/{application.bringup}/model/{file_name(model.id)}"
+    generated[place] = _with_head(xmi_bytes(model), head)
     scripts = _scripts(workspace, options, application, known)
     _plan_tests(scripts, application, templates, common, generated)
     require_short_paths([*generated, *developer])
@@ -197,7 +201,7 @@ def _common(app: Application, reserved: Reserved, options: Options, chosen: dict
         "lifecycle": chosen["lifecycle"],
         "license": chosen["license"],
         "maintainer": {"name": name.strip(), "email": address.strip()},
-        "source": options.source,
+        "source": file_name(app.id),
         "settings": options.settings,
         "token": app.interfaces.token,
         "token_function": function_of(app.interfaces.token, reserved.tokens),
@@ -284,8 +288,8 @@ def _plan_node(
         ("test_package.pyi", f"{root}/test/__init__.pyi"),
     ):
         generated[path] = templates.render(f"node/{template}.j2", **context)
-    comment = templates.render("node/runtime_model.xml.j2", **context).strip()
-    generated[f"{module}/node.rtm.xmi"] = node.runtime_model.replace(b"?>\n", b"?>\n" + comment + b"\n", 1)
+    head = templates.render("node/runtime_model.xml.j2", **context)
+    generated[f"{module}/node.rtm.xmi"] = _with_head(node.runtime_model, head)
 
     def write_stub(transition: Transition, function: Name, firings: Name) -> Written:
         stub = templates.render(
@@ -350,6 +354,11 @@ def _plan_bringup(
     developer[f"{root}/config/local.yaml"] = DeveloperFile(
         templates.render("bringup/local.yaml.j2", **context), package=app.bringup
     )
+
+
+def _with_head(document: bytes, head: bytes) -> bytes:
+    """Return an XML document with a comment after its declaration."""
+    return document.replace(b"?>\n", b"?>\n" + head.strip() + b"\n", 1)
 
 
 def _scripts(

@@ -129,6 +129,17 @@ class UnknownElementError(DinerosError):
     """A model has no element of this name."""
 
 
+def with_article(noun: str) -> str:
+    """Return a noun behind its indefinite article, by its first letter.
+
+    Examples
+    --------
+    >>> [with_article(noun) for noun in ("integer", "Place", "Arc", "unit")]
+    ['an integer', 'a Place', 'an Arc', 'a unit']
+    """
+    return f"{'an' if noun[:1].lower() in 'aeio' else 'a'} {noun}"
+
+
 def near_matches(name: str, known: Iterable[str]) -> str | None:
     """Return a hint such as ``did you mean 'tokens'?``, or None where nothing known is near `name`."""
     near = difflib.get_close_matches(name, list(dict.fromkeys(known)), n=3, cutoff=0.6)

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from dineros.metamodel import rtm
-from dineros.metamodel.errors import DinerosError, FeatureValueError, Location, ModelFileError
+from dineros.metamodel.errors import DinerosError, FeatureValueError, Location, ModelFileError, with_article
 from dineros.metamodel.files import load
 from dineros.runtime.core import Change, Core
 from dineros.runtime.handlers import Handler, HandlerFunction
@@ -418,7 +418,7 @@ def load_runtime_model(path: Path | str) -> rtm.RuntimeModel:
     model = load(path)
     if not isinstance(model, rtm.RuntimeModel):
         raise ModelFileError(
-            f"holds a {type(model).__name__}, not a runtime model",
+            f"holds {with_article(type(model).__name__)}, not a runtime model",
             location=Location(path),
             hint="make the runtime models of a system model with 'dineros split'",
         )

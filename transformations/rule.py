@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, ClassVar
 
-from dineros.metamodel.errors import near_matches
+from dineros.metamodel.errors import near_matches, with_article
 from dineros.transformations.creation import Copy, ForAll, Fragment, New
 from dineros.transformations.errors import RuleError, UnknownRoleError, rule_line
 from dineros.transformations.expressions import Expression, Text, Variable
@@ -103,7 +103,7 @@ def _require_lists(cls: type[Rule]) -> None:
 def _shown(cls: type[Rule], item: object) -> str:
     """Return the name that a rule has for something, or what it is."""
     names = [name for name, value in vars(cls).items() if value is item]
-    return names[0] if names else f"a {type(item).__name__}"
+    return names[0] if names else with_article(type(item).__name__)
 
 
 def _words(kinds: tuple[type, ...]) -> str:

@@ -220,7 +220,7 @@ def _page(folder: Path, application: Application) -> Any:
     @contextmanager
     def served() -> Any:
         folder.mkdir(parents=True, exist_ok=True)
-        handle = serve_live(folder, application.system, title=application.title)
+        handle = serve_live(folder, application.system_model(), title=application.title)
         say(f"follow it at {handle.url}")
         try:
             yield

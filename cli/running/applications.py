@@ -25,7 +25,7 @@ class Application:
     source : Path
         The model's file or the workspace's folder, as the user named it.
     system : sym.SystemModel or None
-        The system model; None for a workspace.
+        The system model; None for a workspace, whose own is read when it is needed.
     models : tuple of rtm.RuntimeModel
         One per node.
     handlers : Path or None
@@ -72,17 +72,23 @@ class Application:
         Raises
         ------
         DinerosError
-            It is a workspace, which does not hold the system model.
+            It is a workspace that does not hold the system model.
         """
-        if self.system is None:
-            raise DinerosError(
-                "a workspace does not hold the system model",
-                location=Location(self.source),
-                hint="compare its traces afterwards: dineros conform MODEL DIR",
-            )
         from dineros.analysis.conformance import Monitor
 
-        return Monitor(self.system)
+        return Monitor(self.system_model())
+
+    def system_model(self) -> sym.SystemModel:
+        """Return the system model.
+
+        Raises
+        ------
+        DinerosError
+            It is a workspace that does not hold the system model.
+        """
+        from dineros.cli.models import load_system
+
+        return self.system or load_system(self.source)
 
 
 def application_of(

@@ -37,7 +37,7 @@ def field_name_valid(field: sym.TokenField, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} is a {element.kind} of the length {element.length}",
+    "{it} of the kind {element.kind} has the length {element.length}",
     fix="use a length of 1 or more, for lists only",
     guard=lambda field, index: field.length is not None,
 )

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dineros.metamodel.errors import Location, ModelFileError, near_matches
+from dineros.metamodel.errors import Location, ModelFileError, near_matches, with_article
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn
@@ -39,7 +39,7 @@ def load(path: Path | str) -> pn.Net:
 
     root = load_any(path)
     if not isinstance(root, pn.Net):
-        raise ModelFileError(f"holds a {root.eClass.name}, not a net", location=Location(path))
+        raise ModelFileError(f"holds {with_article(root.eClass.name)}, not a net", location=Location(path))
     return root
 
 
@@ -95,7 +95,9 @@ def _for_nets(write: Callable[[pn.Net, Path], None]) -> Callable[[EObject, Path]
     def write_net(root: EObject, path: Path) -> None:
         if not isinstance(root, pn.Net):
             raise ModelFileError(
-                f"this format cannot hold a {root.eClass.name}", location=Location(path), hint="use .xmi"
+                f"this format cannot hold {with_article(root.eClass.name)}",
+                location=Location(path),
+                hint="use .xmi",
             )
         write(root, path)
 

@@ -15,6 +15,7 @@ from dineros.metamodel.errors import (
     Location,
     ModelFileError,
     near_matches,
+    with_article,
 )
 from dineros.metamodel.files.positions import file_of, location_of, real_path
 from dineros.metamodel.files.schema import Kind, class_of, describe, identity, shortened
@@ -113,9 +114,9 @@ class XmiReader:
                 return  # it stands in a part that is said to be wrong
             raise _dangling(reference, document)
         if not isinstance(target, feature.type):
-            kind = feature.type.__name__
+            kind = with_article(feature.type.__name__)
             raise _error(
-                reference, f"{feature.name} of {describe(source)} takes a {kind}, not the {describe(target)}"
+                reference, f"{feature.name} of {describe(source)} takes {kind}, not the {describe(target)}"
             )
         if not feature.many:
             setattr(source, feature.name, target)

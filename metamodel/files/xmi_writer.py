@@ -8,7 +8,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from dineros.metamodel.base import EObject
-from dineros.metamodel.errors import Location, ModelFileError
+from dineros.metamodel.errors import Location, ModelFileError, with_article
 from dineros.metamodel.files.positions import file_of, real_path
 from dineros.metamodel.files.schema import Feature, Kind, ModelClass, class_of, describe, identity
 
@@ -96,10 +96,8 @@ class _Writer:
             raise self._error(f"the id {name!r} looks like the path of an element", element)
         other = owners.setdefault(name, element)
         if other is not element:
-            raise self._error(
-                f"the id {name!r} is used twice, by a {class_of(other).name} and a {class_of(element).name}",
-                element,
-            )
+            both = " and ".join(with_article(class_of(each).name) for each in (other, element))
+            raise self._error(f"the id {name!r} is used twice, by {both}", element)
 
     def _write(
         self,

@@ -13,7 +13,7 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, Literal
 
-from dineros.metamodel.errors import DinerosError, Location, near_matches
+from dineros.metamodel.errors import DinerosError, Location, near_matches, with_article
 from dineros.metamodel.json_text import JsonTextError, decode_json
 from dineros.metamodel.records.schema import EVENTS, SCHEMA, Header, Record, StoredToken
 from dineros.metamodel.token_data import Value
@@ -124,7 +124,7 @@ def decode_record(line: str, location: Location | None = None) -> Record:
         except _WrongTypeError as error:
             shown = json.dumps(values[name], ensure_ascii=False)
             shown = shown if len(shown) <= 40 else f"{shown[:37]}..."
-            said = f"{name!r} of a {event} record is {error}, not {shown}"
+            said = f"{name!r} of {with_article(str(event))} record is {error}, not {shown}"
             raise RecordError(said, location=location) from None
     if kind is Header and found.get("schema", SCHEMA) > SCHEMA:
         raise RecordError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from case_study.build import build
+from case_study.build import build, build_one_topic
 from dineros.analysis.capacities import suggest_capacities
 from dineros.analysis.check import check
 from dineros.analysis.explicit import explore
@@ -100,12 +100,10 @@ def test_one_colour_on_one_topic_never_overflows() -> None:
 
 
 def three_colours_on_one_topic() -> sym.SystemModel:
-    model = case_study(objects=(5, 5, 5))
-    left, right = (find(model, id, sym.TopicChannel) for id in ("LeftCellObjects", "RightCellObjects"))
-    green = right.publishers[0]
-    right.publishers.remove(green)
-    left.publishers.append(green)
-    for publisher in left.publishers:
+    model = build_one_topic()
+    for colour in ("Red", "Blue", "Green"):
+        find(model, f"{colour}Objects", sym.Place).tokens = 5
+    for publisher in find(model, "LeftCellObjects", sym.TopicChannel).publishers:
         publisher.limit = 5
     return model
 

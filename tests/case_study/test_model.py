@@ -3,7 +3,7 @@
 from collections import Counter
 from pathlib import Path
 
-from case_study.build import HOME, build
+from case_study.build import HOME, build, build_one_topic
 from dineros.metamodel import pn, sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import node_nets, places, transitions
@@ -13,8 +13,12 @@ from tests.support.equality import differences
 
 def test_the_committed_files_are_what_the_script_makes(tmp_path: Path) -> None:
     model = build()
-    for name in ("sorting.sym.xmi", "sorting.pnml"):
-        save(model, tmp_path / name)
+    for name, made in (
+        ("sorting.sym.xmi", model),
+        ("sorting.pnml", model),
+        ("one_topic.sym.xmi", build_one_topic()),
+    ):
+        save(made, tmp_path / name)
         assert (tmp_path / name).read_bytes() == (HOME / name).read_bytes(), (
             f"run case_study/build.py: {name}"
         )

@@ -13,8 +13,6 @@ from pathlib import Path
 
 from tests.case_study.conftest import WORKSPACE
 
-ROOT = WORKSPACE.parents[1]
-MODEL = ROOT / "case_study/sorting.sym.xmi"
 PATIENCE = 120.0
 
 Seen = Callable[[], bool]
@@ -28,7 +26,7 @@ class Run:
         self._output = (folder / "output.txt").open("w+")
         command = [sys.executable, "-m", "dineros.cli.main", "run", str(workspace)]
         command += ["--with", "python -m sorting_cell --visit 3", "--until", "Shown >= 3"]
-        command += ["--timeout", str(PATIENCE), "--domain", str(domain), "--reach", "memory"]
+        command += ["--timeout", str(PATIENCE), "--domain", str(domain), "--reach", "memory", "--monitor"]
         self.popen = subprocess.Popen(
             [*command, "--trace", str(self.traces)],
             stdin=subprocess.DEVNULL,
@@ -64,7 +62,7 @@ class Run:
 
 
 def conformance(traces: Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "dineros.cli.main", "conform", str(MODEL), str(traces)]
+    command = [sys.executable, "-m", "dineros.cli.main", "conform", str(WORKSPACE), str(traces)]
     return subprocess.run(
         [*command, "--invariant", "PickRun + PlaceRun <= 1"], capture_output=True, text=True, check=False
     )
@@ -91,6 +89,7 @@ def test_a_killed_node_goes_on_and_all_objects_are_sorted(workspace: Path, tmp_p
     assert "executor ended with signal SIGKILL" in run.output()
     assert "executor is started again" in run.output()
     assert "the condition holds; marked: " in run.output()
+    assert "\nconformance: conforms, " in run.output()  # on the model that the workspace holds
     assert [event["event"] for event in run.events("executor")] == [
         "started",
         "failed",

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import html
+import importlib
 import importlib.util
+import inspect
 import re
 import subprocess
 import sys
@@ -69,6 +71,29 @@ def test_the_reference_holds_every_command() -> None:
         assert f"Usage: dineros {command}" in reference
 
 
+def test_the_reference_holds_every_class_with_what_its_docstring_says() -> None:
+    reference = hook("class_reference")
+    page = reference.page()
+    for name in reference.MODULES:
+        found = reference.members(importlib.import_module(name))
+        assert found, name
+        for member, value in found:
+            assert f"### {member} {{ #{name}.{member} }}\n" in page
+            assert reference.documented(inspect.getdoc(value)) in page
+    assert "* `tokens` (`int`): " in page
+    assert "Net.handler(transition, *, " in page
+    assert "\nArc(*, id=..., " in page
+
+
+def test_docstrings_become_markdown() -> None:
+    parameters = "Parameters\n----------\nid : str\n    Its ``id``,\n    or none."
+    text = f"Do *it*.\n\n{parameters}\n\nRaises\n------\nOSError\n    It fails."
+    assert hook("class_reference").documented(text) == (
+        "Do \\*it\\*.\n\n**Parameters**\n\n* `id` (`str`): Its `id`, or none."
+        "\n\n**Raises**\n\n* `OSError`: It fails."
+    )
+
+
 @needs("graphviz")
 def test_the_diagrams_are_laid_out() -> None:
     pictures = hook("class_diagrams").pictures()
@@ -88,6 +113,34 @@ def test_the_architecture_picture_shows_what_its_source_says() -> None:
     for label in re.findall(r'label="([^"]+)"', source):
         for line in label.split("\\n"):
             assert f">{line}<" in picture
+
+
+def test_the_front_page_shows_the_whole_chain() -> None:
+    page = (ROOT / "docs/index.md").read_text(encoding="utf-8")
+    steps = ("Model", "Rules", "Proof", "Packages", "Running nodes", "Traces and conformance")
+    for number, step in enumerate(steps, 1):
+        assert f"\n{number}. **{step}.**" in page
+    for name in ("finding", "net", "run"):
+        assert f"](pictures/screenshot-{name}.png)" in page
+        assert (ROOT / f"docs/pictures/screenshot-{name}.png").read_bytes().startswith(b"\x89PNG")
+    picture = (ROOT / "docs/pictures/architecture.dot").read_text(encoding="utf-8")
+    for command in ("flatten", "check, verify", "generate", "run", "conform"):
+        assert f"dineros {command}" in picture
+    navigation = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    groups = re.findall(r"^  - (\w+):$", navigation.partition("\nnav:\n")[2], re.MULTILINE)
+    assert groups == ["Start", "Model", "Check", "Run", "Look", "Reference"]
+
+
+def test_nothing_advises_to_clean_the_shared_memory_of_running_systems() -> None:
+    rooms = ("cli", "runtime", "generators", "views", "docs", "case_study")
+    paths = [ROOT / "README.md", *(path for room in rooms for path in sorted((ROOT / room).rglob("*.*")))]
+    named = {
+        path.relative_to(ROOT).as_posix()
+        for path in paths
+        if path.suffix in (".md", ".py", ".j2") and "shm clean" in path.read_text(encoding="utf-8")
+    }
+    assert named == {"docs/ros2.md", "runtime/ros/memory.py"}  # which say why not
+    assert "Do not run Fast DDS's own `fastdds shm clean`" in (ROOT / "docs/ros2.md").read_text("utf-8")
 
 
 def test_the_guide_builds_and_loads_nothing_from_elsewhere(tmp_path: Path) -> None:

@@ -271,18 +271,22 @@ SOURCES = [
 
 @pytest.mark.parametrize("source", SOURCES, ids=range(len(SOURCES)))
 def test_names_of_files_and_settings_are_text(source: str) -> None:
-    found = generated(rich(), source, f"{source}=---", "x.y=---")
-    assert files_by_role(found) == files_by_role(generated(rich(), "a.sym.xmi", "x=y", "x=y"))
+    settings = (f"{source}=---", "x.y=---")
+    found, usual = generated(rich(), source, *settings), generated(rich(), "a.sym.xmi", "x=y", "x=y")
+    assert files_by_role(found) == files_by_role(usual)
+    bases = {path for path in found if path.endswith("/base.py")}
+    assert {path for path in found if found[path] != usual[path]} == bases  # traces name the settings
     for path, content in found.items():
         if path.endswith(".py"):
             assert tokenize.detect_encoding(io.BytesIO(content).readline)[0] == "utf-8"
     base = ast.parse(found["src/waiter/waiter/base.py"])
-    values = {
-        node.targets[0].id: ast.literal_eval(node.value)
+    (given_settings,) = [
+        node.value
         for node in base.body
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
-    }
-    assert values["SOURCE"] == source
+        if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "SETTINGS"
+    ]
+    assert given_settings is not None
+    assert ast.literal_eval(given_settings) == list(settings)
 
 
 # In a process of its own, since empy keeps the standard output that it finds.
@@ -303,11 +307,17 @@ print(json.dumps(found))
 
 
 def test_comments_of_interfaces_stay_comments_in_c(tmp_path: Path) -> None:
-    names = [f"Meal{number}.msg" for number in range(len(SOURCES))]
-    for name, source in zip(names, SOURCES, strict=True):
+    def message_of(model: sym.SystemModel) -> bytes:
+        model.id += ODD
+        (message,) = [content for path, content in generated(model).items() if path.endswith("/Meal.msg")]
+        return message
+
+    texts = SOURCES[:-1]  # the last one cannot stand in a file
+    names = [f"Meal{number}.msg" for number in range(len(texts))]
+    for name, text in zip(names, texts, strict=True):
         model = kitchen()
-        model.name = EVIL
-        (tmp_path / name).write_bytes(generated(model, source)["src/kitchen_interfaces/msg/Meal.msg"])
+        model.name = f"{EVIL}{text}"
+        (tmp_path / name).write_bytes(message_of(model))
     done = subprocess.run(
         [sys.executable, "-c", TO_C, *names], cwd=tmp_path, capture_output=True, text=True, check=False
     )

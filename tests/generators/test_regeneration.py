@@ -18,10 +18,13 @@ from dineros.generators import (
 )
 from dineros.generators.developers import DeveloperFileError
 from dineros.generators.manifest import PLACE, ManifestError
+from dineros.generators.system_model import system_model_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.elements import find
+from dineros.metamodel.errors import ModelFileError
 from dineros.metamodel.files.confined import ConfinedFolder
+from dineros.metamodel.settings import apply
 from tests.generators.models import add_transition, change_field, kitchen, remove_transition, rename_node
 
 WAITER = "src/waiter/waiter/handlers.py"
@@ -92,6 +95,32 @@ def test_a_second_time_writes_nothing(workspace: Path) -> None:
     assert is_fine(workspace, kitchen())
 
 
+def test_another_name_of_the_models_file_rewrites_the_manifest_alone(workspace: Path) -> None:
+    before = contents(workspace)
+    renamed = generate(kitchen(), workspace, Options(source="cooking.pnml"))
+    assert renamed.changes == ()
+    after = contents(workspace)
+    assert [path for path in after if after[path] != before.get(path)] == [PLACE]
+
+
+def test_the_workspace_holds_its_system_model_as_it_was_changed(workspace: Path) -> None:
+    model = kitchen()
+    apply(model, "Hungry.tokens=7")
+    generate(model, workspace, OPTIONS)
+    assert find(system_model_of(workspace), "Hungry", sym.Place).tokens == 7
+    path = workspace / "src/kitchen_bringup/model/kitchen.sym.xmi"
+    path.write_bytes(path.read_bytes().replace(b'tokens="7"', b'tokens="8"'))
+    with pytest.raises(WorkspaceError, match="was edited, and is not what the nodes were generated from"):
+        system_model_of(workspace)
+    path.unlink()
+    path.symlink_to("/etc/passwd")
+    with pytest.raises(ModelFileError, match="symbolic link"):
+        system_model_of(workspace)
+    path.unlink()
+    with pytest.raises(WorkspaceError, match="does not hold its system model"):
+        system_model_of(workspace)
+
+
 def test_checking_an_empty_folder_names_every_file_and_writes_none(tmp_path: Path) -> None:
     found = check(kitchen(), tmp_path / "ws", OPTIONS)
     assert not (tmp_path / "ws").exists()
@@ -110,7 +139,8 @@ def test_a_new_transition_gets_a_stub_at_the_end(workspace: Path) -> None:
     stale = check(model, workspace, OPTIONS)
     assert changed(stale, "extended") == {WAITER: "stub for TPay"}
     assert "src/waiter/waiter/firings.py" in changed(stale, "changed")
-    assert not [path for path in changed(stale) if path.startswith(("src/board", "src/kitchen_"))]
+    others = [path for path in changed(stale) if path.startswith(("src/board", "src/kitchen_"))]
+    assert others == ["src/kitchen_bringup/model/kitchen.sym.xmi"]
     assert (workspace / WAITER).read_text() == HANDWRITTEN
 
     generate(model, workspace, OPTIONS)
@@ -198,7 +228,7 @@ def test_changed_fields_are_reported_where_handlers_name_them(workspace: Path) -
         f"{WAITER}:12: take_order handles TOrder: the token field 'isHot' (boolean) is gone [token-changed]",
         f"{WAITER}:18: serve handles TServe: the token field 'prices' was a list of 2 number and is now a "
         "list of number [token-changed]",
-        "kitchen.sym.xmi: the token field 'table' was a integer and is now a number; no handler names it "
+        "kitchen.sym.xmi: the token field 'table' was an integer and is now a number; no handler names it "
         "[token-changed]",
     ]
     assert notices(check(model, workspace, OPTIONS)) == said

@@ -52,7 +52,7 @@ def commands(console: str) -> list[tuple[str, str]]:
 def run_page(markdown: str, folder: Path) -> Iterator[tuple[Block, str, str, str]]:
     """Run a page in a folder; yield block, command, the output that the page shows, and the true output.
 
-    * ``python`` with a title is a file; without one it is run, all on a page in one interpreter. A ``text``
+    * What has a title is a file. ``python`` without one is run, all on a page in one interpreter. A ``text``
       block right behind it is what it prints.
     * ``console`` is run by bash, where ``dineros`` and ``python`` are ours.
     """
@@ -80,7 +80,7 @@ def _run_blocks(markdown: str, folder: Path) -> Iterator[tuple[Block, str, str, 
     environment = _environment(folder)
     found = blocks(markdown)
     for block, following in zip(found, [*found[1:], None], strict=False):
-        if block.language == "python" and block.title:
+        if block.title:
             (folder / block.title).write_text(block.text, encoding="utf-8")
         elif block.language == "python":
             printed = io.StringIO()

@@ -55,7 +55,7 @@ def to_svg(
     for id in highlights:
         body = _with_class(body, r"[^\"]*?", _shown(positioned, id), "marked", True)
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" class="net" width="{width}" height="{height}" '
+        f'<svg xmlns="http://www.w3.org/2000/svg" class="net net-{theme}" width="{width}" height="{height}" '
         f'viewBox="0 0 {width} {height}" role="img">'
         f"<title>{escape(positioned['title'])}</title><style>{stylesheet(theme)}{_STILL}</style>{body}</svg>\n"
     )
@@ -90,6 +90,7 @@ def stylesheet(theme: Theme) -> str:
     for block in themes:
         text = text.replace(block, "")
     text = re.sub(r"var\((--net-[\w-]+)\)", lambda found: values[found[1]], text)
+    text = text.replace(".net ", f".net-{theme} ")  # in a page with both, each style is for its own picture
     return re.sub(r"\s*\n\s*", "", text)
 
 

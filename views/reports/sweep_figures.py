@@ -15,14 +15,14 @@ VARIANTS = ("signals", "overflow", "reduced")
 """Columns of a sweep's table that tell variants apart; what stands before them is varied."""
 
 _PANELS = (
-    ("states", "state space (markings)", 1.0),
+    ("states", "state space: places (markings); dotted: transitions", 1.0),
     ("seconds", "time (s)", 1.0),
     ("peak_memory_bytes", "peak memory (MiB)", 1.0 / 2**20),
 )
 # Colours for all kinds of colour vision (after Paul Tol); markers and lines tell series apart as well.
 _COLOURS = ("#4477aa", "#cc6677", "#228833", "#b8860b", "#8855aa", "#2a9db0", "#996633", "#667788")
 _MARKERS = "osD^vPX*"
-_LINES = ("-", "--", "-.", ":")
+_LINES = ("-", "--", "-.")  # dotted are the transitions of a state space
 
 Row = Mapping[str, Any]
 
@@ -116,26 +116,28 @@ def _draw(panel: Any, series: Mapping[str, list[Row]], axis: str | None, column:
     known = [row[axis] if axis else "" for rows in series.values() for row in rows]
     numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in known)
     places = list(dict.fromkeys(known))
+
+    def x_of(row: Row) -> Any:
+        value = row[axis] if axis else ""
+        return value if numbers else places.index(value)
+
     for number, (label, rows) in enumerate(series.items()):
-        points = [
-            (value if numbers else places.index(value), float(row[column]) * factor)
-            for row in rows
-            if row["complete"] and row[column]
-            for value in [row[axis] if axis else ""]
-        ]
+        points = [(x_of(row), float(row[column]) * factor) for row in rows if row["complete"] and row[column]]
         style = {
             "color": _COLOURS[number % len(_COLOURS)],
             "marker": _MARKERS[number % len(_MARKERS)],
             "linestyle": _LINES[number // 2 % len(_LINES)],
         }
         panel.plot([x for x, _ in points], [y for _, y in points], label=label, markersize=5, **style)
+        if column == "states":  # Fig. 15 shows the transitions of the state space as well
+            arcs = [(x_of(row), float(row["arcs"])) for row in rows if row["complete"] and row.get("arcs")]
+            dotted = {**style, "linestyle": ":", "markerfacecolor": "none"}
+            panel.plot([x for x, _ in arcs], [y for _, y in arcs], markersize=4, linewidth=1, **dotted)
         for row in rows:
             if not row["complete"]:
-                value = row[axis] if axis else ""
-                x = value if numbers else places.index(value)
                 move = (number - (len(series) - 1) / 2) * 5
                 panel.annotate(
-                    "×", (x, 0), xycoords=panel.get_xaxis_transform(), xytext=(move, 4), ha="center",
+                    "×", (x_of(row), 0), xycoords=panel.get_xaxis_transform(), xytext=(move, 4), ha="center",
                     textcoords="offset points", color=style["color"], fontsize=13, fontweight="bold",
                 )  # fmt: skip
     panel.set_yscale("log")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from lxml import etree
 
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.errors import with_article
 from dineros.metamodel.files import positions
 from dineros.metamodel.files.pnml.channels import ChannelReader
 from dineros.metamodel.files.pnml.extension import ExtensionReader, keep_leftover
@@ -159,7 +160,8 @@ class Builder:
         else:
             cls = expected_class(kind, bool(extension.blocks), self._net_class)
         if not issubclass(cls, _PLAIN.get(kind, expected)):
-            raise self._source.error(f"{named} is no class of a {kind}", extension.own, id=record.id)
+            what = f"{named} is no class of {with_article(kind)}"
+            raise self._source.error(what, extension.own, id=record.id)
         if kind == "net":
             assert issubclass(cls, pn.Net)
             self._net_class = cls

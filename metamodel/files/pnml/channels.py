@@ -6,7 +6,7 @@ from lxml import etree
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import resolve
-from dineros.metamodel.errors import DinerosError, near_matches
+from dineros.metamodel.errors import DinerosError, near_matches, with_article
 from dineros.metamodel.files import positions
 from dineros.metamodel.files.pnml.records import Extension, item_text, items
 from dineros.metamodel.files.pnml.source import Source, child
@@ -100,7 +100,8 @@ class ChannelReader:
             hint = near_matches(
                 id, [key for key, each in self._models.items() if isinstance(each, pn.PlaceNode)]
             )
-            what = "which is not there" if found is None else f"a {type(found).__name__}, not a place"
+            is_there = found is not None
+            what = f"{with_article(type(found).__name__)}, not a place" if is_there else "which is not there"
             raise self._source.error(f"a port names {id!r}, {what}", xml, id=id, hint=hint)
         try:
             place = resolve(found)

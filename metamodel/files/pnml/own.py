@@ -22,7 +22,7 @@ from pyecore.ecore import EAttribute
 
 from dineros.metamodel import pn, pnm, rtm, sym
 from dineros.metamodel.base import EObject, features_of
-from dineros.metamodel.errors import DinerosError, near_matches
+from dineros.metamodel.errors import DinerosError, near_matches, with_article
 from dineros.metamodel.files import positions
 from dineros.metamodel.files.pnml.source import LARGEST, Source, children, local
 from dineros.metamodel.files.pnml.vocabulary import OWN, OWN_VERSION, tag
@@ -178,8 +178,8 @@ class Decoder:
                     raise self.source.error(f"nothing has the id {id!r}", xml, hint=near_matches(id, known()))
                 setattr(model, feature.name, None)
             elif not isinstance(target, _target(feature)):
-                kind = type(target).__name__
-                raise self.source.error(f"{feature.name} cannot be {id!r}, which is a {kind}", xml)
+                kind = with_article(type(target).__name__)
+                raise self.source.error(f"{feature.name} cannot be {id!r}, which is {kind}", xml)
             elif not feature.many:
                 setattr(model, feature.name, target)
             else:
@@ -228,7 +228,7 @@ class Decoder:
             raise self.source.error(f"<{feature.name}> needs a class", xml)
         cls = expected if named is None else class_named(named, self.source, xml)
         if not issubclass(cls, expected):
-            raise self.source.error(f"{feature.name} cannot be a {cls.__name__}", xml)
+            raise self.source.error(f"{feature.name} cannot be {with_article(cls.__name__)}", xml)
         inner = cls()
         positions.remember(inner, self.source.location(xml))
         if feature.many:

@@ -38,7 +38,7 @@ def keyword(small: Small) -> None:
 
 @CASES.breaks(
     "field-length",
-    "token field 'tag' of token type 'Token' is a text of the length 3",
+    "token field 'tag' of token type 'Token' of the kind text has the length 3",
     "use a length of 1 or more, for lists only",
 )
 def text_with_a_length(small: Small) -> None:
@@ -47,7 +47,7 @@ def text_with_a_length(small: Small) -> None:
 
 @CASES.breaks(
     "field-length",
-    "token field 'empty' of token type 'Token' is a list of the length 0",
+    "token field 'empty' of token type 'Token' of the kind list has the length 0",
     "use a length of 1 or more, for lists only",
 )
 def length_0(small: Small) -> None:

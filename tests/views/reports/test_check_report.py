@@ -80,6 +80,9 @@ def test_a_report_shows_verdicts_pictures_and_figures(tmp_path: Path, visit: New
     assert finding.locator(".net .on-light [data-id=ReqControlL].marked").is_visible()
     assert finding.locator(".trace .on-light g.lane").count() > 4
     assert not finding.locator(".trace .on-dark").is_visible()
+    paper = "element => getComputedStyle(element).fill"  # each theme has its own style, though both are there
+    colours = [finding.locator(f".net .on-{theme} .paper").evaluate(paper) for theme in ("light", "dark")]
+    assert colours[0] == "rgb(255, 255, 255)" != colours[1]
     one.page.emulate_media(color_scheme="dark")
     assert finding.locator(".trace .on-dark").is_visible()
     one.page.click("summary")

@@ -37,7 +37,7 @@ def test_three_panels_one_series_per_variant_with_markers() -> None:
     said = texts(ROWS)
     assert {
         "sorting",
-        "state space (markings)",
+        "state space: places (markings); dotted: transitions",
         "time (s)",
         "peak memory (MiB)",
         "none",
@@ -47,6 +47,13 @@ def test_three_panels_one_series_per_variant_with_markers() -> None:
     content = sweep_figures(ROWS)
     assert content.count(b"stroke-dasharray") >= 0
     assert sweep_figures(ROWS) == content  # the same file each time
+
+
+def test_the_transitions_of_the_state_space_are_dotted_lines_as_in_figure_15() -> None:
+    dotted = b"stroke-dasharray: 1,1.65"
+    assert sweep_figures(ROWS).count(dotted) == 0  # a table without arcs
+    drawn = sweep_figures([{**row, "arcs": 7 * row["states"]} for row in ROWS])
+    assert drawn.count(dotted) == len(("none", "io-enabled"))
 
 
 def test_a_point_that_was_given_up_is_a_cross() -> None:
