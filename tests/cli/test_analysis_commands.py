@@ -121,7 +121,7 @@ class TestStatespace:
 
     @uses("large")
     def test_memory_ends_the_count(self, net: Path) -> None:
-        result = run_apart("statespace", net, "--engine", "explicit", "--memory", "258M", "--json")
+        result = run_apart("statespace", net, "--engine", "explicit", "--memory", "322M", "--json")
         assert result.exit_code == 3
         report = json.loads(result.stdout)
         assert (report["complete"], report["reason"]) == (False, "memory")

@@ -50,7 +50,7 @@ class TestFind:
 
     @uses("large")
     def test_memory_leaves_it_unknown(self, net: Path) -> None:
-        result = run_apart("find", net, "--marking", "d >= 150 & a >= 51", "--memory", "258M")
+        result = run_apart("find", net, "--marking", "d >= 150 & a >= 51", "--memory", "322M")
         assert result.exit_code == 3
         assert result.stdout.startswith("unknown: d >= 150 & a >= 51 (memory")
 
@@ -79,13 +79,13 @@ class TestFind:
 
     @uses("grows")
     def test_what_no_marking_of_an_unbounded_net_can_hold(self, net: Path) -> None:
-        result = run_apart("find", net, "--marking", "a >= 2 | a - b >= 2", "--memory", "258M")
+        result = run_apart("find", net, "--marking", "a >= 2 | a - b >= 2", "--memory", "322M")
         assert result.exit_code == 1
         assert result.stdout.startswith("unreachable: ")
 
     @uses("grows")
     def test_what_stays_unknown_in_an_unbounded_net(self, net: Path) -> None:
-        result = run_apart("find", net, "--marking", "a + b < 1", "--memory", "258M")
+        result = run_apart("find", net, "--marking", "a + b < 1", "--memory", "322M")
         assert result.exit_code == 3
         assert "(the net is unbounded, and memory ran out)" in result.stdout
 
@@ -178,7 +178,7 @@ class TestVerify:
         assert header.loop is not None
         assert [step.transition for step in steps if step.sequence >= header.loop] == ["wait"]  # type: ignore[attr-defined]
 
-    @pytest.mark.parametrize("limit", [("--memory", "258M"), ("--timeout", "0.001")])
+    @pytest.mark.parametrize("limit", [("--memory", "322M"), ("--timeout", "0.001")])
     @pytest.mark.parametrize("formula", [("--ltl", "G b <= 200"), ("--ctl", "AG EF (a + c >= 100)")])
     @uses("large")
     def test_limits_leave_it_unknown(

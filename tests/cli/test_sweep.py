@@ -222,7 +222,7 @@ def test_interrupted_then_killed_then_finished(run: Run, tmp_path: Path) -> None
 def test_memory_that_runs_out_is_said(cycle: Path, tmp_path: Path) -> None:
     output = tmp_path / "out.csv"
     many = ("--vary", "p.tokens=50000000", "--engine", "explicit")
-    result = run_apart("sweep", cycle, *many, "--memory", "257M", "-o", output)
+    result = run_apart("sweep", cycle, *many, "--memory", "321M", "-o", output)
     assert result.exit_code == 3
     (row,) = rows(output)
     assert (row["complete"], row["error"]) == ("false", "memory ran out")

@@ -98,7 +98,7 @@ class TestFind:
 
     @uses("ends")
     def test_memory_bounds_the_programs(self, net: Path) -> None:
-        result = run_apart("find", net, "--marking", "a >= 2", *TINA, "--memory", "257M")
+        result = run_apart("find", net, "--marking", "a >= 2", *TINA, "--memory", "321M")
         assert is_one_line_of_wrong_use(result, "or it had too little memory")
 
     @pytest.mark.parametrize(
