@@ -21,7 +21,7 @@ NO_LIMIT = 1 << 60
 OWN_MEMORY = 320 << 20
 """Bytes that Python, its libraries and the compiled engines take, before anything is searched.
 
-How much of the libraries is resident hangs on how the system cached their files: from 185 to 265 MiB were seen.
+How much of the libraries is resident hangs on how the system cached their files: 185 to 265 MiB were seen.
 """
 ENGINE_MEMORY, ENGINE_ADDRESSES = 96 << 20, 128 << 20
 """Bytes of it that the compiled engines take when they are loaded, and bytes that they map."""
