@@ -101,6 +101,8 @@ class Messages:
     def lost(self) -> list[tuple[Take, str]]:
         """Return which takes follow on messages that were sent, never came, and that no queue dropped."""
         found = []
+        # A message that a node, or the publisher, lost is missed by each of the subscribers.
+        used: Counter[tuple[str, str, str]] = Counter()
         for record in self._gaps:
             sender, number = _parts(record.message or "")
             taken = self._taken[record.channel, record.place, sender]
@@ -109,9 +111,10 @@ class Messages:
             missing = [each for each in self._before(taken, last) if each in sent and each not in taken]
             node = self._net.topics[record.channel].node_of.get(record.place, "")
             for at in (record.place, node, sender.rpartition("/")[2]):
-                used = min(len(missing), self._drops[record.channel, at])
-                self._drops[record.channel, at] -= used
-                missing = missing[used:]
+                each_once = record.channel, at, record.place
+                told = min(len(missing), self._drops[record.channel, at] - used[each_once])
+                used[each_once] += told
+                missing = missing[told:]
             if missing:
                 more = f" to {missing[-1]}" if len(missing) > 1 else ""
                 is_one = "is" if len(missing) == 1 else "are"

@@ -10,6 +10,7 @@ import pytest
 
 from dineros.analysis.conformance import Monitor, conform
 from dineros.metamodel import sym
+from dineros.metamodel.build import flow
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files import load
 from dineros.metamodel.records import Drop, Record, Take, read_trace, traces_of_runs
@@ -139,3 +140,35 @@ def test_parts_without_a_checkpoint_are_refused(tmp_path: Path) -> None:
     del traces["talker"][:2]
     with pytest.raises(DinerosError, match="begins with record 2"):
         conform(talker(), {node: partial(iter, trace) for node, trace in traces.items()})
+
+
+def test_what_the_dispatcher_loses_is_missed_by_every_subscriber_of_the_node(tmp_path: Path) -> None:
+    """One drop of the node explains one missing message at each of its places."""
+    pool, say, said = sym.Place(id="Pool", tokens=4), sym.Transition(id="Say"), sym.Place(id="Said")
+    speaker = sym.NodeNet(id="speaker", objects=[pool, say, said])
+    flow(pool, say, said)
+    listener = sym.NodeNet(id="listener")
+    chatter = sym.TopicChannel(id="Chatter", topic="/chatter")
+    chatter.publishers.append(sym.PublisherPort(place=said, limit=4))
+    for name in ("A", "B"):
+        heard, hear, noted = (
+            sym.Place(id=name),
+            sym.Transition(id=f"Hear{name}"),
+            sym.Place(id=f"Noted{name}"),
+        )
+        listener.objects.extend([heard, hear, noted])
+        flow(heard, hear, noted)
+        chatter.subscribers.append(sym.SubscriberPort(place=heard, limit=4))
+    chatter.dispatchers.append(sym.Dispatcher(node=listener, limit=1))
+    model = sym.SystemModel(id="model", pages=[speaker, listener], channels=[chatter])
+    dropped = 0
+    for seed in range(30):
+        folder = tmp_path / str(seed)
+        application = LocalApplication(split(model), seed=seed, recorder=partial(JournalRecorder, folder))
+        with application:
+            application.run(lambda _: False, 5.0)
+        traces = traces_in(folder)
+        dropped += sum(isinstance(record, Drop) for record in traces["listener"])
+        verdict = conform(model, {node: partial(iter, trace) for node, trace in traces.items()})
+        assert (verdict.status, verdict.violations) == ("conforms", [])
+    assert dropped
