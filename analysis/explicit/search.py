@@ -196,6 +196,8 @@ class Search:
             self._run()
         except KeyboardInterrupt:
             self.reason = "interrupted"
+        except MemoryError:  # the system gives less than was counted on; what was seen is kept
+            self.reason = "memory"
         finally:
             if self._pool is not None:
                 self._pool.shutdown(wait=True)

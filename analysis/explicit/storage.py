@@ -21,6 +21,8 @@ LEAST_FOR_HUGE_PAGES = 1 << 26
 #: Share of the address space left that markings may map; tables, threads, and a second store while markings
 #: are written anew, need the rest.
 MAPPED_SHARE = 0.4
+#: Bytes of the address space that a table leaves to threads and kernels that are loaded later.
+SPARE_ADDRESSES = 1 << 25
 
 #: Calls a function of a worker for every worker, side by side.
 Run = Callable[[Callable[[int], None]], None]
@@ -107,6 +109,9 @@ class Storage:
             slots *= 4 if slots < SMALL_TABLE else 2
         rows = (self._budget - 8 * slots) // self.row_bytes
         if slots == self.markings.table.size or rows <= needed + needed // 16:
+            return False
+        # Under a limit of the address space, a table that cannot be had leaves the one that there is.
+        if 8 * slots - self.table_bytes > mappable_memory() - SPARE_ADDRESSES:
             return False
         self._fill_anew(slots, controls, shape, run)
         return True

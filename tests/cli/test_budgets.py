@@ -109,9 +109,11 @@ def test_a_limit_of_the_address_space_is_respected(net: Path, engine: str) -> No
     assert (ended.exit_code, ended.stderr) == (0, ""), ended
 
 
+# What is left when the table should grow differs from machine to machine: one of several is too little for it.
+@pytest.mark.parametrize("most", [560, 640, 700])
 @uses("large")
-def test_a_limit_below_the_memory_allowed_ends_a_search(net: Path) -> None:
-    limits = {"RLIMIT_AS": 640 * MIB}
+def test_a_limit_below_the_memory_allowed_ends_a_search(net: Path, most: int) -> None:
+    limits = {"RLIMIT_AS": most * MIB}
     arguments = ("--set", "a.tokens=500", "--engine", "explicit", "--memory", "64G")
     ended = run_apart("statespace", net, *arguments, limits=limits)
     assert (ended.exit_code, ended.stderr) == (3, ""), ended
