@@ -8,6 +8,7 @@ installations can be measured side by side: ``--beside FOLDER``, a folder in whi
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import signal
 import subprocess
@@ -22,6 +23,7 @@ from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.files import save
+from dineros.runtime.ros.domains import claimed_domain
 
 LIMIT = 0.5
 SETTLING = 12.0
@@ -90,7 +92,7 @@ def kind(process: int) -> str:
 
 def measure(folders: Mapping[str, Path | None], duration: float) -> Mapping[tuple[str, str], float]:
     """Return the percentage of each kind of process, by installation and kind."""
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
         here = Path(folder)
         save(office(), here / "office.sym.xmi")
         runs: list[tuple[str, subprocess.Popen[bytes]]] = []
@@ -100,8 +102,9 @@ def measure(folders: Mapping[str, Path | None], duration: float) -> Mapping[tupl
                 if installation is not None:
                     environment["PYTHONPATH"] = str(installation)
                 records = here / f"{number}"
+                domain = stack.enter_context(claimed_domain())
                 for words in (
-                    ["run", "office.sym.xmi", "--trace", str(records / "ros"), "--domain", str(41 + number)],
+                    ["run", "office.sym.xmi", "--trace", str(records / "ros"), "--domain", str(domain)],
                     ["run", "office.sym.xmi", "--local", "--trace", str(records / "local")],
                     ["trace", str(records / "ros"), "--follow"],
                 ):

@@ -26,6 +26,7 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.clauses import set_clause
 from dineros.runtime.journal import JournalRecorder
 from dineros.runtime.net import Net
+from dineros.runtime.ros.domains import claimed_domain
 from dineros.runtime.ros.environment import ros_environment
 from dineros.runtime.ros.running import RosNode
 from dineros.transformations.split import split
@@ -222,9 +223,8 @@ def main() -> None:
     if options.echo is not None:
         echo(Path(options.echo) if options.echo else None)
         return
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, claimed_domain() as domain:
         journal = Path(folder) / "journal" if options.journal else None
-        domain = 1 + os.getpid() % 100
         os.environ.update(ros_environment(Path(folder), domain, "memory"))
         command = [sys.executable, __file__, "--echo", str(journal or "")]
         with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:

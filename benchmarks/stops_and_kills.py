@@ -270,7 +270,6 @@ def main() -> int:
         default=3,
         help="objects of each colour in a round; more than 3 can fill a queue",
     )
-    parser.add_argument("--domain", type=int, default=77, help="ROS domain")
     parser.add_argument("--longest", type=float, default=6.0, help="seconds between two stops, at most")
     parser.add_argument("--keep", type=Path, help="keep traces and logs in this folder")
     options = parser.parse_args()

@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -53,7 +54,7 @@ GENERATING = [
 ON_ROS = (
     "Six nodes and a simulated cell on ROS 2; a human walks in twice",
     f"run {WORKSPACE} --with 'python -m sorting_cell --visit 3 --visit 7' --until '{UNTIL}' --timeout 120 "
-    f"--trace {TRACES} --reach memory --domain 42",
+    f"--trace {TRACES} --reach memory",
 )
 IN_PROCESS = (
     "The same in one process, since this machine cannot build ROS interfaces",
@@ -69,7 +70,21 @@ AFTERWARDS = [
 
 
 def main() -> int:
-    """Run the commands; stop at the first that fails."""
+    """Run the commands in a ROS domain of their own; stop at the first that fails."""
+    from dineros.runtime.ros.domains import claimed_domain
+
+    with claimed_domain() as domain:
+        return run_all({**os.environ, "ROS_DOMAIN_ID": str(domain)})
+
+
+def run_all(environment: Mapping[str, str]) -> int:
+    """Run the commands; stop at the first that fails.
+
+    Parameters
+    ----------
+    environment
+        Variables of the processes.
+    """
     start = time.perf_counter()
     shutil.rmtree(ROOT / OUTPUT, ignore_errors=True)
     (ROOT / OUTPUT).mkdir(parents=True)
@@ -85,7 +100,7 @@ def main() -> int:
     for title, command in [*VERIFYING, *GENERATING, run, *AFTERWARDS]:
         print(f"\n== {title}\n$ dineros {command}", flush=True)
         arguments = [sys.executable, "-P", "-m", "dineros.cli.main", *shlex.split(command)]
-        status = subprocess.run(arguments, cwd=ROOT, check=False).returncode
+        status = subprocess.run(arguments, cwd=ROOT, check=False, env=environment).returncode
         if status:
             print(f"exit status {status}", file=sys.stderr)
             return status

@@ -76,8 +76,10 @@ def is_there(process: object) -> bool:
     return True
 
 
-def test_a_killed_node_goes_on_and_all_objects_are_sorted(workspace: Path, tmp_path: Path) -> None:
-    run = Run(workspace, tmp_path, 61)
+def test_a_killed_node_goes_on_and_all_objects_are_sorted(
+    workspace: Path, tmp_path: Path, ros_domain: int
+) -> None:
+    run = Run(workspace, tmp_path, ros_domain)
     trace = run.traces / "executor.jsonl"
     try:
         run.wait_for(lambda: trace.is_file() and "TPickSuccess" in trace.read_text(errors="replace"))

@@ -57,7 +57,9 @@ def test_what_handlers_need_is_declared() -> None:
         assert "sorting_cell" in [each.text for each in package.iterfind("exec_depend")]
 
 
-def test_colcon_builds_and_tests_it_as_its_readme_says(workspace: Path, tmp_path: Path) -> None:
+def test_colcon_builds_and_tests_it_as_its_readme_says(
+    workspace: Path, tmp_path: Path, ros_domain: int
+) -> None:
     installed = workspace / "install"
     for package in (*(path.name for path in PACKAGES), "sorting_interfaces"):
         share = installed / package / "share"
@@ -71,7 +73,7 @@ def test_colcon_builds_and_tests_it_as_its_readme_says(workspace: Path, tmp_path
     assert all(f"\n{line}\n" in guide for line in documented_commands())
     commands = [line for line in documented_commands() if line != "colcon build"]
     assert "colcon test && colcon test-result --verbose" in commands
-    variables = ros_environment(tmp_path, 60, "memory", {})
+    variables = ros_environment(tmp_path, ros_domain, "memory", {})
     done = in_fresh_shell(commands, workspace, **variables)
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.endswith("Summary: 29 tests, 0 errors, 0 failures, 0 skipped\n")

@@ -109,7 +109,7 @@ def test_a_limit_of_the_address_space_is_respected(net: Path, engine: str) -> No
     assert (ended.exit_code, ended.stderr) == (0, ""), ended
 
 
-# What is left when the table should grow differs from machine to machine: one of several is too little for it.
+# Where the growth of the table falls differs from machine to machine: one of several limits is too little.
 @pytest.mark.parametrize("most", [560, 640, 700])
 @uses("large")
 def test_a_limit_below_the_memory_allowed_ends_a_search(net: Path, most: int) -> None:

@@ -45,8 +45,8 @@ def run(folder: Path, handlers: str, options: list[str]) -> subprocess.Completed
         )
 
 
-def test_a_model_runs_as_one_process_per_node(tmp_path: Path) -> None:
-    options = ["--until", "Noted >= 3", "--trace", "traces", "--domain", "63", "--monitor"]
+def test_a_model_runs_as_one_process_per_node(tmp_path: Path, ros_domain: int) -> None:
+    options = ["--until", "Noted >= 3", "--trace", "traces", "--domain", str(ros_domain), "--monitor"]
     options += ["--stale-after", "Button=0.1:true"]  # nobody else presses it
     done = run(tmp_path, HANDLERS, options)
     assert (done.returncode, done.stderr) == (0, ""), done.stdout
@@ -74,12 +74,12 @@ Path("heard.json").write_text(heard[0].data)
 """
 
 
-def test_a_node_that_cannot_start_is_told_of_and_announced(tmp_path: Path) -> None:
+def test_a_node_that_cannot_start_is_told_of_and_announced(tmp_path: Path, ros_domain: int) -> None:
     """Three tries, its error in each line, the restarts counted; on ROS its state says that it is down."""
     (tmp_path / "listener.py").write_text(LISTENER, encoding="utf-8")
     broken = "def configure(net):\n    if net.id == 'talker':\n        import nowhere\n"
     options = ["--until", "Noted >= 3", "--with", f"python {tmp_path / 'listener.py'}"]
-    done = run(tmp_path, broken, [*options, "--domain", "64", "--trace", "traces"])
+    done = run(tmp_path, broken, [*options, "--domain", str(ros_domain), "--trace", "traces"])
     assert done.returncode == 2, done.stderr
     error = f"{tmp_path}/handlers.py:3: ModuleNotFoundError: No module named 'nowhere'"
     lines = done.stderr.splitlines()

@@ -40,7 +40,7 @@ def configure(net):
 """
 
 
-def test_answers_come_back_to_the_instance_that_asked(tmp_path: Path) -> None:
+def test_answers_come_back_to_the_instance_that_asked(tmp_path: Path, ros_domain: int) -> None:
     if missing_tools():
         if os.environ.get("CI"):
             pytest.fail(f"CI is set: {missing_tools()} must be there")
@@ -49,7 +49,17 @@ def test_answers_come_back_to_the_instance_that_asked(tmp_path: Path) -> None:
     (tmp_path / "handlers.py").write_text(HANDLERS, encoding="utf-8")
     until = "Gotann >= 2 & Gotbob >= 2 & Printed >= 4"
     command = [sys.executable, "-m", "dineros.cli.main", "run", "bakery.sym.xmi", "--until", until]
-    options = ["--trace", "traces", "--domain", "64", "--reach", "memory", "--timeout", "150", "--monitor"]
+    options = [
+        "--trace",
+        "traces",
+        "--domain",
+        str(ros_domain),
+        "--reach",
+        "memory",
+        "--timeout",
+        "150",
+        "--monitor",
+    ]
     CACHE.mkdir(parents=True, exist_ok=True)
     with (CACHE / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from dineros.generators.building import missing_tools
+from dineros.runtime.ros.domains import claimed_domain
 from tests.support.layouter import without_line
 from tests.support.markdown import blocks, commands, run_page
 from tests.support.system_packages import require_for
@@ -33,10 +34,14 @@ def on_ros() -> Iterator[None]:
             pytest.fail(f"CI is set: {missing_tools()} must be there")
         pytest.skip(f"without {', '.join(missing_tools())}")
     CACHE.mkdir(parents=True, exist_ok=True)
-    with (CACHE / "lock").open("w") as lock, pytest.MonkeyPatch.context() as patch:
+    with (
+        (CACHE / "lock").open("w") as lock,
+        claimed_domain() as domain,
+        pytest.MonkeyPatch.context() as patch,
+    ):
         fcntl.flock(lock, fcntl.LOCK_EX)
         patch.setenv("XDG_CACHE_HOME", str(CACHE))
-        patch.setenv("ROS_DOMAIN_ID", "66")
+        patch.setenv("ROS_DOMAIN_ID", str(domain))
         yield
 
 

@@ -19,6 +19,7 @@ import pytest
 from dineros.generators import Options, generate
 from dineros.generators.building import build_interfaces, environment, missing_tools
 from dineros.metamodel.files import save
+from dineros.runtime.ros.domains import claimed_domain
 from dineros.runtime.ros.environment import Reach, ros_environment
 from dineros.runtime.ros.memory import remove_abandoned
 from dineros.transformations.split import split
@@ -148,17 +149,6 @@ class Ros:
         return set().union(*(bound_addresses(process.popen.pid) for process in self.processes))
 
 
-def _domains() -> Iterator[int]:
-    """Domains of this test process: no two test processes of a machine share one."""
-    worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
-    first = 1 + worker % 3 * 20  # those from 61 on are used by other tests
-    while True:
-        yield from range(first, first + 20)
-
-
-_DOMAINS = _domains()
-
-
 @pytest.fixture
 def reach() -> Reach:
     """How far the test's processes talk; tests override it."""
@@ -171,15 +161,16 @@ def ros(workspace: Path, tmp_path: Path, reach: Reach) -> Iterator[Ros]:
     for part in split(post()):
         save(part, tmp_path / f"{part.node.id}.rtm.xmi")
     base = environment(workspace)
-    made = Ros(tmp_path, ros_environment(tmp_path / "ros", next(_DOMAINS), reach, base))
-    yield made
-    for process in made.processes:
-        if process.popen.poll() is None:
-            process.popen.send_signal(signal.SIGINT)
-    for process in made.processes:
-        try:
-            process.popen.wait(10)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.popen.pid, signal.SIGKILL)
-            process.popen.wait()
+    with claimed_domain() as domain:
+        made = Ros(tmp_path, ros_environment(tmp_path / "ros", domain, reach, base))
+        yield made
+        for process in made.processes:
+            if process.popen.poll() is None:
+                process.popen.send_signal(signal.SIGINT)
+        for process in made.processes:
+            try:
+                process.popen.wait(10)
+            except subprocess.TimeoutExpired:
+                os.killpg(process.popen.pid, signal.SIGKILL)
+                process.popen.wait()
     remove_abandoned()  # what those that were killed could not remove
