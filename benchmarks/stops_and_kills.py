@@ -1,10 +1,11 @@
-"""Stops and kills a running case study again and again, and looks whether a message was lost or came twice.
+"""Stops and kills a running application again and again, and looks whether a message was lost or came twice.
 
-``python benchmarks/stops_and_kills.py --stops 300`` runs the application on ROS 2, one process per node, with
-its simulated cell. At random moments it sends Ctrl-C, SIGTERM or SIGKILL to the supervisor, or SIGTERM or
-SIGKILL to a node, and goes on with ``--resume``. Whenever all objects are sorted, the traces are checked:
-every message was taken once, every call has its four steps once, every object is shown once, no queue dropped
-anything, and the run conforms to the model.
+``python benchmarks/stops_and_kills.py sorting --stops 300`` runs the case study's workspace on ROS 2, one
+process per node, with its simulated cell; ``fleet`` does so with the second application of the guide, whose
+world blocks robots on their way. At random moments it sends Ctrl-C, SIGTERM or SIGKILL to the supervisor, or
+SIGTERM or SIGKILL to a node, and goes on with ``--resume``. When all work is done, the traces are checked:
+every message was taken once, every call has its four steps once, every piece of work was done once, no queue
+dropped anything, and the run conforms to the model.
 """
 
 from __future__ import annotations
@@ -14,18 +15,20 @@ import contextlib
 import json
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
 from dineros.analysis.conformance import conform
+from dineros.generators import Options, generate
 from dineros.metamodel import sym
 from dineros.metamodel.files import load
 from dineros.metamodel.records import (
@@ -42,9 +45,9 @@ from dineros.metamodel.records import (
 )
 from dineros.metamodel.settings import apply
 from dineros.runtime.journal import rebuild_at
+from dineros.runtime.ros.domains import claimed_domain
 
-HOME = Path(__file__).resolve().parents[1] / "case_study"
-COLORS = ("Red", "Blue", "Green")
+ROOT = Path(__file__).resolve().parents[1]
 KINDS = ("SIGINT", "SIGTERM", "SIGKILL", "node SIGTERM", "node SIGKILL")
 PATIENCE = 60.0
 
@@ -53,56 +56,124 @@ class LostError(Exception):
     """Something is lost, came twice, or the run does not go on."""
 
 
-@dataclass
-class Round:
-    """One run of the application, up to its last object, over all its restarts.
+@dataclass(frozen=True)
+class Application:
+    """What is stopped and killed.
 
     Attributes
     ----------
+    model : Path
+        Its system model.
+    handlers : Path
+        Folder of its workspace, or of modules ``PACKAGE.py`` that become the handlers of a new one.
+    beside : str
+        Program that runs beside the nodes.
+    work : tuple of str
+        Places where pieces of work wait.
+    node, done : str
+        Node and place where the work is in the end.
+    """
+
+    model: Path
+    handlers: Path
+    beside: str
+    work: tuple[str, ...]
+    node: str
+    done: str
+
+    def workspace(self, folder: Path, settings: Sequence[str]) -> None:
+        """Generate the workspace around the handlers."""
+        if (self.handlers / "src").is_dir():
+            unwanted = shutil.ignore_patterns("build", "install", "log", "__pycache__")
+            shutil.copytree(self.handlers, folder, ignore=unwanted)
+        model = self.model_with(settings)
+        generate(model, folder, Options(source=self.model.name))
+        for path in self.handlers.glob("*.py"):
+            shutil.copy(path, folder / "src" / path.stem / path.stem / "handlers.py")
+
+    def model_with(self, settings: Sequence[str]) -> sym.SystemModel:
+        """Return the model with settings."""
+        model = load(self.model)
+        assert isinstance(model, sym.SystemModel)
+        for setting in settings:
+            apply(model, setting)
+        return model
+
+
+APPLICATIONS = {
+    "sorting": Application(
+        ROOT / "case_study/sorting.sym.xmi",
+        ROOT / "case_study/workspace",
+        "python -m sorting_cell --motion-time 0.1 --visit 3 --visit 7",
+        ("RedObjects", "BlueObjects", "GreenObjects"),
+        "feedback",
+        "Shown",
+    ),
+    "fleet": Application(
+        ROOT / "docs/examples/fleet/fleet.sym.xmi",
+        ROOT / "docs/examples/fleet/handlers",
+        f"python {ROOT / 'docs/examples/fleet/world.py'}",
+        ("Orders",),
+        "dispatcher",
+        "Closed",
+    ),
+}
+
+
+@dataclass
+class Round:
+    """One run of the application, up to its last piece of work, over all its restarts.
+
+    Attributes
+    ----------
+    application : Application
+        What runs.
     folder : Path
-        Takes traces and logs.
-    objects : int
-        Objects of each colour.
+        Takes the workspace, traces and logs.
+    pieces : int
+        Pieces of work at each place where they wait.
     domain : int
         ROS domain.
     command : sequence of str
         What starts DiNeROS.
     """
 
+    application: Application
     folder: Path
-    objects: int
+    pieces: int
     domain: int
     command: tuple[str, ...] = (sys.executable, "-P", "-m", "dineros.cli.main")
     process: subprocess.Popen[bytes] | None = None
     settings: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.settings = [f"{color}Objects.tokens={self.objects}" for color in COLORS]
+        self.settings = [f"{place}.tokens={self.pieces}" for place in self.application.work]
+        self.folder.mkdir(parents=True)
+        self.application.workspace(self.folder / "workspace", self.settings)
 
     @property
     def traces(self) -> Path:
         """Folder of the traces."""
         return self.folder / "traces"
 
+    @property
+    def expected(self) -> int:
+        """Pieces of work in all."""
+        return self.pieces * len(self.application.work)
+
     def start(self) -> None:
         """Start the application, or go on."""
-        sources = [str(path) for path in sorted((HOME / "workspace/src").glob("sorting_*"))]
-        known = os.environ.get("PYTHONPATH", "")
-        variables = {**os.environ, "PYTHONPATH": os.pathsep.join([*sources, *([known] if known else [])])}
         options = ["--trace", str(self.traces), "--reach", "memory", "--domain", str(self.domain)]
-        options += ["--until", f"Shown >= {3 * self.objects}", "--restarts", "1000"]
-        options += ["--with", "python -m sorting_cell --motion-time 0.1 --visit 3 --visit 7"]
-        options += [word for setting in self.settings for word in ("--set", setting)]
+        options += ["--until", f"{self.application.done} >= {self.expected}", "--restarts", "1000"]
+        options += ["--with", self.application.beside]
         if self.traces.is_dir() and node_traces(self.traces):
             options.append("--resume")
-        self.folder.mkdir(parents=True, exist_ok=True)
         with (self.folder / "run.log").open("ab") as log:
             self.process = subprocess.Popen(
-                [*self.command, "run", str(HOME / "sorting.sym.xmi"), *options],
+                [*self.command, "run", str(self.folder / "workspace"), *options],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
-                env=variables,
             )
 
     def nodes(self) -> dict[str, int]:
@@ -199,16 +270,13 @@ class Round:
                 twice = [key for key, number in (sent + came).items() if number > 2]
                 if missing or twice:
                     raise LostError(f"{kind.event} and {other.event}: missing {missing}, twice {twice}")
-        shown = rebuild_at(self.traces, "feedback").counts().get("Shown", 0)
-        if shown != 3 * self.objects:
-            raise LostError(f"{shown} objects are shown, not {3 * self.objects}")
-        model = load(HOME / "sorting.sym.xmi")
-        assert isinstance(model, sym.SystemModel)
-        for setting in self.settings:
-            apply(model, setting)
+        done = rebuild_at(self.traces, self.application.node).counts().get(self.application.done, 0)
+        if done != self.expected:
+            raise LostError(f"{done} pieces of work are done, not {self.expected}")
+        model = self.application.model_with(self.settings)
         verdict = conform(model, {node: partial(read_trace, paths) for node, paths in parts.items()})
-        if verdict.violations:
-            raise LostError(f"it does not conform: {verdict.violations[0].location}: {verdict.violations[0]}")
+        for deviation in (*verdict.violations, *verdict.unknown):
+            raise LostError(f"{verdict.status}: {deviation.location}: {deviation}")
         counted["steps"] = verdict.steps
         return counted
 
@@ -228,7 +296,13 @@ def _is_there(process: int) -> bool:
 
 
 def stress(
-    folder: Path, stops: int, seed: int, objects: int, domain: int, longest: float = 6.0
+    application: Application,
+    folder: Path,
+    stops: int,
+    seed: int,
+    pieces: int,
+    domain: int,
+    longest: float = 6.0,
 ) -> Iterator[dict[str, object]]:
     """Stop and kill so often, and yield what was done and what was counted."""
     draw = random.Random(seed)
@@ -236,7 +310,7 @@ def stress(
     done = 0
     while done < stops or number == 0:
         number += 1
-        round_ = Round(folder / f"round{number}", objects, domain)
+        round_ = Round(application, folder / f"round{number}", pieces, domain)
         round_.start()
         try:
             while done < stops:
@@ -262,13 +336,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    parser.add_argument("application", choices=sorted(APPLICATIONS))
     parser.add_argument("--stops", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
-        "--objects",
+        "--pieces",
         type=int,
         default=3,
-        help="objects of each colour in a round; more than 3 can fill a queue",
+        help="objects of each colour, or orders, in a round; more than 3 can fill a queue of sorting",
     )
     parser.add_argument("--longest", type=float, default=6.0, help="seconds between two stops, at most")
     parser.add_argument("--keep", type=Path, help="keep traces and logs in this folder")
@@ -277,10 +352,11 @@ def main() -> int:
         folder = options.keep or Path(
             stack.enter_context(tempfile.TemporaryDirectory(prefix="dineros-stops-"))
         )
+        domain = stack.enter_context(claimed_domain())
+        application = APPLICATIONS[options.application]
+        numbers = (options.stops, options.seed, options.pieces, domain, options.longest)
         try:
-            for line in stress(
-                folder, options.stops, options.seed, options.objects, options.domain, options.longest
-            ):
+            for line in stress(application, folder, *numbers):
                 print(json.dumps(line), flush=True)
         except LostError as error:
             print(error, file=sys.stderr)

@@ -38,7 +38,8 @@ def test_nothing_is_lost_when_it_is_stopped_and_killed(
     CACHE.mkdir(parents=True, exist_ok=True)
     with (CACHE / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        lines = list(stops.stress(tmp_path, stops=3, seed=2, objects=2, domain=ros_domain, longest=5.0))
+        application = stops.APPLICATIONS["sorting"]
+        lines = list(stops.stress(application, tmp_path, 3, seed=2, pieces=2, domain=ros_domain, longest=5.0))
     assert sum("stop" in line for line in lines) == 3
     assert sum(line.get("publish", 0) for line in lines) >= 12  # each object to a cell, each result back
 
