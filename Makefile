@@ -60,6 +60,11 @@ benchmark: install ## Run every benchmark
 	@for script in benchmarks/[!_]*.py; do \
 		name=benchmarks.$$(basename "$$script" .py); echo "== $$name"; $(python) -m "$$name"; done
 
+.PHONY: endurance
+endurance: install ## Stop, kill and flood running applications, for hours
+	@for application in sorting fleet; do $(python) -m benchmarks.endurance.stops_and_kills $$application || exit; done
+	@$(python) -m benchmarks.endurance.flood -o build/flood
+
 $(maintenance)/.installed: requirements/maintenance.txt
 	@$(python) -m venv --clear $(maintenance)
 	@$(maintenance)/bin/python -m pip --disable-pip-version-check --quiet install --require-hashes --no-deps -r $<

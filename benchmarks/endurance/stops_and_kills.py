@@ -1,7 +1,7 @@
 """Stops and kills a running application again and again, and looks whether a message was lost or came twice.
 
-``python benchmarks/stops_and_kills.py sorting --stops 300`` runs the case study's workspace on ROS 2, one
-process per node, with its simulated cell; ``fleet`` does so with the second application of the guide, whose
+``python -m benchmarks.endurance.stops_and_kills sorting --stops 300`` runs the case study's workspace on ROS 2,
+one process per node, with its simulated cell; ``fleet`` does so with the second application of the guide, whose
 world blocks robots on their way. At random moments it sends Ctrl-C, SIGTERM or SIGKILL to the supervisor, or
 SIGTERM or SIGKILL to a node, and goes on with ``--resume``. When all work is done, the traces are checked:
 every message was taken once, every call has its four steps once, every piece of work was done once, no queue
@@ -15,22 +15,19 @@ import contextlib
 import json
 import os
 import random
-import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
+from benchmarks.endurance.applications import APPLICATIONS, Application
 from dineros.analysis.conformance import conform
-from dineros.generators import Options, generate
-from dineros.metamodel import sym
-from dineros.metamodel.files import load
 from dineros.metamodel.records import (
     Drop,
     Publish,
@@ -43,81 +40,15 @@ from dineros.metamodel.records import (
     read_trace,
     traces_of_runs,
 )
-from dineros.metamodel.settings import apply
 from dineros.runtime.journal import rebuild_at
 from dineros.runtime.ros.domains import claimed_domain
 
-ROOT = Path(__file__).resolve().parents[1]
 KINDS = ("SIGINT", "SIGTERM", "SIGKILL", "node SIGTERM", "node SIGKILL")
 PATIENCE = 60.0
 
 
 class LostError(Exception):
     """Something is lost, came twice, or the run does not go on."""
-
-
-@dataclass(frozen=True)
-class Application:
-    """What is stopped and killed.
-
-    Attributes
-    ----------
-    model : Path
-        Its system model.
-    handlers : Path
-        Folder of its workspace, or of modules ``PACKAGE.py`` that become the handlers of a new one.
-    beside : str
-        Program that runs beside the nodes.
-    work : tuple of str
-        Places where pieces of work wait.
-    node, done : str
-        Node and place where the work is in the end.
-    """
-
-    model: Path
-    handlers: Path
-    beside: str
-    work: tuple[str, ...]
-    node: str
-    done: str
-
-    def workspace(self, folder: Path, settings: Sequence[str]) -> None:
-        """Generate the workspace around the handlers."""
-        if (self.handlers / "src").is_dir():
-            unwanted = shutil.ignore_patterns("build", "install", "log", "__pycache__")
-            shutil.copytree(self.handlers, folder, ignore=unwanted)
-        model = self.model_with(settings)
-        generate(model, folder, Options(source=self.model.name))
-        for path in self.handlers.glob("*.py"):
-            shutil.copy(path, folder / "src" / path.stem / path.stem / "handlers.py")
-
-    def model_with(self, settings: Sequence[str]) -> sym.SystemModel:
-        """Return the model with settings."""
-        model = load(self.model)
-        assert isinstance(model, sym.SystemModel)
-        for setting in settings:
-            apply(model, setting)
-        return model
-
-
-APPLICATIONS = {
-    "sorting": Application(
-        ROOT / "case_study/sorting.sym.xmi",
-        ROOT / "case_study/workspace",
-        "python -m sorting_cell --motion-time 0.1 --visit 3 --visit 7",
-        ("RedObjects", "BlueObjects", "GreenObjects"),
-        "feedback",
-        "Shown",
-    ),
-    "fleet": Application(
-        ROOT / "docs/examples/fleet/fleet.sym.xmi",
-        ROOT / "docs/examples/fleet/handlers",
-        f"python {ROOT / 'docs/examples/fleet/world.py'}",
-        ("Orders",),
-        "dispatcher",
-        "Closed",
-    ),
-}
 
 
 @dataclass

@@ -1,0 +1,79 @@
+"""The applications of this repository as benchmarks run them: whole workspaces, their worlds beside them."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from dineros.generators import Options, generate
+from dineros.metamodel import sym
+from dineros.metamodel.files import load
+from dineros.metamodel.settings import apply
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True)
+class Application:
+    """What is stopped and killed.
+
+    Attributes
+    ----------
+    model : Path
+        Its system model.
+    handlers : Path
+        Folder of its workspace, or of modules ``PACKAGE.py`` that become the handlers of a new one.
+    beside : str
+        Program that runs beside the nodes.
+    work : tuple of str
+        Places where pieces of work wait.
+    node, done : str
+        Node and place where the work is in the end.
+    """
+
+    model: Path
+    handlers: Path
+    beside: str
+    work: tuple[str, ...]
+    node: str
+    done: str
+
+    def workspace(self, folder: Path, settings: Sequence[str]) -> None:
+        """Generate the workspace around the handlers."""
+        if (self.handlers / "src").is_dir():
+            unwanted = shutil.ignore_patterns("build", "install", "log", "__pycache__")
+            shutil.copytree(self.handlers, folder, ignore=unwanted)
+        model = self.model_with(settings)
+        generate(model, folder, Options(source=self.model.name))
+        for path in self.handlers.glob("*.py"):
+            shutil.copy(path, folder / "src" / path.stem / path.stem / "handlers.py")
+
+    def model_with(self, settings: Sequence[str]) -> sym.SystemModel:
+        """Return the model with settings."""
+        model = load(self.model)
+        assert isinstance(model, sym.SystemModel)
+        for setting in settings:
+            apply(model, setting)
+        return model
+
+
+APPLICATIONS = {
+    "sorting": Application(
+        ROOT / "case_study/sorting.sym.xmi",
+        ROOT / "case_study/workspace",
+        "python -m sorting_cell --motion-time 0.1 --visit 3 --visit 7",
+        ("RedObjects", "BlueObjects", "GreenObjects"),
+        "feedback",
+        "Shown",
+    ),
+    "fleet": Application(
+        ROOT / "docs/examples/fleet/fleet.sym.xmi",
+        ROOT / "docs/examples/fleet/handlers",
+        f"python {ROOT / 'docs/examples/fleet/world.py'}",
+        ("Orders",),
+        "dispatcher",
+        "Closed",
+    ),
+}

@@ -1,0 +1,240 @@
+"""Memory, disk and file descriptors of the running case study under a flood of messages, over time.
+
+``python -m benchmarks.endurance.flood --hours 1 -o flood`` runs the workspace of the case study on ROS 2, one
+process per node, with a safety loop that asks the sensor as fast as the rate allows, while a human walks in and
+out without end. All is recorded. It writes ``flood.csv`` (a line every few seconds) and ``flood.svg``, and
+replays on the model what is kept of the traces. The three must stay flat, disk once the parts that are kept
+are full.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, suppress
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from benchmarks.endurance.applications import APPLICATIONS
+from dineros.analysis.conformance import conform
+from dineros.metamodel.records import read_trace, traces_of_runs
+from dineros.metamodel.records.files import parts_of
+from dineros.runtime.ros.domains import claimed_domain
+
+SORTING = APPLICATIONS["sorting"]
+#: The safety loop without a pace of its own.
+SETTINGS = ("TRetry.interval.earliest=0", "TSense.interval.earliest=0")
+PATIENCE = 300.0
+#: The end of a trace in which the number of the last request is looked for.
+TAIL_BYTES = 1 << 16
+
+
+class Sample(NamedTuple):
+    """What was used at a moment.
+
+    Attributes
+    ----------
+    seconds : float
+        Since the nodes are there.
+    messages : int
+        Requests and responses of the safety loop so far.
+    memory : float
+        Resident memory of all processes, MiB.
+    executor, supervisor : float
+        That of the node with the loop, and of the supervisor, MiB.
+    disk : float
+        All files of the run, MiB.
+    descriptors : int
+        Open files of all processes.
+    """
+
+    seconds: float
+    messages: int
+    memory: float
+    executor: float
+    supervisor: float
+    disk: float
+    descriptors: int
+
+
+class FloodError(Exception):
+    """The application does not run."""
+
+
+def flood(seconds: float, rate: float, every: float, folder: Path, domain: int) -> Iterator[Sample]:
+    """Run the flooded case study and yield what it uses.
+
+    Parameters
+    ----------
+    seconds : float
+        How long.
+    rate : float
+        Messages a second, about: the sensor is asked half as often, and answers.
+    every : float
+        Seconds between two samples.
+    folder : Path
+        Takes the workspace and the traces.
+    domain : int
+        ROS domain.
+
+    Raises
+    ------
+    FloodError
+        The application ended, or did not begin.
+    """
+    workspace, traces = folder / "workspace", folder / "traces"
+    SORTING.workspace(workspace, SETTINGS)
+    handlers = workspace / "src/sorting_executor/sorting_executor/handlers.py"
+    text = handlers.read_text(encoding="utf-8")
+    if "\nPAUSE = 0.2 " not in text:
+        raise FloodError(f"{handlers}: the pause of the safety loop is not where it was")
+    handlers.write_text(text.replace("\nPAUSE = 0.2 ", f"\nPAUSE = {2 / rate} "), encoding="utf-8")
+    command = [sys.executable, "-P", "-m", "dineros.cli.main", "run", str(workspace), "--trace", str(traces)]
+    command += ["--domain", str(domain), "--reach", "memory", "--restarts", "0"]
+    command += ["--with", f"python {Path(__file__).with_name('world.py').resolve()}"]
+    log = folder / "run.log"
+    with log.open("wb") as file:
+        run = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=file, stderr=file)
+    try:
+        _await_messages(run, traces, log)
+        started, first = time.monotonic(), _calls(traces)
+        while (now := time.monotonic() - started) < seconds:
+            time.sleep(min(every, seconds - now))
+            if run.poll() is not None:
+                raise FloodError(log.read_text(encoding="utf-8"))
+            messages = 2 * (_calls(traces) - first)
+            yield Sample(time.monotonic() - started, messages, *_measure(run.pid, traces))
+    finally:
+        run.send_signal(signal.SIGINT)
+        run.wait(PATIENCE)
+
+
+def _await_messages(run: subprocess.Popen[bytes], traces: Path, log: Path) -> None:
+    """Wait until the loop turns; interfaces may have to be built before."""
+    end = time.monotonic() + PATIENCE
+    while not _calls(traces):
+        if run.poll() is not None or time.monotonic() > end:
+            raise FloodError(log.read_text(encoding="utf-8"))
+        time.sleep(0.1)
+
+
+def _calls(traces: Path) -> int:
+    """Return how often the sensor was asked, by the number of the last request."""
+    for path in reversed(parts_of(traces, "executor")) if traces.is_dir() else ():
+        with path.open("rb") as file:
+            file.seek(max(0, path.stat().st_size - TAIL_BYTES))
+            lines = file.read().splitlines()
+        for line in reversed(lines):
+            with suppress(ValueError):
+                record = json.loads(line)
+                if record["event"] == "request":
+                    return int(record["message"].rpartition("/")[2])
+    return 0
+
+
+def _measure(supervisor: int, traces: Path) -> tuple[float, float, float, float, int]:
+    """Return memory of all, of the executor and of the supervisor, disk in MiB, and open files."""
+    processes = {supervisor: "supervisor"}
+    for line in (traces / "supervisor.log.jsonl").read_text("utf-8").splitlines():
+        event = json.loads(line)
+        if event["event"] == "started":
+            processes[event["process"]] = event["name"]
+    memory: Mapping[str, float] = {name: _resident(process) for process, name in processes.items()}
+    disk = 0
+    for path in traces.rglob("*"):
+        with suppress(FileNotFoundError):  # pruned meanwhile
+            disk += path.stat().st_size
+    descriptors = sum(len(list(Path(f"/proc/{process}/fd").iterdir())) for process in processes)
+    own = memory["executor"], memory["supervisor"]
+    return sum(memory.values()), *own, disk / 2**20, descriptors
+
+
+def _resident(process: int) -> float:
+    pages = int(Path(f"/proc/{process}/statm").read_text(encoding="ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+def draw(samples: list[Sample], path: Path) -> None:
+    """Draw memory, disk and descriptors over time, as SVG."""
+    width, height, left, gap = 640, 110, 70, 34
+    rows = [
+        ("resident memory of all processes / MiB", "memory"),
+        ("journals on disk / MiB", "disk"),
+        ("open files of all processes", "descriptors"),
+    ]
+    end = max(sample.seconds for sample in samples)
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {left + width + 20} '
+        f'{len(rows) * (height + gap) + 30}" font-family="sans-serif" font-size="12">',
+        '<rect width="100%" height="100%" fill="white"/>',
+    ]
+    for row, (title, name) in enumerate(rows):
+        top = 24 + row * (height + gap)
+        values = [float(getattr(sample, name)) for sample in samples]
+        most = max([*values, 1.0]) * 1.1
+        points = " ".join(
+            f"{left + width * sample.seconds / end:.1f},{top + height * (1 - value / most):.1f}"
+            for sample, value in zip(samples, values, strict=True)
+        )
+        parts += [
+            f'<text x="{left}" y="{top - 7}">{title}</text>',
+            f'<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="none" stroke="#999"/>',
+            f'<text x="{left - 6}" y="{top + 10}" text-anchor="end">{most:.0f}</text>',
+            f'<text x="{left - 6}" y="{top + height}" text-anchor="end">0</text>',
+            f'<polyline points="{points}" fill="none" stroke="#1f5fa8" stroke-width="1.5"/>',
+        ]
+    bottom = 24 + len(rows) * (height + gap) - gap + 16
+    parts += [
+        f'<text x="{left}" y="{bottom}">0</text>',
+        f'<text x="{left + width}" y="{bottom}" text-anchor="end">{end / 60:.0f} min</text>',
+        "</svg>",
+    ]
+    path.write_text("\n".join(parts) + "\n", encoding="utf-8")
+
+
+def main() -> int:
+    """Flood, measure, draw."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--hours", type=float, default=1.0)
+    parser.add_argument("--rate", type=float, default=200.0, help="messages a second, about")
+    parser.add_argument("--every", type=float, default=10.0, help="seconds between two samples")
+    parser.add_argument("-o", "--output", type=Path, default=Path("flood"), help="name without its suffix")
+    options = parser.parse_args()
+    samples: list[Sample] = []
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="dineros-flood-")))
+        table = stack.enter_context(
+            options.output.with_suffix(".csv").open("w", newline="", encoding="utf-8")
+        )
+        writer = csv.writer(table)
+        writer.writerow(Sample._fields)
+        domain = stack.enter_context(claimed_domain())
+        for sample in flood(3600 * options.hours, options.rate, options.every, folder, domain):
+            samples.append(sample)
+            writer.writerow([round(value, 2) for value in sample])
+            table.flush()
+        paths = traces_of_runs([folder / "traces"])
+        kept = {node: partial(read_trace, parts) for node, parts in paths.items()}
+        verdict = conform(SORTING.model_with(SETTINGS), kept)
+        print(f"conformance: {verdict.status}, {verdict.steps} steps replayed")
+    draw(samples, options.output.with_suffix(".svg"))
+    last, half = samples[-1], samples[len(samples) // 2]
+    print(f"{last.seconds:.0f} s, {last.messages} messages ({last.messages / last.seconds:.0f} a second)")
+    for name in Sample._fields[2:]:
+        print(f"{name}: {getattr(half, name):.1f} at half time, {getattr(last, name):.1f} at the end")
+    return 0 if verdict.status == "conforms" else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
