@@ -1,10 +1,10 @@
 """Memory, disk and file descriptors of the running case study under a flood of messages, over time.
 
-``python -m benchmarks.endurance.flood --hours 1 -o flood`` runs the workspace of the case study on ROS 2, one
-process per node, with a safety loop that asks the sensor as fast as the rate allows, while a human walks in and
-out without end. All is recorded. It writes ``flood.csv`` (a line every few seconds) and ``flood.svg``, and
-replays on the model what is kept of the traces. The three must stay flat, disk once the parts that are kept
-are full.
+``python -m benchmarks.endurance.flood --hours 1 -o flood`` runs the workspace of the case study on ROS 2,
+one process per node, with a safety loop that asks the sensor as fast as the rate allows, while a human
+walks in and out without end. All is recorded. It writes ``flood.csv`` (a line every few seconds) and
+``flood.svg``, and replays on the model what is kept of the traces. The three must stay flat, disk once the
+parts that are kept are full.
 """
 
 from __future__ import annotations

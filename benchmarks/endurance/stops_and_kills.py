@@ -1,11 +1,11 @@
 """Stops and kills a running application again and again, and looks whether a message was lost or came twice.
 
-``python -m benchmarks.endurance.stops_and_kills sorting --stops 300`` runs the case study's workspace on ROS 2,
-one process per node, with its simulated cell; ``fleet`` does so with the second application of the guide, whose
-world blocks robots on their way. At random moments it sends Ctrl-C, SIGTERM or SIGKILL to the supervisor, or
-SIGTERM or SIGKILL to a node, and goes on with ``--resume``. When all work is done, the traces are checked:
-every message was taken once, every call has its four steps once, every piece of work was done once, no queue
-dropped anything, and the run conforms to the model.
+``python -m benchmarks.endurance.stops_and_kills sorting --stops 300`` runs the case study's workspace on
+ROS 2, one process per node, with its simulated cell; ``fleet`` does so with the second application of the
+guide, whose world blocks robots on their way. At random moments it sends Ctrl-C, SIGTERM or SIGKILL to the
+supervisor, or SIGTERM or SIGKILL to a node, and goes on with ``--resume``. When all work is done, the
+traces are checked: every message was taken once, every call has its four steps once, every piece of work
+was done once, no queue dropped anything, and the run conforms to the model.
 """
 
 from __future__ import annotations
