@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from dineros.metamodel.errors import DinerosError
+from dineros.runtime.threads import join
 from dineros.runtime.transport import (
     ClientPort,
     Message,
@@ -187,9 +188,8 @@ class LocalNetwork:
         with self._changed:
             self._is_ending = True
             self._changed.notify()
-        if self._thread is not None:
-            self._thread.join()
-            self._thread = None
+        join(self._thread)
+        self._thread = None
 
     # What transports ask.
 

@@ -17,6 +17,7 @@ from dineros.runtime.net import Net
 from dineros.runtime.recording import Checkpoint, NullRecorder, Recorder
 from dineros.runtime.sources import Source
 from dineros.runtime.staleness import Expectation
+from dineros.runtime.threads import join
 from dineros.runtime.transport import (
     Answer,
     ClientPort,
@@ -337,8 +338,7 @@ class Node:
 
     def join(self, timeout: float | None = None) -> bool:
         """Wait until the thread has ended by itself, by a failure; return whether it has."""
-        if self._thread is not None:
-            self._thread.join(timeout)
+        join(self._thread, timeout)
         return not self.is_running
 
     def __enter__(self) -> Node:

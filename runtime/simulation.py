@@ -20,6 +20,7 @@ from dineros.runtime.net import Net
 from dineros.runtime.node import PATIENCE, SETTLING, Node
 from dineros.runtime.policies import Policy
 from dineros.runtime.recording import Checkpoint, Recorder
+from dineros.runtime.threads import join
 from dineros.runtime.timers import Timers
 
 Outcome = Literal["reached", "idle", "timeout"]
@@ -230,7 +231,7 @@ class LocalApplication:
             node.end()
         end = time.monotonic() + PATIENCE  # for all of them together
         for thread in self._threads:
-            thread.join(max(0.0, end - time.monotonic()))
+            join(thread, max(0.0, end - time.monotonic()))
         self._threads.clear()
         failures = []
         for node in self.nodes.values():

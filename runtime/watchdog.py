@@ -19,6 +19,8 @@ from threading import get_ident
 from time import monotonic
 from typing import NamedTuple, TypeVar
 
+from dineros.runtime.threads import join
+
 LOG = logging.getLogger("dineros.runtime")
 LIMIT = 10.0
 """Seconds after which a handler that blocks its node is named, where nobody says otherwise."""
@@ -158,7 +160,7 @@ class Watchdog:
         if thread is not None:
             self._closing.set()
             if thread is not threading.current_thread():
-                thread.join(timeout=_LONGEST_PERIOD)
+                join(thread, _LONGEST_PERIOD)
 
     def _start(self) -> None:
         self._closing = threading.Event()

@@ -7,6 +7,8 @@ import threading
 from collections.abc import Awaitable, Callable
 from typing import Any
 
+from dineros.runtime.threads import join
+
 PATIENCE = 1.0
 """Seconds that cancelled coroutines have for tidying up when the node ends."""
 
@@ -89,7 +91,7 @@ class Workers:
 
         asyncio.run_coroutine_threadsafe(end(), loop)
         if thread is not threading.current_thread():
-            thread.join(timeout=PATIENCE + 0.5)
+            join(thread, PATIENCE + 0.5)
 
     def _started(self) -> asyncio.AbstractEventLoop:
         if self._loop is None:

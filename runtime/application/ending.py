@@ -17,6 +17,8 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
+from dineros.runtime.threads import join
+
 SECONDS = 4.5
 """From the signal to the end by force."""
 
@@ -71,7 +73,7 @@ class Ending:
         signal.set_wakeup_fd(self._former_pipe)
         os.close(self._pipe[1])
         self._has_ended.set()
-        self._thread.join()
+        join(self._thread)
         os.close(self._pipe[0])
         if any(exception) and self._is_left_over():  # nobody will come to `leave`
             timer = threading.Timer(_LEFT_OVER, os._exit, (self._status,))

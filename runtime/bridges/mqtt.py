@@ -12,6 +12,7 @@ from dineros.runtime.bridges.security import LOG, Credentials, Tls, is_own_machi
 from dineros.runtime.bridges.values import SIZE_LIMIT, SignalValueError, read_signals, read_truth
 from dineros.runtime.net import Net
 from dineros.runtime.sources import Source
+from dineros.runtime.threads import join
 
 PACKET_LIMIT = SIZE_LIMIT + 65_535 + 1_024
 """Bytes of a packet (payload, topic, properties): the broker is asked to send none that is larger."""
@@ -154,7 +155,7 @@ class MqttSignals:
         self._ending.set()
         if self._thread is not None:
             self._client.disconnect()
-            self._thread.join(10)
+            join(self._thread, 10)
             self._thread = None
         if self._source is not None:
             self._net.remove_source(self._source)

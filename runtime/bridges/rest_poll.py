@@ -16,6 +16,7 @@ from dineros.runtime.bridges.values import SIZE_LIMIT, SignalValueError, read_tr
 from dineros.runtime.net import Net
 from dineros.runtime.signals import Signal
 from dineros.runtime.sources import Source
+from dineros.runtime.threads import join
 
 
 class RestPoll:
@@ -88,8 +89,7 @@ class RestPoll:
             loop, task = self._running
             with contextlib.suppress(RuntimeError):  # it has just ended
                 loop.call_soon_threadsafe(task.cancel)
-        if self._thread is not None:
-            self._thread.join(10)
+        join(self._thread, 10)
         for source in self._sources:
             self._net.remove_source(source)
 

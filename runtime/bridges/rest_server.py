@@ -27,6 +27,7 @@ from dineros.runtime.bridges.values import (
 )
 from dineros.runtime.net import Net
 from dineros.runtime.sources import Source
+from dineros.runtime.threads import join
 
 if TYPE_CHECKING:
     from starlette.applications import Starlette
@@ -292,7 +293,7 @@ class RestServer:
     def close(self) -> None:
         """Serve no more."""
         self._server.should_exit = True
-        self._thread.join(10)
+        join(self._thread, 10)
         self._net.remove_source(self._source)
 
     def __enter__(self) -> RestServer:

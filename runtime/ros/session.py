@@ -16,6 +16,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.ros_names import resource_name
 from dineros.runtime.ros.calm import Misfits, calm_executor
 from dineros.runtime.ros.memory import remove_abandoned
+from dineros.runtime.threads import join
 
 LOG = logging.getLogger("dineros.runtime")
 
@@ -152,8 +153,8 @@ class Session:
 
     def join(self, timeout: float | None = None) -> bool:
         """Wait until the thread has ended; return whether it has."""
-        if self._thread is not None and not self.is_own_thread:
-            self._thread.join(timeout)
+        if not self.is_own_thread:
+            join(self._thread, timeout)
         return self._thread is None or not self._thread.is_alive()
 
     def cut_off(self) -> None:
