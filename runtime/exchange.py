@@ -231,9 +231,7 @@ class Exchange:
             if instance.message is not None
         }
         checkpoint["responses"] = {
-            port.channel: {
-                id: _plain(data) for kept in server.responses.values() for id, data in kept.items()
-            }
+            port.channel: {kept.id: _plain(kept.data) for kept in server.responses.values()}
             for port, server in self._servers.items()
             if server.responses
         }

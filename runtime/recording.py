@@ -10,9 +10,6 @@ from dineros.metamodel.token_data import Value
 from dineros.runtime.kept import Json
 from dineros.runtime.transport import Ports
 
-KEPT_RESPONSES = 16
-"""Responses that a server keeps of each sender, for requests that come twice."""
-
 RecordedToken = list[object]
 """``[id, data]``; of a message, ``[number, data]``."""
 

@@ -11,10 +11,9 @@ import logging
 from collections import deque
 
 from dineros.metamodel.message_ids import Senders, parse_id
-from dineros.runtime.recording import KEPT_RESPONSES
 from dineros.runtime.timers import Timer
 from dineros.runtime.traffic import SendError, Traffic
-from dineros.runtime.transport import Answer, Check, ClientPort, Data, Message, ServerPort
+from dineros.runtime.transport import Answer, Check, ClientPort, Message, ServerPort
 
 LOG = logging.getLogger("dineros.runtime")
 RESEND_DELAY = 0.1
@@ -188,9 +187,9 @@ class Server:
         Its server instances.
     waiting : deque
         Requests that wait for an instance, the oldest first, each with where its response goes.
-    responses : dict of str to dict of str to Data
-        The last responses of each sender, by the request's id, the oldest first: for requests that come
-        again.
+    responses : dict of str to Message
+        The last response to each sender, for a request that comes again. A sender has one request under way,
+        so that its next one acknowledges the response to the one before.
     check : callable or None
         Raises for data that cannot be sent.
     """
@@ -200,7 +199,7 @@ class Server:
         self.port = port
         self.instances: list[Instance] = []
         self.waiting: deque[tuple[Message, list[Answer]]] = deque()
-        self.responses: dict[str, dict[str, Data]] = {}
+        self.responses: dict[str, Message] = {}
         self._served = Senders()
         self.check: Check | None = None
 
@@ -215,9 +214,9 @@ class Server:
                 known[0].append(answer)
                 del known[0][1:-KEPT_ANSWERS]
                 return
-            kept = self.responses.get(_sender(message.id), {})
-            if message.id in kept:
-                _answer(answer, Message(message.id, kept[message.id]))
+            kept = self.responses.get(_sender(message.id))
+            if kept is not None and kept.id == message.id:
+                _answer(answer, kept)
                 return
             number = parse_id(message.id)
             if number is not None and self._served.had(*number):
@@ -287,13 +286,10 @@ class Server:
         self._serve()
 
     def keep(self, response: Message) -> None:
-        """Keep a response for a request that comes again; the last ones of the senders heard last."""
+        """Keep a response for a request that comes again; the last one of each of the senders heard last."""
         sender = _sender(response.id)
-        kept = self.responses.pop(sender, {})
-        kept[response.id] = response.data
-        if len(kept) > KEPT_RESPONSES:
-            del kept[next(iter(kept))]
-        self.responses[sender] = kept
+        self.responses.pop(sender, None)
+        self.responses[sender] = response
         if len(self.responses) > KEPT_SENDERS:
             del self.responses[next(iter(self.responses))]
         number = parse_id(response.id)

@@ -213,7 +213,7 @@ class JournalState:
         kept = self._responses.setdefault(record.channel, {})
         kept[message] = data
         sender = message.rpartition("/")[0]
-        for earlier in [id for id in kept if id.rpartition("/")[0] == sender][: -recording.KEPT_RESPONSES]:
+        for earlier in [id for id in kept if id != message and id.rpartition("/")[0] == sender]:
             del kept[earlier]
 
     def _drop(self, record: Drop) -> None:
