@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import csv
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -48,7 +47,7 @@ class Sample(NamedTuple):
     messages : int
         Requests and responses of the safety loop so far.
     memory : float
-        Resident memory of all processes, MiB.
+        Anonymous memory of all processes, MiB: pages of files come and go as others on the machine need room.
     executor, supervisor : float
         That of the node with the loop, and of the supervisor, MiB.
     disk : float
@@ -148,7 +147,7 @@ def _measure(supervisor: int, traces: Path) -> tuple[float, float, float, float,
         event = json.loads(line)
         if event["event"] == "started":
             processes[event["process"]] = event["name"]
-    memory: Mapping[str, float] = {name: _resident(process) for process, name in processes.items()}
+    memory: Mapping[str, float] = {name: _anonymous(process) for process, name in processes.items()}
     disk = 0
     for path in traces.rglob("*"):
         with suppress(FileNotFoundError):  # pruned meanwhile
@@ -158,16 +157,16 @@ def _measure(supervisor: int, traces: Path) -> tuple[float, float, float, float,
     return sum(memory.values()), *own, disk / 2**20, descriptors
 
 
-def _resident(process: int) -> float:
-    pages = int(Path(f"/proc/{process}/statm").read_text(encoding="ascii").split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
+def _anonymous(process: int) -> float:
+    status = Path(f"/proc/{process}/status").read_text(encoding="ascii")
+    return int(status.partition("RssAnon:")[2].split()[0]) / 1024
 
 
 def draw(samples: list[Sample], path: Path) -> None:
     """Draw memory, disk and descriptors over time, as SVG."""
     width, height, left, gap = 640, 110, 70, 34
     rows = [
-        ("resident memory of all processes / MiB", "memory"),
+        ("memory of all processes / MiB", "memory"),
         ("journals on disk / MiB", "disk"),
         ("open files of all processes", "descriptors"),
     ]
