@@ -40,6 +40,10 @@ class Application:
     node: str
     done: str
 
+    def settings(self, pieces: int) -> list[str]:
+        """Return the settings of the model for so many pieces of work at each place where they wait."""
+        return [f"{place}.tokens={pieces}" for place in self.work]
+
     def workspace(self, folder: Path, settings: Sequence[str]) -> None:
         """Generate the workspace around the handlers."""
         if (self.handlers / "src").is_dir():

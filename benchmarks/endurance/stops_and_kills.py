@@ -22,7 +22,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -60,7 +60,7 @@ class Round:
     application : Application
         What runs.
     folder : Path
-        Takes the workspace, traces and logs.
+        Takes traces and logs; beside it stands the workspace.
     pieces : int
         Pieces of work at each place where they wait.
     domain : int
@@ -75,12 +75,14 @@ class Round:
     domain: int
     command: tuple[str, ...] = (sys.executable, "-P", "-m", "dineros.cli.main")
     process: subprocess.Popen[bytes] | None = None
-    settings: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.settings = [f"{place}.tokens={self.pieces}" for place in self.application.work]
         self.folder.mkdir(parents=True)
-        self.application.workspace(self.folder / "workspace", self.settings)
+
+    @property
+    def workspace(self) -> Path:
+        """Folder of the workspace, whose interfaces are built once for all rounds."""
+        return self.folder.with_name("workspace")
 
     @property
     def traces(self) -> Path:
@@ -101,7 +103,7 @@ class Round:
             options.append("--resume")
         with (self.folder / "run.log").open("ab") as log:
             self.process = subprocess.Popen(
-                [*self.command, "run", str(self.folder / "workspace"), *options],
+                [*self.command, "run", str(self.workspace), *options],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
@@ -204,7 +206,7 @@ class Round:
         done = rebuild_at(self.traces, self.application.node).counts().get(self.application.done, 0)
         if done != self.expected:
             raise LostError(f"{done} pieces of work are done, not {self.expected}")
-        model = self.application.model_with(self.settings)
+        model = self.application.model_with(self.application.settings(self.pieces))
         verdict = conform(model, {node: partial(read_trace, paths) for node, paths in parts.items()})
         for deviation in (*verdict.violations, *verdict.unknown):
             raise LostError(f"{verdict.status}: {deviation.location}: {deviation}")
@@ -237,6 +239,7 @@ def stress(
 ) -> Iterator[dict[str, object]]:
     """Stop and kill so often, and yield what was done and what was counted."""
     draw = random.Random(seed)
+    application.workspace(folder / "workspace", application.settings(pieces))
     number = 0
     done = 0
     while done < stops or number == 0:
