@@ -22,7 +22,7 @@ from dineros.analysis.unused import unused_parts
 from dineros.analysis.wording import queue_words
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.transformations.traces import Link
+from dineros.transformations.flattening.traces import Link
 
 CHEAP = 1_500_000
 """Cache misses of saturation, about half a second, that liveness and the like may cost by default."""

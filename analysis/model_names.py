@@ -9,7 +9,7 @@ from dineros.analysis.compiled import CompiledNet
 from dineros.analysis.logic.errors import FormulaError
 from dineros.metamodel import pn, sym
 from dineros.metamodel.errors import near_matches
-from dineros.transformations.traces import Link
+from dineros.transformations.flattening.traces import Link
 
 V = TypeVar("V")
 

@@ -29,7 +29,7 @@ from dineros.metamodel.records import (
     Transfer,
 )
 from dineros.metamodel.records.schema import Step
-from dineros.transformations.traces import Link
+from dineros.transformations.flattening.traces import Link
 
 E = TypeVar("E", bound=EObject)
 

@@ -12,9 +12,10 @@ from dineros.analysis.nets import compile_net
 from dineros.analysis.satisfiability import unsatisfiable_clauses
 from dineros.analysis.wording import words
 from dineros.metamodel import pn, sym
-from dineros.transformations.copying import deep_copy
-from dineros.transformations.flatten import Flattened, OverflowVariant, SignalVariant, flatten
-from dineros.transformations.traces import Link
+from dineros.transformations.flattening.flatten import Flattened, flatten
+from dineros.transformations.flattening.traces import Link
+from dineros.transformations.language.copying import deep_copy
+from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from dineros.analysis.subject import Subject
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import node_net_of, node_nets, transitions
-from dineros.transformations.traces import Link
+from dineros.transformations.flattening.traces import Link
 
 
 def unused_parts(subject: Subject, dead: Collection[int]) -> list[Finding]:

@@ -8,7 +8,7 @@ from typing import TypeVar
 from dineros.metamodel import sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import server_pages, serving
-from dineros.transformations.traces import Link
+from dineros.transformations.flattening.traces import Link
 
 E = TypeVar("E", bound=EObject)
 PUBLISHER_QUEUES = ("T2", "T2History", "T2Instance")

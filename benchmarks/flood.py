@@ -28,7 +28,7 @@ from dineros.metamodel.records import read_trace, traces_of_runs
 from dineros.metamodel.settings import apply
 from dineros.runtime.journal import JournalRecorder
 from dineros.runtime.simulation import LocalApplication
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 
 MODEL = Path(__file__).resolve().parents[1] / "case_study" / "sorting.sym.xmi"
 COLORS = ("Red", "Blue", "Green")

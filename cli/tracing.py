@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from dineros.analysis.findings import Witness
     from dineros.metamodel import pn
     from dineros.metamodel.records import Header
-    from dineros.transformations.traces import Trace
+    from dineros.transformations.flattening.traces import Trace
     from dineros.views.traces.building import Queue, TraceBuilder
 
 
@@ -50,7 +50,7 @@ def model_of(
 def loads_of(model: pn.Net | None, header: Header) -> dict[str, Queue]:
     """Return the queue of each load place of a witness's net, found by how the rules made it."""
     from dineros.metamodel import sym
-    from dineros.transformations.flatten import flatten
+    from dineros.transformations.flattening.flatten import flatten
 
     if header.kind != "witness" or header.signals is None or not isinstance(model, sym.SystemModel):
         return {}

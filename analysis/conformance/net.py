@@ -13,7 +13,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import node_net_of, node_nets
 from dineros.metamodel.records import Drop, Fire, Publish, Reply, Request, Response, Serve, Signal, Take
 from dineros.metamodel.records.schema import ServiceStep, Step
-from dineros.transformations.traces import Link
+from dineros.transformations.flattening.traces import Link
 
 Key = tuple[object, ...]
 

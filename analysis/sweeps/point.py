@@ -164,7 +164,7 @@ def _load_engine(engine: str) -> None:
     from dineros.analysis.statespace import state_space
     from dineros.metamodel import constraints, settings  # noqa: F401
     from dineros.metamodel.files import xmi  # noqa: F401
-    from dineros.transformations import flatten  # noqa: F401
+    from dineros.transformations.flattening import flatten  # noqa: F401
 
     net = CompiledNet.build({"a": 1, "b": 0}, [("t", {"a": 1}, {"b": 1}), ("u", {"b": 1}, {"a": 1})])
     state_space(net, engine)  # type: ignore[arg-type]

@@ -111,7 +111,7 @@ def application_of(
         parts = tuple(_workspace_models(path))
         return Application(path, None, parts, None, (), _expected(parts, stale_after))
     from dineros.cli.models import load_system, refuse_invalid
-    from dineros.transformations.split import split
+    from dineros.transformations.flattening.split import split
 
     system = load_system(path, settings)
     refuse_invalid(system, path)

@@ -18,7 +18,7 @@ from dineros.analysis.symbolic import symbolic_state_space
 from dineros.metamodel import sym
 from dineros.metamodel.elements import find
 from dineros.metamodel.settings import apply
-from dineros.transformations.flatten import SignalVariant
+from dineros.transformations.rules.catalogue import SignalVariant
 
 MEMORY = 1 << 30
 TABLE: dict[tuple[int, int, int], dict[SignalVariant, int]] = {

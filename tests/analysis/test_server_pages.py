@@ -11,8 +11,8 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.calls import CallCircleError, instance_counts
 from dineros.metamodel.elements import find
 from dineros.metamodel.settings import apply
-from dineros.transformations.flatten import flatten
-from dineros.transformations.split import split
+from dineros.transformations.flattening.flatten import flatten
+from dineros.transformations.flattening.split import split
 from tests.support.bakery import bakery
 
 

@@ -21,7 +21,7 @@ from dineros.metamodel.records import (
     Transfer,
 )
 from dineros.metamodel.records.schema import ChannelStep, Step
-from dineros.transformations.flatten import flatten
+from dineros.transformations.flattening.flatten import flatten
 
 _Positions = tuple[int, ...]
 _Marking = tuple[int, ...]

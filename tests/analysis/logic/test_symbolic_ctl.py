@@ -20,7 +20,7 @@ from dineros.analysis.logic.verdict import replayed
 from dineros.analysis.subject import subject_of
 from dineros.analysis.symbolic import symbolic_state_space
 from dineros.metamodel.settings import apply
-from dineros.transformations.flatten import SignalVariant
+from dineros.transformations.rules.catalogue import SignalVariant
 from tests.analysis import classic_nets as classic
 from tests.analysis.logic.generated import atoms_of, random_ctl, random_net
 
