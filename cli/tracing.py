@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from dineros.cli.console import note, warn
 
 if TYPE_CHECKING:
-    from dineros.analysis.findings import Witness
+    from dineros.analysis.witnesses.findings import Witness
     from dineros.metamodel import pn
     from dineros.metamodel.records import Header
     from dineros.transformations.flattening.traces import Trace
@@ -86,7 +86,7 @@ def witness_builder(
     witness: Witness, source: str, asked: str | None = None, verdict: str | None = None
 ) -> TraceBuilder:
     """Return the picture of a witness that was just found."""
-    from dineros.analysis.witness_records import witness_records
+    from dineros.analysis.witnesses.records import witness_records
     from dineros.views.traces.building import TraceBuilder
     from dineros.views.traces.facts import facts_of
 
