@@ -20,9 +20,9 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.elements import elements
-from dineros.transformations import flatten as flattening
-from dineros.transformations.engine import Engine
-from dineros.transformations.matcher import Matcher
+from dineros.transformations.flattening import flatten as flattening
+from dineros.transformations.language.engine import Engine
+from dineros.transformations.language.matcher import Matcher
 
 P = ParamSpec("P")
 LIMIT = 30.0

@@ -24,9 +24,9 @@ import time
 from typing import Any
 
 from benchmarks.state_spaces import NETS, SMALL, count, machine, warm_up
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.levels import encode
-from dineros.analysis.memory import peak_memory
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.memory import peak_memory
+from dineros.analysis.symbolic.levels import encode
 
 ROWS = [*SMALL, "philosophers-20", "fms-10", "case-study-none-1", "case-study-input-1"]
 OURS = ("symbolic", "explicit-1", "explicit-2")

@@ -10,7 +10,7 @@ import inspect
 import sys
 import time
 
-from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.reductions import Property, ReductionError, reduce
 from tests.analysis.reference_case_study import SIGNAL_VARIANTS, reference_case_study
 

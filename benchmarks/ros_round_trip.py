@@ -29,7 +29,7 @@ from dineros.runtime.net import Net
 from dineros.runtime.ros.domains import claimed_domain
 from dineros.runtime.ros.environment import ros_environment
 from dineros.runtime.ros.running import RosNode
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 
 LIMIT = 60e-6
 BLOCKS = 20

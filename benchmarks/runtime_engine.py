@@ -27,7 +27,7 @@ from dineros.runtime import Net, Node
 from dineros.runtime.engine import Engine
 from dineros.runtime.recording import Recorder
 from dineros.runtime.transport import ClientPort, Message, Ports, PublisherPort, Receiver
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 
 MODEL = Path(__file__).resolve().parent.parent / "case_study/sorting.sym.xmi"
 

@@ -25,8 +25,8 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.memory import peak_memory
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.memory import peak_memory
 from tests.analysis import classic_nets as classic
 from tests.analysis.reference_case_study import SIGNAL_VARIANTS, reference_case_study
 
@@ -88,7 +88,7 @@ def count(net: CompiledNet, engine: str) -> tuple[int | None, int | None, int | 
     """Markings, arcs, deadlocks and whether these are all."""
     if engine in ("symbolic", "reduced"):
         from dineros.analysis.reductions import reduce
-        from dineros.analysis.symbolic import symbolic_state_space
+        from dineros.analysis.symbolic.engine import symbolic_state_space
 
         factor = 1
         if engine == "reduced":

@@ -17,9 +17,9 @@ from dineros.cli.models import load, refuse_invalid
 from dineros.cli.options import invocation, json_option, settings_option, trace_option
 
 if TYPE_CHECKING:
-    from dineros.analysis.findings import Witness
-    from dineros.analysis.first_cause import Cause
-    from dineros.analysis.subject import Subject
+    from dineros.analysis.model.subject import Subject
+    from dineros.analysis.witnesses.findings import Witness
+    from dineros.analysis.witnesses.first_cause import Cause
     from dineros.metamodel import pn
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -52,7 +52,7 @@ class Memory(click.ParamType[int]):
             amount = int(float(text[:-1] if factor > 1 else text) * factor)
         except (ValueError, OverflowError):
             self.fail(f"{value!r} is no amount of memory, such as 4G", param, ctx)
-        from dineros.analysis.memory import LEAST_FOR_SEARCH, OWN_MEMORY
+        from dineros.analysis.nets.memory import LEAST_FOR_SEARCH, OWN_MEMORY
 
         if amount < OWN_MEMORY + LEAST_FOR_SEARCH:
             least = f"give {(OWN_MEMORY + LEAST_FOR_SEARCH) >> 20}M or more"
@@ -97,7 +97,7 @@ def memory_option(function: F) -> F:
 
 def _keep_within(context: click.Context, _: click.Parameter, given: int | None) -> int | None:
     """Watch over the memory of the process until the command ends; also over what no engine counts."""
-    from dineros.analysis.memory import (
+    from dineros.analysis.nets.memory import (
         OWN_ADDRESSES,
         free_memory,
         mappable_memory,
@@ -145,7 +145,7 @@ def memory_budget(given: int | None) -> int:
     MemoryBudgetError
         The model has taken it all.
     """
-    from dineros.analysis.memory import (
+    from dineros.analysis.nets.memory import (
         DEFAULT_SHARE,
         ENGINE_ADDRESSES,
         ENGINE_MEMORY,
@@ -169,7 +169,7 @@ def memory_budget(given: int | None) -> int:
 
 def load_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> Subject:
     """Read a model, refuse an invalid one, flatten it where it is a system model, and compile it."""
-    from dineros.analysis.subject import subject_of
+    from dineros.analysis.model.subject import subject_of
     from dineros.metamodel.errors import DinerosError, Location
 
     model = load_valid(path, settings)
@@ -196,7 +196,7 @@ def reading_formula(option: str) -> Iterator[None]:
     DinerosError
         The formula cannot be read, or names something unknown.
     """
-    from dineros.analysis.logic.errors import FormulaError
+    from dineros.analysis.logic.language.errors import FormulaError
     from dineros.metamodel.errors import DinerosError
 
     try:
@@ -296,7 +296,7 @@ def write_witness(
     cause: Cause | None = None,
 ) -> None:
     """Write a witness as a trace (`docs/records.md`), as a whole or not at all."""
-    from dineros.analysis.witness_records import witness_records
+    from dineros.analysis.witnesses.records import witness_records
     from dineros.metamodel.records import write_records
 
     records = witness_records(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from dineros.analysis.order_cache import OrderCache
+    from dineros.analysis.symbolic.order_cache import OrderCache
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -28,6 +28,6 @@ def orders_beside(model: Path, no_cache: bool) -> OrderCache | None:
     """Return the orders kept beside a model."""
     if no_cache:
         return None
-    from dineros.analysis.order_cache import OrderCache
+    from dineros.analysis.symbolic.order_cache import OrderCache
 
     return OrderCache(model)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from dineros.cli.console import working
 
 if TYPE_CHECKING:
-    from dineros.analysis.findings import Finding, Report
+    from dineros.analysis.witnesses.findings import Finding, Report
     from dineros.metamodel import pn
     from dineros.views.reports.check_report import FindingEntry
 
@@ -56,7 +56,7 @@ def _entry(finding: Finding, source: str) -> FindingEntry:
 
 def _spaces(net: pn.Net, memory: int | None) -> list[dict[str, Any]]:
     """Count the state space of each signal variant, each in a process of its own."""
-    from dineros.analysis.memory import OWN_MEMORY
+    from dineros.analysis.nets.memory import OWN_MEMORY
     from dineros.analysis.sweeps import Grid, sweep
     from dineros.cli.analysing import SIGNALS
     from dineros.metamodel import sym

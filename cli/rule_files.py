@@ -9,7 +9,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from dineros.transformations.rule import Rule
+    from dineros.transformations.language.rule import Rule
 
 
 def load_rules(path: Path) -> list[type[Rule]]:
@@ -23,7 +23,7 @@ def load_rules(path: Path) -> list[type[Rule]]:
         The file cannot be read or run, or does not list rules; with the line in the file.
     """
     from dineros.metamodel.errors import DinerosError, Location
-    from dineros.transformations.rule import Rule
+    from dineros.transformations.language.rule import Rule
 
     module = _run(path)
     rules = getattr(module, "RULES", None)

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from dineros.cli.console import note, warn
 
 if TYPE_CHECKING:
-    from dineros.analysis.findings import Witness
+    from dineros.analysis.witnesses.findings import Witness
     from dineros.metamodel import pn
     from dineros.metamodel.records import Header
-    from dineros.transformations.traces import Trace
+    from dineros.transformations.flattening.traces import Trace
     from dineros.views.traces.building import Queue, TraceBuilder
 
 
@@ -50,7 +50,7 @@ def model_of(
 def loads_of(model: pn.Net | None, header: Header) -> dict[str, Queue]:
     """Return the queue of each load place of a witness's net, found by how the rules made it."""
     from dineros.metamodel import sym
-    from dineros.transformations.flatten import flatten
+    from dineros.transformations.flattening.flatten import flatten
 
     if header.kind != "witness" or header.signals is None or not isinstance(model, sym.SystemModel):
         return {}
@@ -86,7 +86,7 @@ def witness_builder(
     witness: Witness, source: str, asked: str | None = None, verdict: str | None = None
 ) -> TraceBuilder:
     """Return the picture of a witness that was just found."""
-    from dineros.analysis.witness_records import witness_records
+    from dineros.analysis.witnesses.records import witness_records
     from dineros.views.traces.building import TraceBuilder
     from dineros.views.traces.facts import facts_of
 

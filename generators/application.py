@@ -24,7 +24,7 @@ from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.elements import arcs, label, node_net_of, places, resolve, transitions
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.metamodel.ros_names import resource_name, resource_names, snake_case
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.logic.conditions import Condition
-from dineros.analysis.subject import Subject
+from dineros.analysis.logic.language.conditions import Condition
+from dineros.analysis.model.subject import Subject
+from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel import sym
 from dineros.metamodel.elements import node_nets
 

@@ -6,14 +6,14 @@ from collections import defaultdict
 from dataclasses import dataclass
 from functools import cached_property
 
-from dineros.analysis.step_roles import StepRole, step_roles
-from dineros.analysis.subject import Subject, subject_of
-from dineros.analysis.wording import queue_words
+from dineros.analysis.model.step_roles import StepRole, step_roles
+from dineros.analysis.model.subject import Subject, subject_of
+from dineros.analysis.model.wording import queue_words
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import node_net_of, node_nets
 from dineros.metamodel.records import Drop, Fire, Publish, Reply, Request, Response, Serve, Signal, Take
 from dineros.metamodel.records.schema import ServiceStep, Step
-from dineros.transformations.traces import Link
+from dineros.transformations.flattening.traces import Link
 
 Key = tuple[object, ...]
 

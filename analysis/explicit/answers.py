@@ -9,7 +9,7 @@ from typing import Literal, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.coverability import Pumping
+from dineros.analysis.nets.coverability import Pumping
 
 #: Called about twice a second with markings, markings a second and bytes; may raise KeyboardInterrupt to
 #: stop.

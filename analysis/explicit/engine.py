@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.compiled import CompiledNet
 from dineros.analysis.explicit.answers import Answer, ExplicitStateSpace, Found, Options, Unknown, Unreachable
 from dineros.analysis.explicit.goals import Goal
-from dineros.analysis.memory import DEFAULT_SHARE, free_memory
-from dineros.analysis.witness import WitnessError, replay
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.memory import DEFAULT_SHARE, free_memory
+from dineros.analysis.nets.witness import WitnessError, replay
 
 if TYPE_CHECKING:
     from dineros.analysis.explicit.search import Search

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.explicit.kernels import survey
+from dineros.analysis.explicit.kernels.markings import survey
 from dineros.analysis.explicit.layout import Layout
 from dineros.analysis.explicit.tables import SET_BITS, Int64Array, NetTables
 

@@ -9,10 +9,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.coverability import Coverability, OmegaMarking
 from dineros.analysis.explicit.layout import Layout
 from dineros.analysis.explicit.tables import Goals
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.coverability import Coverability, OmegaMarking
 
 Relation = Literal["<", "<=", "=", "!=", ">=", ">"]
 

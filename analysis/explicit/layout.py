@@ -21,9 +21,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.bounds import place_bounds
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.structure import PlaceInvariant, place_invariants, semiflows
+from dineros.analysis.nets.bounds import place_bounds
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.structure import PlaceInvariant, place_invariants, semiflows
 
 Int64Array = NDArray[np.int64]
 

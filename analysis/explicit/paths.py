@@ -7,10 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.coverability import Pumping
 from dineros.analysis.explicit.layout import Layout
 from dineros.analysis.explicit.tables import Markings
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.coverability import Pumping
 
 #: Markings at the end of a way that are compared with all earlier ones.
 LAST_MARKINGS = 64

@@ -10,14 +10,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.coverability import Pumping, coverability
 from dineros.analysis.explicit.answers import Progress
-from dineros.analysis.explicit.descent import descend
-from dineros.analysis.explicit.expansion import STRIDE, expand
 from dineros.analysis.explicit.figures import largest_tokens, members
 from dineros.analysis.explicit.goals import Goal, goal_tables, normalized
-from dineros.analysis.explicit.kernels import (
+from dineros.analysis.explicit.kernels.descent import descend
+from dineros.analysis.explicit.kernels.expansion import STRIDE, expand
+from dineros.analysis.explicit.kernels.markings import (
     ARCS,
     BATCH,
     CHUNK_END,
@@ -35,7 +33,7 @@ from dineros.analysis.explicit.kernels import (
     repack,
 )
 from dineros.analysis.explicit.layout import Layout, layout
-from dineros.analysis.explicit.memory import lazy_zeros, zeros_apart
+from dineros.analysis.explicit.lazy_arrays import lazy_zeros, zeros_apart
 from dineros.analysis.explicit.paths import path, pumping, steps
 from dineros.analysis.explicit.storage import Storage
 from dineros.analysis.explicit.tables import (
@@ -47,6 +45,8 @@ from dineros.analysis.explicit.tables import (
     transition_order,
     transition_set,
 )
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.coverability import Pumping, coverability
 
 #: Rows per call of a kernel at first; later calls take about `CALL_SECONDS`.
 FIRST_SLICE, LARGEST_SLICE = 1 << 11, 1 << 24

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from dineros.analysis.explicit.kernels import BATCH, COUNT, LIMIT, rebuild
-from dineros.analysis.explicit.memory import HUGE_PAGE, lazy_zeros
+from dineros.analysis.explicit.kernels.markings import BATCH, COUNT, LIMIT, rebuild
+from dineros.analysis.explicit.lazy_arrays import HUGE_PAGE, lazy_zeros
 from dineros.analysis.explicit.tables import Int64Array, Markings
-from dineros.analysis.memory import mappable_memory
+from dineros.analysis.nets.memory import mappable_memory
 
 #: Share of the slots of a table that are taken before it grows, and when it may not grow any more.
 USUAL_LOAD, HIGHEST_LOAD = 0.7, 0.93

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.compiled import ArcTable, CompiledNet
 from dineros.analysis.explicit.layout import Layout, signed
+from dineros.analysis.nets.compiled import ArcTable, CompiledNet
 
 Int64Array = NDArray[np.int64]
 

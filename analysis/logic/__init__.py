@@ -4,13 +4,13 @@
 Importing this package does not import Numba; the first question does.
 """
 
-from dineros.analysis.logic.budget import Budget, Progress
-from dineros.analysis.logic.ctl import check_ctl
-from dineros.analysis.logic.errors import FormulaError
-from dineros.analysis.logic.ltl import verify_ltl
-from dineros.analysis.logic.names import Names, NetNames
-from dineros.analysis.logic.parser import parse
-from dineros.analysis.logic.verdict import Verdict
+from dineros.analysis.logic.ctl.checking import check_ctl
+from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.logic.language.names import Names, NetNames
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.ltl.verification import verify_ltl
+from dineros.analysis.logic.verdicts.budget import Budget, Progress
+from dineros.analysis.logic.verdicts.verdict import Verdict
 
 __all__ = [
     "Budget",

@@ -21,7 +21,7 @@ from typing import Literal
 
 import numpy as np
 
-from dineros.analysis.linear_programs import LinearProgram
+from dineros.analysis.nets.linear_programs import LinearProgram
 from dineros.analysis.reductions.net import MutableNet
 
 #: Weights found by floating point are rounded to fractions with at most this denominator.

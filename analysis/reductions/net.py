@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from dineros.analysis.compiled import CompiledNet, NetError, Transition
+from dineros.analysis.nets.compiled import CompiledNet, NetError, Transition
 
 Marking = dict[str, int]
 

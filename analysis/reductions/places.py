@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from math import ceil, gcd
 
+from dineros.analysis.nets.structure import place_invariants
 from dineros.analysis.reductions.certificates import StateEquation
 from dineros.analysis.reductions.net import Marking, MutableNet
 from dineros.analysis.reductions.rule import (
@@ -27,7 +28,6 @@ from dineros.analysis.reductions.rule import (
     Step,
 )
 from dineros.analysis.reductions.sampling import Sample
-from dineros.analysis.structure import place_invariants
 
 #: Nets with more places, or more transitions, are not given to linear programming.
 LARGEST_PROGRAM = 600

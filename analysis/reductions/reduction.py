@@ -8,7 +8,7 @@ from functools import cached_property
 from itertools import product
 from math import prod
 
-from dineros.analysis.compiled import CompiledNet, NetError
+from dineros.analysis.nets.compiled import CompiledNet, NetError
 from dineros.analysis.reductions.agglomerations import PostAgglomeration, PreAgglomeration
 from dineros.analysis.reductions.components import IndependentComponent, UnreadableTransition
 from dineros.analysis.reductions.inhibitors import ComplementaryInhibitor, ImpliedInhibitor
@@ -204,7 +204,7 @@ def reduce(
 
     Examples
     --------
-    >>> from dineros.analysis.compiled import CompiledNet
+    >>> from dineros.analysis.nets.compiled import CompiledNet
     >>> start = ("start", {"wait": 1}, {"run": 1, "copy": 1})
     >>> end = ("end", {"run": 1, "copy": 1})
     >>> net = CompiledNet.build({"wait": 1, "run": 0, "copy": 0}, [start, end])

@@ -33,7 +33,7 @@ class Job:
     point : Point
         What to change, and how to flatten.
     engine : str
-        The engine; see `dineros.analysis.statespace`.
+        The engine; see `dineros.analysis.questions.state_space`.
     memory : int or None
         Bytes that the engine may take; the engine's default where it is None.
     timeout : float or None
@@ -107,8 +107,8 @@ class Figures:
 
 def count(job: Job) -> Figures:
     """Count the state space of a point in this process."""
-    from dineros.analysis.memory import OWN_MEMORY, watched_memory
-    from dineros.analysis.statespace import DEFAULT_MEMORY
+    from dineros.analysis.nets.memory import OWN_MEMORY, watched_memory
+    from dineros.analysis.questions.state_space import DEFAULT_MEMORY
 
     memory = job.memory or DEFAULT_MEMORY
     with watched_memory(memory + OWN_MEMORY):
@@ -116,9 +116,9 @@ def count(job: Job) -> Figures:
 
 
 def _count(job: Job, memory: int) -> Figures:
+    from dineros.analysis.model.subject import subject_of
+    from dineros.analysis.questions.state_space import state_space
     from dineros.analysis.reductions import reduce
-    from dineros.analysis.statespace import state_space
-    from dineros.analysis.subject import subject_of
 
     point = job.point
     net = subject_of(
@@ -159,12 +159,13 @@ def peak_memory() -> int:
 @cache
 def _load_engine(engine: str) -> None:
     """Load, or compile, an engine, so that no point pays for it."""
-    from dineros.analysis import reductions, subject  # noqa: F401
-    from dineros.analysis.compiled import CompiledNet
-    from dineros.analysis.statespace import state_space
+    from dineros.analysis import reductions  # noqa: F401
+    from dineros.analysis.model import subject  # noqa: F401
+    from dineros.analysis.nets.compiled import CompiledNet
+    from dineros.analysis.questions.state_space import state_space
     from dineros.metamodel import constraints, settings  # noqa: F401
     from dineros.metamodel.files import xmi  # noqa: F401
-    from dineros.transformations import flatten  # noqa: F401
+    from dineros.transformations.flattening import flatten  # noqa: F401
 
     net = CompiledNet.build({"a": 1, "b": 0}, [("t", {"a": 1}, {"b": 1}), ("u", {"b": 1}, {"a": 1})])
     state_space(net, engine)  # type: ignore[arg-type]

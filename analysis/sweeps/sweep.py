@@ -94,7 +94,7 @@ def sweep(
     output : Path
         A ``.csv`` or ``.parquet`` file, written as a whole at the end.
     engine : {"auto", "explicit", "symbolic"}
-        See `dineros.analysis.statespace`.
+        See `dineros.analysis.questions.state_space`.
     memory : int, optional
         Bytes that an engine may take for one point; an equal share of 70 % of what is free unless given, and
         on a cluster the engine's default.
@@ -173,7 +173,7 @@ def _interruptible(journal: Journal, points: list[Point]) -> Iterator[None]:
 
 
 def _share_of_memory(workers: int) -> int:
-    from dineros.analysis.memory import DEFAULT_SHARE, free_memory
+    from dineros.analysis.nets.memory import DEFAULT_SHARE, free_memory
 
     return int(free_memory() * DEFAULT_SHARE) // max(workers, 1)
 

@@ -11,7 +11,7 @@ and time Petri nets*, International Journal of Production Research 42(14), 2004.
 ``sift``, ``selt``, ``pathto`` and ``formats`` of TINA 3.7.
 """
 
-from dineros.analysis.tina.digest import TinaCounts, count, differences, read_digest
+from dineros.analysis.tina.digest import TinaCounts, count, read_digest
 from dineros.analysis.tina.programs import TinaError, TinaTimeoutError, tool
 from dineros.analysis.tina.questions import find_condition, find_enabled, find_marking, verify
 
@@ -20,7 +20,6 @@ __all__ = [
     "TinaError",
     "TinaTimeoutError",
     "count",
-    "differences",
     "find_condition",
     "find_enabled",
     "find_marking",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.tina.programs import Printed, TinaError, workplace
 
 #: Rows of the digest, such as ``#      states      12     5     ?     0     12``.
@@ -104,30 +104,3 @@ def read_digest(printed: str) -> TinaCounts:
         int(dead) if dead.isdigit() else None,
         _BOUNDED.search(printed) is not None,
     )
-
-
-def differences(net: CompiledNet, counts: TinaCounts, memory: int) -> list[str]:
-    """Compare what TINA counted with an engine of ours; a line for each figure that differs.
-
-    Raises
-    ------
-    TinaError
-        The engine could not count all within its memory.
-    """
-    from dineros.analysis.statespace import state_space
-
-    space = state_space(net, memory=memory)
-    if not space.complete:
-        if not counts.is_bounded and "bound" in space.reason:
-            return []
-        raise TinaError(f"nothing to compare with: {space.reason}")
-    pairs = {
-        "states": (counts.states, space.states),
-        "arcs": (counts.arcs, space.arcs),
-        "deadlocks": (counts.deadlocks, space.deadlocks),
-    }
-    return [
-        f"{name}: {theirs} by tina, {ours} by the {space.engine} engine"
-        for name, (theirs, ours) in pairs.items()
-        if theirs is not None and ours is not None and theirs != ours
-    ]

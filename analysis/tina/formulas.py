@@ -20,9 +20,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.logic.atoms import BoundAtoms, Linear, NoneEnabled, SomeEnabled, SomeFired
-from dineros.analysis.logic.syntax import (
+from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, NoneEnabled, SomeEnabled, SomeFired
+from dineros.analysis.logic.language.syntax import (
     And,
     Atom,
     Constant,
@@ -38,6 +37,7 @@ from dineros.analysis.logic.syntax import (
     Until,
     WeakUntil,
 )
+from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.tina.programs import LONGEST_ARGUMENT, TinaError
 
 TRUE, FALSE = "T", "F"
@@ -77,8 +77,8 @@ def formula_text(net: CompiledNet, formula: Formula, atoms: BoundAtoms) -> str:
 
     Examples
     --------
-    >>> from dineros.analysis.logic.names import NetNames
-    >>> from dineros.analysis.logic.parser import parse
+    >>> from dineros.analysis.logic.language.names import NetNames
+    >>> from dineros.analysis.logic.language.parser import parse
     >>> net = CompiledNet.build({"a b": 1, "c": 0}, [("t", {"a b": 1}, {"c": 2})])
     >>> tree = parse('G (fired(t) -> X c - {a b} > 1)', "ltl")
     >>> formula_text(net, tree, BoundAtoms(net, tree, NetNames(net)))
@@ -171,7 +171,7 @@ def _fired(net: CompiledNet, transition: int) -> str:
 
 def _comparison(net: CompiledNet, factors: dict[int, int], operator: str, bound: int) -> str:
     """Compare two sums of natural numbers."""
-    from dineros.analysis.logic.atoms import OPERATORS
+    from dineros.analysis.logic.language.atoms import OPERATORS
 
     if not factors:
         return TRUE if OPERATORS[operator](0, bound) else FALSE

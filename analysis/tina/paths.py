@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.logic.atoms import BoundAtoms
-from dineros.analysis.logic.syntax import Formula
-from dineros.analysis.logic.verdict import ReplayError, check_counterexample
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.syntax import Formula
+from dineros.analysis.logic.verdicts.verdict import ReplayError, check_counterexample
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import WitnessError, replay
 from dineros.analysis.tina.programs import TinaError
-from dineros.analysis.witness import WitnessError, replay
 
 #: Parts of a .scn file. Times, which follow a transition after ``@`` or ``$``, are none: our nets have none.
 _PART = re.compile(

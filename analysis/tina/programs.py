@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel.errors import DinerosError
 
 LONGEST_ARGUMENT = 100_000
@@ -83,7 +83,7 @@ class Workplace:
 
     def save(self, net: CompiledNet, name: str) -> None:
         """Write a net as a file of a name that ends with ``.net``."""
-        from dineros.analysis.nets import to_model
+        from dineros.analysis.nets.models import to_model
         from dineros.metamodel.files import save
 
         save(to_model(net, "net"), self.folder / name)

@@ -12,21 +12,21 @@ import time
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from dineros.analysis.compiled import CompiledNet
 from dineros.analysis.explicit import Order
-from dineros.analysis.goals import Answer
-from dineros.analysis.logic.atoms import BoundAtoms, Step, resolved_transitions
-from dineros.analysis.logic.lasso import holds_on_lasso
-from dineros.analysis.logic.names import Names
-from dineros.analysis.logic.parser import parse
-from dineros.analysis.logic.syntax import Enabled, Formula, Name
-from dineros.analysis.logic.verdict import Verdict
+from dineros.analysis.logic.language.atoms import BoundAtoms, Step, resolved_transitions
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.semantics import holds_on_lasso
+from dineros.analysis.logic.language.syntax import Enabled, Formula, Name
+from dineros.analysis.logic.verdicts.answer import Answer
+from dineros.analysis.logic.verdicts.verdict import Verdict
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import replay
 from dineros.analysis.tina.digest import read_counts
 from dineros.analysis.tina.formulas import PARTIAL, always, fair_text, formula_text, not_
 from dineros.analysis.tina.paths import lasso, read_sequence, to_goal
 from dineros.analysis.tina.programs import Printed, TinaTimeoutError, Workplace, workplace
 from dineros.analysis.tina.trial import ask, try_reachability, try_temporal
-from dineros.analysis.witness import replay
 
 #: How sift tells at which state it stopped: the manual numbers states, and leaves open how one is told.
 _STATE = re.compile(r"\bstate\s+(\d+)\b")

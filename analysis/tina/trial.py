@@ -13,10 +13,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from dineros.analysis.compiled import CompiledNet, Transition
-from dineros.analysis.logic.atoms import BoundAtoms
-from dineros.analysis.logic.names import NetNames
-from dineros.analysis.logic.parser import parse
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.tina.digest import read_counts
 from dineros.analysis.tina.formulas import PARTIAL, always, formula_text, not_
 from dineros.analysis.tina.programs import TinaError, Workplace, tool

@@ -26,7 +26,7 @@ from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.quick_start import start_quickly
 
 if TYPE_CHECKING:
-    from dineros.analysis.findings import Report
+    from dineros.analysis.witnesses.findings import Report
     from dineros.metamodel import pn
 
 _STYLES = {"error": "bold red", "warning": "yellow"}
@@ -87,8 +87,8 @@ def check(
     be a note at worst does not count).
     """
     start_quickly()
-    from dineros.analysis.check import check as check_model
-    from dineros.analysis.findings import Report, Unknown
+    from dineros.analysis.questions.check import check as check_model
+    from dineros.analysis.witnesses.findings import Report, Unknown
 
     format = "json" if as_json else format
     if suggest_capacities and format not in ("text", "json"):
@@ -126,11 +126,11 @@ def _print(report: Report, net: pn.Net, model: Path, format: str, witnesses: boo
     if format == "json":
         say_json(report.to_dict(str(model)))
     elif format == "sarif":
-        from dineros.analysis.report_formats import to_sarif
+        from dineros.analysis.questions.report_formats import to_sarif
 
         say_json(to_sarif(report, net, model))
     elif format == "junit":
-        from dineros.analysis.report_formats import to_junit
+        from dineros.analysis.questions.report_formats import to_junit
 
         say(to_junit(report, model).decode())
     else:
@@ -167,7 +167,7 @@ def _print_text(report: Report, model: Path, witnesses: bool) -> None:
 
 
 def _suggest(net: pn.Net, model: Path, memory: int, as_json: bool, witnesses: bool) -> int:
-    from dineros.analysis.capacities import suggest_capacities
+    from dineros.analysis.questions.capacities import suggest_capacities
     from dineros.metamodel import sym
     from dineros.metamodel.errors import DinerosError, Location
 

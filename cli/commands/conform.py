@@ -108,7 +108,7 @@ def _broken(system: sym.SystemModel, invariants: Sequence[str], verdict: Verdict
     if not invariants:
         return {}
     from dineros.analysis.conformance.invariants import Invariant
-    from dineros.analysis.subject import subject_of
+    from dineros.analysis.model.subject import subject_of
 
     subject = subject_of(system, "fully-enabled")
     found = {text: Invariant(text, subject).first_violation(verdict.sequence) for text in invariants}
@@ -165,9 +165,9 @@ def _write(
     broken: Mapping[str, int],
 ) -> None:
     """Write the merged run; it is a witness of the first invariant that does not hold, if there is one."""
-    from dineros.analysis.findings import witness_of
-    from dineros.analysis.first_cause import blocked_cause
-    from dineros.analysis.subject import subject_of
+    from dineros.analysis.model.subject import subject_of
+    from dineros.analysis.witnesses.findings import witness_of
+    from dineros.analysis.witnesses.first_cause import blocked_cause
 
     subject = subject_of(system, "fully-enabled")
     witness = witness_of(subject, [subject.transition_index[name] for name in verdict.sequence])

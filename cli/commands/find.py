@@ -70,8 +70,8 @@ def find(
     With --engine tina the way is one that TINA's programs sift and pathto tell, replayed; it may be longer.
     Exit status 0: found; 1: proved unreachable; 3: unknown.
     """
-    from dineros.analysis.findings import witness_of
-    from dineros.analysis.goals import find_enabled, find_marking
+    from dineros.analysis.questions.reachability import find_enabled, find_marking
+    from dineros.analysis.witnesses.findings import witness_of
 
     if (enabled is None) == (marking is None):
         raise click.UsageError("give either --enabled or --marking")

@@ -12,10 +12,11 @@ from dineros.cli.models import load_system, refuse_invalid
 from dineros.cli.options import ModelPath, command, json_option, model_argument, rules_option, settings_option
 
 if TYPE_CHECKING:
-    from dineros.transformations.explaining import Explanation
-    from dineros.transformations.flatten import Flattened, OverflowVariant, SignalVariant
-    from dineros.transformations.rule import Rule
-    from dineros.transformations.traces import Link
+    from dineros.transformations.flattening.flatten import Flattened
+    from dineros.transformations.flattening.traces import Link
+    from dineros.transformations.language.rule import Rule
+    from dineros.transformations.pictures.explaining import Explanation
+    from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
 
 SIGNALS = ("none", "fully-enabled", "input-enabled", "io-enabled")
 OVERFLOW = ("weighted", "inhibitor")
@@ -67,8 +68,8 @@ def flatten(
     The place invariants that the rules guarantee are checked on the net. A trace model is written beside OUT:
     for sorting.pnm it is sorting.trace.xmi.
     """
-    from dineros.transformations import flatten as flattening
-    from dineros.transformations.explaining import explain as explain_element
+    from dineros.transformations.flattening import flatten as flattening
+    from dineros.transformations.pictures.explaining import explain as explain_element
 
     if output is None and explain is None:
         raise click.MissingParameter(param_hint="'-o' or '--explain'", param_type="option")
@@ -108,7 +109,7 @@ def _refuse_output(model: Path, output: Path) -> None:
     """Find out before long work that the file cannot be one."""
     from dineros.metamodel.errors import Location, ModelFileError
     from dineros.metamodel.files import SUFFIXES
-    from dineros.transformations.trace_files import trace_path
+    from dineros.transformations.flattening.trace_files import trace_path
 
     if output.suffix.lower() not in SUFFIXES:
         raise ModelFileError(
@@ -145,7 +146,7 @@ def _counts(model: Path, result: Flattened, signals: str, overflow: str) -> dict
 
 def _write(result: Flattened, model: Path, output: Path, changed: bool) -> dict[str, str]:
     from dineros.metamodel import files
-    from dineros.transformations.trace_files import save_trace
+    from dineros.transformations.flattening.trace_files import save_trace
 
     with working(f"Writing {output}"):
         files.save(result.net, output)
@@ -156,8 +157,8 @@ def _write(result: Flattened, model: Path, output: Path, changed: bool) -> dict[
 
 
 def _explain(explanation: Explanation, id: str) -> None:
-    from dineros.transformations.catalogue import name_of
-    from dineros.transformations.explaining import origin_text, told
+    from dineros.transformations.pictures.explaining import origin_text, told
+    from dineros.transformations.rules.catalogue import name_of
 
     origin, source, results = explanation.origin, explanation.source, explanation.results
     if origin is not None:
@@ -181,7 +182,7 @@ def _explained(explanation: Explanation, id: str) -> dict[str, Any]:
 
 
 def _link(link: Link) -> dict[str, Any]:
-    from dineros.transformations.explaining import told
+    from dineros.transformations.pictures.explaining import told
 
     return {
         "rule": link.rule,

@@ -13,7 +13,7 @@ from dineros.cli.console import say, say_json, summarise
 from dineros.cli.options import command, json_option, model_argument, output_option, settings_option
 
 if TYPE_CHECKING:
-    from dineros.analysis.subject import Subject
+    from dineros.analysis.model.subject import Subject
 
 PROPERTIES = ("state_space_size", "kept_places", "deadlocks", "ltl_without_next", "liveness", "boundedness")
 
@@ -48,7 +48,7 @@ def reduce(
     as_json: bool,
 ) -> int:
     """Reduce a net by structural rules; each names what it preserves, and only those that fit are applied."""
-    from dineros.analysis.nets import to_model
+    from dineros.analysis.nets.models import to_model
     from dineros.analysis.reductions import reduce as reduce_net
     from dineros.metamodel.files import save
 
@@ -89,7 +89,7 @@ def reduce(
 
 def _kept(subject: Subject, names: Sequence[str]) -> tuple[list[str], list[str]]:
     """Return the places and the transitions of the net that names of the model stand for."""
-    from dineros.analysis.logic.errors import FormulaError
+    from dineros.analysis.logic.language.errors import FormulaError
     from dineros.metamodel.errors import DinerosError, near_matches
 
     places: list[str] = []

@@ -11,8 +11,8 @@ from dineros.cli.console import say, say_json, summarise
 from dineros.cli.options import command, json_option, rules_option
 
 if TYPE_CHECKING:
-    from dineros.transformations.catalogue import Family
-    from dineros.transformations.rule import Rule
+    from dineros.transformations.language.rule import Rule
+    from dineros.transformations.rules.catalogue import Family
 
 
 @command("dineros rules", "dineros rules T2", "dineros rules T2 -o t2.svg")
@@ -31,7 +31,7 @@ def rules(rule: str | None, output: Path | None, rule_file: Path | None, as_json
 
     A rule says what it matches (LHS) and what there is afterwards (RHS). `dineros flatten` applies them.
     """
-    from dineros.transformations.catalogue import FAMILIES, find_rule, name_of
+    from dineros.transformations.rules.catalogue import FAMILIES, find_rule, name_of
 
     families = (*FAMILIES, *_own(rule_file))
     if rule is None:
@@ -41,7 +41,7 @@ def rules(rule: str | None, output: Path | None, rule_file: Path | None, as_json
         return 0
     found = find_rule(rule, families)
     if output is not None:
-        from dineros.transformations.drawing import draw_rule
+        from dineros.transformations.pictures.drawing import draw_rule
 
         draw_rule(found, output)
         summarise(f"{name_of(found)} -> {output}")
@@ -56,13 +56,13 @@ def _own(path: Path | None) -> list[Family]:
     if path is None:
         return []
     from dineros.cli.rule_files import load_rules
-    from dineros.transformations.catalogue import Family
+    from dineros.transformations.rules.catalogue import Family
 
     return [Family("own", f"Rules of {path}", str(path), tuple(load_rules(path)))]
 
 
 def _list(families: tuple[Family, ...], as_json: bool) -> None:
-    from dineros.transformations.catalogue import name_of, summary_of
+    from dineros.transformations.rules.catalogue import name_of, summary_of
 
     if as_json:
         say_json(
@@ -81,13 +81,13 @@ def _list(families: tuple[Family, ...], as_json: bool) -> None:
 
 
 def _brief(rule: type[Rule]) -> dict[str, str]:
-    from dineros.transformations.catalogue import name_of, summary_of
+    from dineros.transformations.rules.catalogue import name_of, summary_of
 
     return {"name": name_of(rule), "says": summary_of(rule)}
 
 
 def _as_json(rule: type[Rule]) -> dict[str, object]:
-    from dineros.transformations.describing import lhs_rows, rhs_rows
+    from dineros.transformations.pictures.describing import lhs_rows, rhs_rows
 
     sides = {"lhs": lhs_rows(rule), "rhs": rhs_rows(rule)}
     return {
@@ -97,8 +97,8 @@ def _as_json(rule: type[Rule]) -> dict[str, object]:
 
 
 def _describe(rule: type[Rule]) -> None:
-    from dineros.transformations.catalogue import name_of
-    from dineros.transformations.describing import documentation_of, rule_text
+    from dineros.transformations.pictures.describing import documentation_of, rule_text
+    from dineros.transformations.rules.catalogue import name_of
 
     say(f"{name_of(rule)}: {documentation_of(rule)}\n")
     say(rule_text(rule))

@@ -32,7 +32,7 @@ def split(model: Path, output: Path, settings: tuple[str, ...], as_json: bool) -
     """
     from dineros.metamodel import files, rtm
     from dineros.metamodel.elements import places, transitions
-    from dineros.transformations.split import split as split_model
+    from dineros.transformations.flattening.split import split as split_model
 
     system = load_system(model, settings)
     refuse_invalid(system, model)

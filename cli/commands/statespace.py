@@ -70,7 +70,7 @@ def statespace(
         raise click.UsageError("--search depth-first goes with --engine explicit")
     start_quickly()
     orders = orders_beside(model, no_cache)
-    from dineros.analysis.statespace import state_space
+    from dineros.analysis.questions.state_space import state_space
 
     subject = load_subject(model, settings, signals, overflow)
     net, factor = subject.net, 1
@@ -93,7 +93,7 @@ def statespace(
     }
     pumping = None
     if space.pumping is not None and not reduce:
-        from dineros.analysis.findings import witness_of
+        from dineros.analysis.witnesses.findings import witness_of
 
         firings = [*space.pumping.prefix, *space.pumping.suffix]
         pumping = witness_of(subject, firings, len(space.pumping.prefix))

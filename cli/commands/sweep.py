@@ -131,7 +131,7 @@ def sweep(
     it goes on. Exit status 3 when some point stays unknown; the column `error` says why. Without --memory,
     points at a time share 70 % of what is free, and on a cluster each may take 2G.
     """
-    from dineros.analysis.memory import OWN_MEMORY
+    from dineros.analysis.nets.memory import OWN_MEMORY
     from dineros.analysis.sweeps import Axis, Grid, SweepError
     from dineros.analysis.sweeps import sweep as run_sweep
     from dineros.metamodel.errors import DinerosError, Location

@@ -77,10 +77,10 @@ def verify(
     """
     start_quickly()
     orders = orders_beside(model, no_cache)
-    from dineros.analysis.findings import witness_of
-    from dineros.analysis.logic.budget import Budget
-    from dineros.analysis.logic.ctl import check_ctl
-    from dineros.analysis.logic.ltl import verify_ltl
+    from dineros.analysis.logic.ctl.checking import check_ctl
+    from dineros.analysis.logic.ltl.verification import verify_ltl
+    from dineros.analysis.logic.verdicts.budget import Budget
+    from dineros.analysis.witnesses.findings import witness_of
     from dineros.metamodel.errors import DinerosError
 
     if (ltl is None) == (ctl is None):

@@ -11,7 +11,7 @@ from dineros.metamodel.errors import DinerosError, Location
 
 if TYPE_CHECKING:
     from dineros.analysis.conformance import Monitor
-    from dineros.analysis.logic.conditions import Condition
+    from dineros.analysis.logic.language.conditions import Condition
     from dineros.metamodel import rtm, sym
     from dineros.runtime.staleness import Expectation
 
@@ -56,7 +56,7 @@ class Application:
         FormulaError
             It is none, or names something unknown.
         """
-        from dineros.analysis.logic.conditions import Condition
+        from dineros.analysis.logic.language.conditions import Condition
         from dineros.runtime.structure import read_structure
 
         structures = [read_structure(model) for model in self.models]
@@ -111,7 +111,7 @@ def application_of(
         parts = tuple(_workspace_models(path))
         return Application(path, None, parts, None, (), _expected(parts, stale_after))
     from dineros.cli.models import load_system, refuse_invalid
-    from dineros.transformations.split import split
+    from dineros.transformations.flattening.split import split
 
     system = load_system(path, settings)
     refuse_invalid(system, path)

@@ -18,7 +18,7 @@ from dineros.runtime.local import LocalNetwork
 from dineros.runtime.net import Net
 from dineros.runtime.node import Node
 from dineros.runtime.selection import Candidates, Enabled
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 
 MOTION = 0.5
 """Seconds that an arm moves."""

@@ -1,10 +1,9 @@
 """A watchdog for every service client, to be used with ``dineros flatten --rules``."""
 
 from dineros.metamodel import sym
-from dineros.transformations.notation import arc, place, read, transition
-from dineros.transformations.patterns import Made, Node
-from dineros.transformations.rule import Rule
-from dineros.transformations.services import S1
+from dineros.transformations.language import Made, Node, Rule
+from dineros.transformations.rules.notation import arc, place, read, transition
+from dineros.transformations.rules.services import S1
 
 
 class Watchdog(Rule):

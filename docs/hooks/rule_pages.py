@@ -8,10 +8,10 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
 from dineros.metamodel.errors import DinerosError
-from dineros.transformations.catalogue import FAMILIES, Family, name_of
-from dineros.transformations.describing import documentation_of, rule_text
-from dineros.transformations.drawing import rule_svg
-from dineros.transformations.rule import Rule
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.pictures.describing import documentation_of, rule_text
+from dineros.transformations.pictures.drawing import rule_svg
+from dineros.transformations.rules.catalogue import FAMILIES, Family, name_of
 
 LOG = logging.getLogger("mkdocs.hooks.rule_pages")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dineros.analysis.compiled import CompiledNet, Transition
+from dineros.analysis.nets.compiled import CompiledNet, Transition
 
 
 def philosophers(count: int) -> CompiledNet:

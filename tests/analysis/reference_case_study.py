@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from dineros.analysis.compiled import CompiledNet, Transition
+from dineros.analysis.nets.compiled import CompiledNet, Transition
 
 SignalVariant = Literal["none", "input", "io", "fully"]
 OverflowVariant = Literal["inhibitor", "weighted"]

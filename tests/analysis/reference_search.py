@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import networkx as nx
 
-from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.nets.compiled import CompiledNet
 
 
 class ReferenceCounts(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-from dineros.analysis.compiled import CompiledNet, Transition
+from dineros.analysis.nets.compiled import CompiledNet, Transition
 
 
 @st.composite

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.analysis.saturation import DiagramMemoryError
+from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from tests.cli.conftest import Run
 from tests.support.commands import NETS, is_one_line_of_wrong_use, lines, uses
 from tests.support.processes import run_apart
@@ -163,7 +163,7 @@ class TestCheck:
     def test_what_takes_too_long_is_unknown_in_every_format(
         self, run: Run, net: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr("dineros.analysis.check.CHEAP", -1)
+        monkeypatch.setattr("dineros.analysis.questions.check.CHEAP", -1)
         left = "left, as it takes more work than a check may cost (--behaviour decides it)"
         unknown = f"liveness, reversibility, home markings: {left}"
         result = run("check", net)
@@ -189,7 +189,7 @@ class TestCheck:
         def behaviour(*_: object) -> None:
             raise DiagramMemoryError("memory ran out")
 
-        monkeypatch.setattr("dineros.analysis.behaviour.behaviour", behaviour)
+        monkeypatch.setattr("dineros.analysis.questions.behaviour.behaviour", behaviour)
         for asked, status in (([], 0), (["--behaviour"], 3)):
             result = run("check", net, *asked)
             assert result.exit_code == status

@@ -12,7 +12,7 @@ from dineros.metamodel import pn, pnm, sym, trace
 from dineros.metamodel.elements import arcs, find, places, transitions
 from dineros.metamodel.files import load, load_any
 from dineros.metamodel.files.schema import identity
-from dineros.transformations.flatten import flatten
+from dineros.transformations.flattening.flatten import flatten
 from tests.cli.conftest import Run
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -151,12 +151,12 @@ def test_a_users_rules_run_last(run: Run, sorting: Path, tmp_path: Path) -> None
 
 
 IMPORTS = """from dineros.metamodel import pn, sym
-from dineros.transformations.creation import New
-from dineros.transformations.notation import arc, place, transition
-from dineros.transformations.patterns import Index, Made, Node
-from dineros.transformations.rule import Rule
-from dineros.transformations.services import S1
-from dineros.transformations.signals import I4, I5FullyEnabled
+from dineros.transformations.language.creation import New
+from dineros.transformations.rules.notation import arc, place, transition
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.services import S1
+from dineros.transformations.rules.signals import I4, I5FullyEnabled
 
 
 class Mine(Rule):

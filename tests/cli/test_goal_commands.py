@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.analysis.logic.budget import BudgetExceededError
+from dineros.analysis.logic.verdicts.budget import BudgetExceededError
 from dineros.metamodel.files import load
 from dineros.metamodel.records import Fire, Header, read_records
 from tests.cli.conftest import Run
@@ -199,7 +199,7 @@ class TestVerify:
         def path(*_: object) -> None:
             raise BudgetExceededError("time: more than 5 s")
 
-        monkeypatch.setattr("dineros.analysis.logic.explicit_sets.ExplicitSets.path", path)
+        monkeypatch.setattr("dineros.analysis.logic.ctl.explicit_sets.ExplicitSets.path", path)
         output = tmp_path / "trace.jsonl"
         result = run("verify", net, "--ctl", formula, "-o", output)
         reason = "a run showing it was not found: time: more than 5 s"

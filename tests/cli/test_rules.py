@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.transformations.catalogue import FAMILIES, name_of
+from dineros.transformations.rules.catalogue import FAMILIES, name_of
 from tests.cli.conftest import Run
 from tests.support.system_packages import needs
 
@@ -77,10 +77,10 @@ def test_a_users_rules_are_listed_and_described(run: Run) -> None:
 
 
 HEAD = """from dineros.metamodel import pn, sym
-from dineros.transformations.notation import place
-from dineros.transformations.patterns import Made, Node
-from dineros.transformations.rule import Rule
-from dineros.transformations.topics import T1
+from dineros.transformations.rules.notation import place
+from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.topics import T1
 
 """
 
@@ -112,7 +112,9 @@ def test_a_fault_in_a_users_file_is_one_line_with_its_place(
 
 
 def test_a_users_file_may_import_its_neighbours(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "helper_of_these_rules.py").write_text("from dineros.transformations.topics import T1\n")
+    (tmp_path / "helper_of_these_rules.py").write_text(
+        "from dineros.transformations.rules.topics import T1\n"
+    )
     path = tmp_path / "my_rules.py"
     path.write_text("from helper_of_these_rules import T1\nRULES = [T1]\n", encoding="utf-8")
     assert run("rules", "--rules", path).exit_code == 0

@@ -9,9 +9,9 @@ from types import ModuleType
 
 import pytest
 
-from dineros.transformations import creation, functions, patterns
-from dineros.transformations.catalogue import FAMILIES, name_of
-from dineros.transformations.describing import documentation_of
+from dineros.transformations.language import creation, functions, patterns
+from dineros.transformations.pictures.describing import documentation_of
+from dineros.transformations.rules.catalogue import FAMILIES, name_of
 from tests.support.markdown import blocks
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

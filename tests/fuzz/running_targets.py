@@ -75,7 +75,7 @@ def message(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     from dineros.runtime.net import Net
     from dineros.runtime.node import Node
     from dineros.runtime.transport import Message
-    from dineros.transformations.split import split
+    from dineros.transformations.flattening.split import split
     from tests.generators.models import kitchen
 
     parts = {str(part.node.id): part for part in split(kitchen())}
@@ -206,7 +206,7 @@ def live_page(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt
 
 def _net(ending: ExitStack) -> Any:
     from dineros.runtime.net import Net
-    from dineros.transformations.split import split
+    from dineros.transformations.flattening.split import split
     from tests.support.talker import talker
 
     (part,) = (part for part in split(talker()) if part.node.id == "talker")

@@ -7,7 +7,7 @@ from pathlib import Path
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import save
 from dineros.metamodel.pn import Transition
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.fuzz.judging import run_command
 from tests.generators.models import kitchen
 from tests.support.small import small_net, small_system

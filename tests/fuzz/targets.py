@@ -238,8 +238,8 @@ def _orders(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     seeds.made(*question)
     path = folder / ".dineros" / "orders.json"
     if not path.exists():
-        from dineros.analysis.order_cache import OrderCache
-        from dineros.analysis.subject import subject_of
+        from dineros.analysis.model.subject import subject_of
+        from dineros.analysis.symbolic.order_cache import OrderCache
         from dineros.metamodel.files import load
 
         net = subject_of(load(model), "input-enabled", "weighted").net

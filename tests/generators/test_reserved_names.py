@@ -28,7 +28,7 @@ from dineros.metamodel.elements import find
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.ros_names import camel_case
 from dineros.runtime.ros.parameters import signal_parameters
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.generators.models import kitchen
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -12,7 +12,7 @@ from dineros.generators.application import application_of
 from dineros.metamodel.records import Publish, Serve, read_trace, traces_of_runs
 from dineros.runtime.journal import JournalRecorder
 from dineros.runtime.simulation import LocalApplication
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.support.bakery import bakery
 
 

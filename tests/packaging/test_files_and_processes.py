@@ -11,8 +11,8 @@ ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ("metamodel", "transformations", "analysis", "generators", "runtime", "views", "cli")
 
 OTHERWISE_OPENED = {
-    "analysis/logic/parser.py": "our grammar",
-    "analysis/memory.py": "/proc and /sys, where no plain file is",
+    "analysis/logic/language/parser.py": "our grammar",
+    "analysis/nets/memory.py": "/proc and /sys, where no plain file is",
     "analysis/sweeps/grid.py": "a temporary folder of our own",
     "analysis/sweeps/point.py": "/proc; /dev/null",
     "analysis/tina/questions.py": "a temporary folder of our own",

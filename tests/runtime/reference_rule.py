@@ -10,8 +10,8 @@ from collections import Counter
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.clauses import And, Constant, Equivalent, Expression, Implies, Not, Or, Signal, parse
 from dineros.metamodel.elements import arcs, label, places, transitions
-from dineros.transformations.flatten import flatten
-from dineros.transformations.split import split
+from dineros.transformations.flattening.flatten import flatten
+from dineros.transformations.flattening.split import split
 
 
 class ReferenceNet:

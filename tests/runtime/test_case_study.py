@@ -11,7 +11,7 @@ from dineros.metamodel.settings import apply
 from dineros.runtime import Candidates, Enabled, Firing, Net
 from dineros.runtime.recording import ListRecorder
 from dineros.runtime.simulation import LocalApplication
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.runtime.tiny import case_study
 
 COLORS = {"Red": 3, "Blue": 2, "Green": 3}

@@ -12,7 +12,7 @@ from dineros.runtime.net import Net
 from dineros.runtime.node import Node
 from dineros.runtime.recording import Recorder
 from dineros.runtime.transport import Message
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.runtime.test_services import serving
 from tests.support.talker import talker
 

@@ -17,7 +17,7 @@ from dineros.runtime.net import Net
 from dineros.runtime.node import Node
 from dineros.runtime.recording import ListRecorder
 from dineros.runtime.transport import Message, PublisherPort
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.support.talker import talker
 
 

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from dineros.metamodel.files import save
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.runtime.tiny import ROOT, case_study
 
 PROGRAM = """

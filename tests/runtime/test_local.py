@@ -17,7 +17,7 @@ from dineros.runtime.local import LocalNetwork
 from dineros.runtime.recording import ListRecorder
 from dineros.runtime.simulation import LocalApplication
 from dineros.runtime.transport import Message
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.runtime.reference_rule import references
 from tests.runtime.tiny import case_study, events
 from tests.support.small_systems import small_system_models

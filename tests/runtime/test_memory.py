@@ -7,7 +7,7 @@ import tracemalloc
 
 from dineros.runtime import Net, Node
 from dineros.runtime.transport import ClientPort, Message, Ports, PublisherPort, Receiver
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.runtime.tiny import case_study
 
 

@@ -14,7 +14,7 @@ from dineros.metamodel.records import Publish, Request, Response, read_trace, tr
 from dineros.runtime.journal import JournalRecorder, resume_journal
 from dineros.runtime.simulation import LocalApplication
 from dineros.runtime.structure import read_structure
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.support.bakery import bakery, shared
 
 NODES = ("ann", "bob", "shop", "oven", "board", "printer")

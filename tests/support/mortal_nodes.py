@@ -24,7 +24,7 @@ from dineros.runtime.journal import recorder as recorder_module
 from dineros.runtime.journal import resume_journal
 from dineros.runtime.net import Net
 from dineros.runtime.node import Node
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.support.socket_transport import SocketTransport
 
 CASE_STUDY = Path(__file__).resolve().parents[2] / "case_study/sorting.sym.xmi"

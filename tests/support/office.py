@@ -8,10 +8,10 @@ from typing import Any
 from hypothesis import strategies as st
 from pyecore.ecore import EAttribute, EClass, EEnum, EInt, EPackage, EReference, EString
 
-from dineros.transformations.creation import New
-from dineros.transformations.functions import count
-from dineros.transformations.patterns import Context, Index, Node
-from dineros.transformations.rule import Rule
+from dineros.transformations.language.creation import New
+from dineros.transformations.language.functions import count
+from dineros.transformations.language.patterns import Context, Index, Node
+from dineros.transformations.language.rule import Rule
 
 Rank = EEnum("Rank", literals=["visitor", "staff", "board"])
 _package = EPackage("office", nsURI="http://example.org/office", nsPrefix="office")

@@ -9,21 +9,21 @@ from typing import TypeAlias
 
 import pytest
 
-from dineros.transformations.errors import RuleError
+from dineros.transformations.language.errors import RuleError
 
 Faults: TypeAlias = dict[str, tuple[str, str, str]]
 """By name: source, part of the message, part of the hint; the faulty line ends with ``#!``."""
 
 HEADER = """
 from dineros.metamodel import pn, pnm, sym
-from dineros.transformations.creation import Copy, ForAll, Fragment, New, image
-from dineros.transformations.expressions import Path, Text
-from dineros.transformations.functions import ancestor, count, either, first, number, position
-from dineros.transformations.notation import OverflowQueue, SHEET, arc, inhibit, place, transition
-from dineros.transformations.patterns import Absent, Context, Index, Made, Node
-from dineros.transformations.rule import Rule
-from dineros.transformations.services import S3, S4
-from dineros.transformations.topics import T1, T2, T3
+from dineros.transformations.language.creation import Copy, ForAll, Fragment, New, image
+from dineros.transformations.language.expressions import Path, Text
+from dineros.transformations.language.functions import ancestor, count, either, first, number, position
+from dineros.transformations.rules.notation import OverflowQueue, SHEET, arc, inhibit, place, transition
+from dineros.transformations.language.patterns import Absent, Context, Index, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.services import S3, S4
+from dineros.transformations.rules.topics import T1, T2, T3
 """
 
 RULE = """

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.nets import compile_net
-from dineros.analysis.step_roles import StepRole, step_roles
+from dineros.analysis.model.step_roles import StepRole, step_roles
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.models import compile_net
 from dineros.metamodel import sym
 from dineros.metamodel.records import (
     Fire,
@@ -21,7 +21,7 @@ from dineros.metamodel.records import (
     Transfer,
 )
 from dineros.metamodel.records.schema import ChannelStep, Step
-from dineros.transformations.flatten import flatten
+from dineros.transformations.flattening.flatten import flatten
 
 _Positions = tuple[int, ...]
 _Marking = tuple[int, ...]

@@ -17,7 +17,7 @@ from dineros.metamodel.records import Drop, Record, Take, read_trace, traces_of_
 from dineros.metamodel.settings import apply
 from dineros.runtime.journal import JournalRecorder
 from dineros.runtime.simulation import LocalApplication
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.support.talker import talker
 
 CASE_STUDY = Path(__file__).parents[3] / "case_study" / "sorting.sym.xmi"

@@ -13,8 +13,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dineros.analysis.conformance import ATTEMPTS, Monitor, Verdict, conform
-from dineros.analysis.subject import subject_of
-from dineros.analysis.witness import replay
+from dineros.analysis.model.subject import subject_of
+from dineros.analysis.nets.witness import replay
 from dineros.metamodel import sym
 from dineros.metamodel.elements import transitions
 from dineros.metamodel.errors import DinerosError
@@ -34,7 +34,7 @@ from dineros.metamodel.records.schema import Step
 from dineros.metamodel.settings import apply
 from dineros.runtime.journal import JournalRecorder
 from dineros.runtime.simulation import LocalApplication
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.analysis.conformance.brute_force import TooLargeError, is_behaviour
 from tests.support.calling_systems import calling_systems
 from tests.support.chatty_systems import chatty_systems

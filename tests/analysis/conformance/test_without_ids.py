@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dineros.analysis.conformance import ATTEMPTS, Monitor, Verdict, conform
-from dineros.analysis.subject import subject_of
-from dineros.analysis.witness import replay
+from dineros.analysis.model.subject import subject_of
+from dineros.analysis.nets.witness import replay
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.elements import transitions

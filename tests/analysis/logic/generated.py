@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import random
 
-from dineros.analysis.compiled import CompiledNet, Transition
-from dineros.analysis.logic.syntax import (
+from dineros.analysis.logic.language.syntax import (
     FALSE,
     TRUE,
     And,
@@ -29,6 +28,7 @@ from dineros.analysis.logic.syntax import (
     Until,
     WeakUntil,
 )
+from dineros.analysis.nets.compiled import CompiledNet, Transition
 
 PROPOSITIONS: list[Atom] = [Comparison(((1, Name(letter)),), ">=", 1) for letter in "abc"]
 UNARY = [Not, Finally, Globally, Next]

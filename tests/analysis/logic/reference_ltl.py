@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import networkx as nx
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.logic.atoms import BoundAtoms, Step
-from dineros.analysis.logic.automaton import Automaton
-from dineros.analysis.logic.syntax import Atom
+from dineros.analysis.logic.automata.automaton import Automaton
+from dineros.analysis.logic.language.atoms import BoundAtoms, Step
+from dineros.analysis.logic.language.syntax import Atom
+from dineros.analysis.nets.compiled import CompiledNet
 
 Marking = tuple[int, ...]
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.logic.climbing import MOST_MARKINGS, climb
-from dineros.analysis.repetition import repeatable_transitions
+from dineros.analysis.logic.ctl.climbing import MOST_MARKINGS, climb
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.repetition import repeatable_transitions
 
 SWITCHES = 16
 STEPS = 5

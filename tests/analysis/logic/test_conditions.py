@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from dineros.analysis.logic.conditions import Condition
-from dineros.analysis.logic.errors import FormulaError
+from dineros.analysis.logic.language.conditions import Condition
+from dineros.analysis.logic.language.errors import FormulaError
 
 PLACES = ["Shown", "Pick[1].Run", "Pick[2].Run"]
 MARKING = {"Shown": 2, "Pick[1].Run": 1, "Pick[2].Run": 1}

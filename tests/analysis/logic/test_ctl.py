@@ -6,12 +6,10 @@ import random
 
 import pytest
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.logic.atoms import BoundAtoms, Step
-from dineros.analysis.logic.budget import Budget
-from dineros.analysis.logic.ctl import check_ctl
-from dineros.analysis.logic.names import NetNames
-from dineros.analysis.logic.syntax import (
+from dineros.analysis.logic.ctl.checking import check_ctl
+from dineros.analysis.logic.language.atoms import BoundAtoms, Step
+from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.logic.language.syntax import (
     And,
     Atom,
     Constant,
@@ -27,7 +25,9 @@ from dineros.analysis.logic.syntax import (
     Release,
     WeakUntil,
 )
-from dineros.analysis.logic.verdict import replayed
+from dineros.analysis.logic.verdicts.budget import Budget
+from dineros.analysis.logic.verdicts.verdict import replayed
+from dineros.analysis.nets.compiled import CompiledNet
 from tests.analysis.logic.generated import atoms_of, random_ctl, random_net
 from tests.analysis.logic.reference_ltl import Marking, reachability_graph
 

@@ -6,14 +6,14 @@ import random
 
 import pytest
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.logic.atoms import BoundAtoms
-from dineros.analysis.logic.budget import Budget, Progress
-from dineros.analysis.logic.errors import FormulaError
-from dineros.analysis.logic.ltl import verify_ltl
-from dineros.analysis.logic.names import NetNames
-from dineros.analysis.logic.rewriting import negated
-from dineros.analysis.logic.translation import translate
+from dineros.analysis.logic.automata.translation import translate
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.logic.language.rewriting import negated
+from dineros.analysis.logic.ltl.verification import verify_ltl
+from dineros.analysis.logic.verdicts.budget import Budget, Progress
+from dineros.analysis.nets.compiled import CompiledNet
 from tests.analysis.logic.generated import atoms_of, random_ltl, random_net
 from tests.analysis.logic.reference_ltl import has_counterexample, reachability_graph
 

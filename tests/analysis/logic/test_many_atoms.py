@@ -6,15 +6,15 @@ import random
 
 import pytest
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.goals import find_marking
-from dineros.analysis.logic.combining import Combination, combined
-from dineros.analysis.logic.ctl import Engine, check_ctl
-from dineros.analysis.logic.lasso import holds_on_lasso
-from dineros.analysis.logic.ltl import verify_ltl
-from dineros.analysis.logic.names import NetNames
-from dineros.analysis.logic.parser import parse
-from dineros.analysis.logic.syntax import And, Atom, Finally, Fired, Formula, Not, Or
+from dineros.analysis.logic.ctl.checking import Engine, check_ctl
+from dineros.analysis.logic.language.combining import Combination, combined
+from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.semantics import holds_on_lasso
+from dineros.analysis.logic.language.syntax import And, Atom, Finally, Fired, Formula, Not, Or
+from dineros.analysis.logic.ltl.verification import verify_ltl
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.questions.reachability import find_marking
 
 COUNT = 150
 #: A ring of places with one token, and a place that is never marked beside each.

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dineros.analysis.compiled import CompiledNet
 from dineros.analysis.logic import check_ctl, verify_ltl
-from dineros.analysis.logic.packing import Layout
+from dineros.analysis.logic.graphs.packing import Layout
+from dineros.analysis.nets.compiled import CompiledNet
 
 
 @given(st.lists(st.integers(0, 2**30), max_size=40), st.lists(st.integers(0, 2**50), max_size=40))

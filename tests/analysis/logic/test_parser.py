@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dineros.analysis.logic.errors import FormulaError
-from dineros.analysis.logic.parser import MAX_LENGTH, Logic, parse
-from dineros.analysis.logic.syntax import Comparison, Finally, Fired, Globally, Implies, Name
+from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.logic.language.parser import MAX_LENGTH, Logic, parse
+from dineros.analysis.logic.language.syntax import Comparison, Finally, Fired, Globally, Implies, Name
 from tests.analysis.logic.generated import PROPOSITIONS, random_ctl, random_ltl
 
 

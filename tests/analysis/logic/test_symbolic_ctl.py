@@ -7,20 +7,20 @@ import random
 import pytest
 
 from case_study.build import build
-from dineros.analysis.compiled import CompiledNet, Transition
-from dineros.analysis.logic.atoms import BoundAtoms
-from dineros.analysis.logic.budget import Budget, BudgetExceededError, Meter
-from dineros.analysis.logic.ctl import check_ctl, satisfying
-from dineros.analysis.logic.explicit_sets import ExplicitSets
-from dineros.analysis.logic.graph import StateGraph
-from dineros.analysis.logic.names import NetNames
-from dineros.analysis.logic.symbolic_sets import SymbolicSets
-from dineros.analysis.logic.syntax import Exists, Globally, Not
-from dineros.analysis.logic.verdict import replayed
-from dineros.analysis.subject import subject_of
-from dineros.analysis.symbolic import symbolic_state_space
+from dineros.analysis.logic.ctl.checking import check_ctl, satisfying
+from dineros.analysis.logic.ctl.explicit_sets import ExplicitSets
+from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+from dineros.analysis.logic.graphs.stored import StateGraph
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.logic.language.syntax import Exists, Globally, Not
+from dineros.analysis.logic.verdicts.budget import Budget, BudgetExceededError, Meter
+from dineros.analysis.logic.verdicts.verdict import replayed
+from dineros.analysis.model.subject import subject_of
+from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.metamodel.settings import apply
-from dineros.transformations.flatten import SignalVariant
+from dineros.transformations.rules.catalogue import SignalVariant
 from tests.analysis import classic_nets as classic
 from tests.analysis.logic.generated import atoms_of, random_ctl, random_net
 
@@ -88,7 +88,7 @@ def test_runs_without_steps_that_cannot_be_undone(monkeypatch: pytest.MonkeyPatc
     net = classic.philosophers(6)
     formulas = ("EF deadlock", f'EG !enabled("{net.transitions[0]}")', f'EF enabled("{net.transitions[-1]}")')
     climbed = [check_ctl(net, formula, engine="symbolic") for formula in formulas]
-    monkeypatch.setattr("dineros.analysis.logic.climbing.MOST_MARKINGS", 0)
+    monkeypatch.setattr("dineros.analysis.logic.ctl.climbing.MOST_MARKINGS", 0)
     for formula, other in zip(formulas, climbed, strict=True):
         verdict = check_ctl(net, formula, engine="symbolic")
         assert (verdict.status, bool(verdict.stem)) == (other.status, bool(other.stem))

@@ -9,13 +9,13 @@ import subprocess
 
 import pytest
 
-from dineros.analysis.logic.automaton import Automaton, Edge
-from dineros.analysis.logic.errors import FormulaError
-from dineros.analysis.logic.lasso import holds_on_lasso
-from dineros.analysis.logic.parser import parse
-from dineros.analysis.logic.rewriting import implies, negated, simplified
-from dineros.analysis.logic.syntax import And, Atom, Formula, Not, Or
-from dineros.analysis.logic.translation import translate
+from dineros.analysis.logic.automata.automaton import Automaton, Edge
+from dineros.analysis.logic.automata.translation import translate
+from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.rewriting import implies, negated, simplified
+from dineros.analysis.logic.language.semantics import holds_on_lasso
+from dineros.analysis.logic.language.syntax import And, Atom, Formula, Not, Or
 from tests.analysis.logic.generated import PROPOSITIONS, Letter, random_ltl, random_word
 from tests.analysis.logic.reference_ltl import accepts_word
 from tests.support.system_packages import needs

@@ -9,8 +9,8 @@ from itertools import islice
 
 import networkx as nx
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.coverability import coverability
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.reductions import MutableNet, Property, Reduction, replay
 
 Tokens = tuple[int, ...]

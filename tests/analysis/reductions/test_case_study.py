@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.reductions import MutableNet, Property, Reduction, reduce, replay
 from tests.analysis.reductions.brute_force import Graph
 from tests.analysis.reference_case_study import MARKINGS, OverflowVariant, SignalVariant, reference_case_study

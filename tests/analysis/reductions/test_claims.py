@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.reductions import RULES, Property, Rule, reduce
 from tests.analysis.reductions.brute_force import check
 from tests.analysis.reductions.generated_nets import nets, random_net

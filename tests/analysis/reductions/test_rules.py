@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from dineros.analysis.compiled import CompiledNet, NetError, Transition
+from dineros.analysis.nets.compiled import CompiledNet, NetError, Transition
 from dineros.analysis.reductions import RULES, MutableNet, Property, Reduction, ReductionError, reduce, replay
 from dineros.analysis.reductions import reduction as reduction_module
 

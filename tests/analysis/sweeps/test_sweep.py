@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from case_study.build import build
-from dineros.analysis.statespace import state_space
-from dineros.analysis.subject import subject_of
+from dineros.analysis.model.subject import subject_of
+from dineros.analysis.questions.state_space import state_space
 from dineros.analysis.sweeps import Axis, Grid, Outcome, Progress, SweepError, SweepInterrupt, sweep
 from dineros.analysis.sweeps.journal import Journal
 from dineros.analysis.sweeps.sweep import journal_path

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from dineros.analysis.logic.syntax import (
+from dineros.analysis.logic.language.syntax import (
     And,
     Comparison,
     Constant,

@@ -19,14 +19,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dineros.analysis.logic.lasso import holds_on_lasso
-from dineros.analysis.logic.rewriting import negated
-from dineros.analysis.logic.syntax import Atom, Comparison, Deadlock, Fired, Formula
-from dineros.analysis.logic.translation import translate
+from dineros.analysis.logic.automata.translation import translate
+from dineros.analysis.logic.language.rewriting import negated
+from dineros.analysis.logic.language.semantics import holds_on_lasso
+from dineros.analysis.logic.language.syntax import Atom, Comparison, Deadlock, Fired, Formula
 from tests.analysis.tina.selt_language import SUB, read
 
 if TYPE_CHECKING:
-    from dineros.analysis.compiled import CompiledNet
+    from dineros.analysis.nets.compiled import CompiledNet
 
 ROOT = Path(__file__).resolve().parents[3]
 FAULTS = "TINA_STAND_IN_FAULTS"
@@ -187,7 +187,7 @@ def main(program: str, arguments: list[str]) -> None:
 
 def _net(file: str) -> CompiledNet:
     """Read a net; names are those of the file, where our ids have no white space."""
-    from dineros.analysis.nets import compile_net
+    from dineros.analysis.nets.models import compile_net
     from dineros.metamodel.elements import label, places, transitions
     from dineros.metamodel.files import load
 

@@ -9,12 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dineros.analysis.compiled import CompiledNet, Transition
-from dineros.analysis.logic.atoms import OPERATORS, BoundAtoms, Step
-from dineros.analysis.logic.lasso import holds_on_lasso
-from dineros.analysis.logic.names import NetNames
-from dineros.analysis.logic.parser import parse
-from dineros.analysis.logic.syntax import (
+from dineros.analysis.logic.language.atoms import OPERATORS, BoundAtoms, Step
+from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.semantics import holds_on_lasso
+from dineros.analysis.logic.language.syntax import (
     Atom,
     Comparison,
     Deadlock,
@@ -27,6 +26,7 @@ from dineros.analysis.logic.syntax import (
     SignalTrue,
     WeakUntil,
 )
+from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.tina.formulas import fair_text, formula_text
 from dineros.analysis.tina.programs import TinaError
 from tests.analysis.logic.generated import random_ltl

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dineros.analysis.compiled import CompiledNet
-from dineros.analysis.logic.atoms import BoundAtoms
-from dineros.analysis.logic.names import NetNames
-from dineros.analysis.logic.parser import parse
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.tina.formulas import quoted
 from dineros.analysis.tina.paths import lasso, read_sequence, to_goal
 from dineros.analysis.tina.programs import TinaError

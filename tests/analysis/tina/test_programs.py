@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.analysis.compiled import CompiledNet
+from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.tina.programs import LONGEST_ARGUMENT, TinaError, TinaTimeoutError, workplace
 from dineros.metamodel.files import load
 

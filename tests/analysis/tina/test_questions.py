@@ -8,18 +8,19 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from dineros.analysis import goals, tina
-from dineros.analysis.compiled import CompiledNet, Transition
+from dineros.analysis import tina
 from dineros.analysis.explicit import Order
-from dineros.analysis.logic.atoms import BoundAtoms, Step
-from dineros.analysis.logic.lasso import holds_on_lasso
-from dineros.analysis.logic.ltl import verify_ltl
-from dineros.analysis.logic.names import NetNames
-from dineros.analysis.logic.parser import parse
-from dineros.analysis.logic.syntax import Atom, Comparison, Deadlock, Enabled, Fired, Name
-from dineros.analysis.logic.verdict import check_counterexample
+from dineros.analysis.logic.language.atoms import BoundAtoms, Step
+from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.semantics import holds_on_lasso
+from dineros.analysis.logic.language.syntax import Atom, Comparison, Deadlock, Enabled, Fired, Name
+from dineros.analysis.logic.ltl.verification import verify_ltl
+from dineros.analysis.logic.verdicts.verdict import check_counterexample
+from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.witness import replay
+from dineros.analysis.questions import reachability
 from dineros.analysis.tina import TinaError, trial
-from dineros.analysis.witness import replay
 from tests.analysis.logic.generated import random_ltl
 from tests.analysis.reference_search import reference_search
 from tests.analysis.strategies import nets
@@ -53,7 +54,7 @@ class TestReachability:
         names = NetNames(net)
         for text in (goal, f"deadlock & {goal}", f"{net.places[0]} > {bounds[0]}"):
             answer = tina.find_marking(net, text, names, order)
-            assert answer.status == goals.find_marking(net, text, names, 1 << 26).status
+            assert answer.status == reachability.find_marking(net, text, names, 1 << 26).status
             if answer.trace is not None:
                 condition = parse(text, "state")
                 end = Step(tuple(replay(net, answer.trace)[-1]), None)

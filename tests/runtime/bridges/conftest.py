@@ -11,7 +11,7 @@ import pytest
 from dineros.metamodel import sym
 from dineros.runtime.bridges.security import Tls
 from dineros.runtime.net import Net
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.runtime.bridges.broker import MOSQUITTO, Broker
 from tests.support.system_packages import require
 from tests.support.talker import talker

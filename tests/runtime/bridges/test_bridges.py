@@ -15,7 +15,7 @@ from dineros.runtime.bridges.mqtt import MqttSignals
 from dineros.runtime.bridges.rest import RestPoll, RestServer
 from dineros.runtime.bridges.values import SignalValueError, read_truth
 from dineros.runtime.net import Net
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.runtime.bridges.broker import PATIENCE, Broker, free_port
 from tests.support.talker import talker
 

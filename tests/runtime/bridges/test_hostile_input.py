@@ -262,7 +262,7 @@ _MEMORY = """
 import socket, sys, time
 from dineros.runtime.bridges.rest import RestPoll, RestServer
 from dineros.runtime.net import Net
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.support.talker import talker
 
 def peak():

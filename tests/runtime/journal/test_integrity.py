@@ -16,7 +16,7 @@ from dineros.runtime.local import LocalNetwork
 from dineros.runtime.net import Net
 from dineros.runtime.node import Node
 from dineros.runtime.recording import Checkpoint
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.support.talker import talker
 
 STATE = cast("Checkpoint", {"marking": {"Words": [[1, {}]]}, "signals": {}})

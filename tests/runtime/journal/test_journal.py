@@ -40,7 +40,7 @@ from dineros.runtime.journal.outlined import Outlined
 from dineros.runtime.recording import Checkpoint as State
 from dineros.runtime.simulation import LocalApplication
 from dineros.runtime.transport import Ports
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.support.calling_systems import calling_systems
 from tests.support.chatty_systems import chatty_systems
 from tests.support.small_systems import small_system_models

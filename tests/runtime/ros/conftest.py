@@ -22,7 +22,7 @@ from dineros.metamodel.files import save
 from dineros.runtime.ros.domains import claimed_domain
 from dineros.runtime.ros.environment import Reach, ros_environment
 from dineros.runtime.ros.memory import remove_abandoned
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.runtime.ros.post import post
 from tests.runtime.ros.sockets import bound_addresses
 

@@ -11,7 +11,7 @@ import pytest
 
 from dineros.metamodel.files import save
 from dineros.runtime.ros.environment import Reach
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.runtime.ros.conftest import PATIENCE, Ros
 from tests.runtime.ros.post import LETTER, post
 from tests.runtime.ros.shared_memory import used_by

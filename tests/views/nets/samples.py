@@ -8,7 +8,7 @@ from pathlib import Path
 from case_study.build import build
 from dineros.metamodel import elements, pn, sym
 from dineros.metamodel.build import flow, inhibit, read
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.support.talker import talker
 
 EDITED = Path(__file__).with_name("edited.pnml")

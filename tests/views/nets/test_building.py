@@ -7,8 +7,8 @@ import json
 import pytest
 
 from dineros.metamodel import elements, pn, sym
-from dineros.transformations.flatten import flatten
-from dineros.transformations.split import split
+from dineros.transformations.flattening.flatten import flatten
+from dineros.transformations.flattening.split import split
 from dineros.views.nets import ViewModel, view_of
 from tests.support.bakery import bakery
 from tests.support.talker import talker

@@ -9,9 +9,9 @@ from types import ModuleType
 
 import pytest
 
-from dineros.analysis.findings import witness_of
-from dineros.analysis.first_cause import first_cause
-from dineros.analysis.subject import subject_of
+from dineros.analysis.model.subject import subject_of
+from dineros.analysis.witnesses.findings import witness_of
+from dineros.analysis.witnesses.first_cause import first_cause
 from dineros.cli.tracing import loads_of
 from dineros.metamodel import sym
 from dineros.metamodel.files import load

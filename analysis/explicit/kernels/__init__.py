@@ -1,0 +1,1 @@
+"""Kernels of the explicit engine; importing one imports Numba."""

@@ -1,0 +1,1 @@
+"""Automata for formulas of LTL."""

@@ -1,0 +1,1 @@
+"""CTL: the states that satisfy a formula, on stored graphs and on decision diagrams."""

@@ -1,0 +1,275 @@
+"""CTL on nets: the states that satisfy a formula, by fixpoints over any representation of sets of states.
+
+Runs are infinite; one that reaches a deadlock stays there for ever, so a deadlock is its own successor.
+
+References
+----------
+E. M. Clarke, E. A. Emerson, A. P. Sistla, *Automatic verification of finite-state concurrent systems using
+temporal logic specifications*, TOPLAS 8(2), 1986.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import reduce
+from typing import TYPE_CHECKING, Any, Literal
+
+from dineros.analysis.logic.ctl.state_sets import Run, States, StateSets
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.names import Names, NetNames
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.syntax import (
+    TRUE,
+    And,
+    Atom,
+    Constant,
+    Equivalent,
+    Exists,
+    Finally,
+    ForAll,
+    Formula,
+    Globally,
+    Implies,
+    Next,
+    Not,
+    Or,
+    Release,
+    Until,
+    WeakUntil,
+)
+from dineros.analysis.logic.verdicts.budget import Budget, BudgetExceededError, Meter, ProgressCallback
+from dineros.analysis.logic.verdicts.verdict import Verdict
+from dineros.analysis.nets.compiled import CompiledNet
+
+if TYPE_CHECKING:
+    from dineros.analysis.symbolic.order_cache import OrderCache
+
+Engine = Literal["auto", "explicit", "symbolic"]
+
+#: Markings up to which `check_ctl` stores them one by one.
+FEW_STATES = 500_000
+
+
+def basic(formula: Formula) -> Formula:
+    """Return an equivalent CTL formula over ``! & |`` and the three operators ``EX``, ``EU``, ``EG`` only."""
+    match formula:
+        case Exists(path):
+            return _some(type(path), [basic(operand) for operand in path.operands])
+        case ForAll(path):
+            return Not(_some_not(type(path), [basic(operand) for operand in path.operands]))
+    parts = tuple(basic(operand) for operand in formula.operands)
+    match formula:
+        case Atom() | Not() | And() | Or():
+            return formula.with_operands(parts)
+        case Implies():
+            return Or((Not(parts[0]), parts[1]))
+        case Equivalent():
+            return Or((And(parts), And((Not(parts[0]), Not(parts[1])))))
+    raise TypeError(f"no CTL formula: {formula}")
+
+
+def _some(kind: type[Formula], parts: list[Formula]) -> Formula:
+    """Some run satisfies the temporal operator."""
+    if kind is Finally:
+        return Exists(Until(TRUE, parts[0]))
+    if kind is Release:
+        left, right = parts
+        return Or((Exists(Until(right, And((left, right)))), Exists(Globally(right))))
+    if kind is WeakUntil:
+        return Or((Exists(Until(*parts)), Exists(Globally(parts[0]))))
+    return Exists(kind(*parts))
+
+
+def _some_not(kind: type[Formula], parts: list[Formula]) -> Formula:
+    """Some run violates the temporal operator."""
+    no = [Not(part) for part in parts]
+    if kind is Next:
+        return Exists(Next(no[0]))
+    if kind is Finally:
+        return Exists(Globally(no[0]))
+    if kind is Globally:
+        return Exists(Until(TRUE, no[0]))
+    if kind is Release:
+        return Exists(Until(no[0], no[1]))
+    never = Exists(Until(no[1], And((no[0], no[1]))))
+    return never if kind is WeakUntil else Or((never, Exists(Globally(no[1]))))
+
+
+def satisfying(formula: Formula, sets: StateSets[States]) -> dict[Formula, States]:
+    """Return for every state formula in a `basic` CTL formula the states that satisfy it."""
+    found: dict[Formula, States] = {}
+    for part in formula.subformulas():
+        match part:
+            case Constant(value):
+                found[part] = sets.constant(value)
+            case Atom():
+                found[part] = sets.atom(part)
+            case Not(operand):
+                found[part] = sets.complement(found[operand])
+            case And(operands):
+                found[part] = reduce(sets.intersection, [found[operand] for operand in operands])
+            case Or(operands):
+                found[part] = reduce(sets.union, [found[operand] for operand in operands])
+            case Exists(Next(operand)):
+                found[part] = sets.some_next(found[operand])
+            case Exists(Until(left, right)):
+                found[part] = sets.some_until(found[left], found[right])
+            case Exists(Globally(operand)):
+                found[part] = sets.some_globally(found[operand])
+    return found
+
+
+def show(
+    sets: StateSets[States], formula: Formula, value: bool, found: Mapping[Formula, States]
+) -> tuple[Run, str]:
+    """Return a run that shows the value of a `basic` formula in the initial state, and what it means.
+
+    Only existential operators that are true have one; for the others all is empty.
+    """
+    match formula:
+        case Not(operand):
+            return show(sets, operand, not value, found)
+        case And(operands) | Or(operands):
+            for operand in operands:
+                # One operand decides if it is true in a disjunction or false in a conjunction; else all do.
+                if sets.initially(found[operand]) == value:
+                    shown = show(sets, operand, value, found)
+                    if shown[1]:
+                        return shown
+        case Exists(path) if value:
+            return sets.path(path, found), f"shows {formula}"
+    return ((), ()), ""
+
+
+def check_ctl(
+    net: CompiledNet,
+    formula: str | Formula,
+    names: Names | None = None,
+    budget: Budget | None = None,
+    progress: ProgressCallback | None = None,
+    engine: Engine = "auto",
+    orders: OrderCache | None = None,
+) -> Verdict:
+    """Decide whether the initial marking of a net satisfies a CTL formula.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net; if it is unbounded the answer is ``unknown`` when a limit is hit.
+    formula : str or Formula
+        The formula.
+    names : Names, optional
+        What names stand for; by default places and transitions of the net.
+    budget : Budget, optional
+        Limits; by default there are none.
+    progress : callable, optional
+        Told a few times a second how far the search is.
+    engine : {"auto", "explicit", "symbolic"}
+        How sets of markings are stored: one by one, which gives shortest witnesses, or as decision diagrams.
+        ``auto`` begins explicitly and takes diagrams where there are many markings.
+    orders : OrderCache, optional
+        Where orders of levels are kept for the symbolic engine.
+
+    Returns
+    -------
+    Verdict
+        With a replayed path or lasso for the outermost operator where one shows the answer: a counterexample
+        to ``AG``, a witness of ``EF``, and so on. Where a limit is hit while it is looked for, the answer
+        stands without it, and the reason says so.
+
+    Raises
+    ------
+    FormulaError
+        If the formula is none or names something unknown.
+
+    Examples
+    --------
+    >>> net = CompiledNet.build({"idle": 1, "busy": 0}, [("start", {"idle": 1}, {"busy": 1})])
+    >>> check_ctl(net, "AG EF idle >= 1")
+    Verdict(status='violated', stem=(0,), loop=(), states=2, ...)
+    """
+    tree = parse(formula, "ctl") if isinstance(formula, str) else formula
+    atoms = BoundAtoms(net, tree, names or NetNames(net))
+    budget = budget or Budget()
+    meter = Meter(budget, progress)
+    if engine == "explicit":
+        return _explicitly(net, tree, atoms, meter)
+    if engine == "auto" and (budget.states is None or budget.states > FEW_STATES):
+        few = Meter(replace(budget, states=FEW_STATES), progress, meter.started)
+        verdict = _explicitly(net, tree, atoms, few)
+        if verdict.status != "unknown":
+            return verdict
+    elif engine == "auto":
+        return _explicitly(net, tree, atoms, meter)
+    answer = _symbolically(net, tree, atoms, meter, orders)
+    if answer is None and engine == "auto":
+        return _explicitly(net, tree, atoms, meter)
+    return answer or Verdict("unknown", seconds=meter.seconds, reason="the places have no known bounds")
+
+
+def _explicitly(net: CompiledNet, tree: Formula, atoms: BoundAtoms, meter: Meter) -> Verdict:
+    from dineros.analysis.logic.ctl.explicit_sets import ExplicitSets
+    from dineros.analysis.logic.graphs.stored import StateGraph
+
+    states = 0
+    try:
+        graph = StateGraph(net, list(atoms.conditions.items()), meter)
+        try:
+            graph.explore()
+        finally:
+            states = graph.size
+        return _decided(tree, ExplicitSets(graph), states, meter)
+    except BudgetExceededError as limit:
+        return Verdict("unknown", states=states, seconds=meter.seconds, reason=str(limit))
+
+
+def _symbolically(
+    net: CompiledNet,
+    tree: Formula,
+    atoms: BoundAtoms,
+    meter: Meter,
+    orders: OrderCache | None,
+) -> Verdict | None:
+    """Decide with decision diagrams; None where bounds of places are not known, or too large for levels."""
+    from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+    from dineros.analysis.symbolic.engine import DEFAULT_MEMORY, symbolic_state_space
+    from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
+    from dineros.analysis.symbolic.saturation import DiagramMemoryError
+
+    def tell(progress: Any) -> None:
+        meter.report(0, progress.bytes, progress)
+
+    memory = meter.budget.memory_bytes or DEFAULT_MEMORY
+    try:
+        meter.check_time()
+        space = symbolic_state_space(net, memory, tell, orders=orders)
+    except (UnknownBoundError, LevelSizeError):
+        return None
+    except BudgetExceededError as limit:
+        return Verdict("unknown", seconds=meter.seconds, reason=str(limit))
+    states = space.markings
+    try:
+        if not space.complete:
+            raise DiagramMemoryError
+        meter.check_time()
+        return _decided(tree, SymbolicSets(space, atoms, tell), states, meter)
+    except DiagramMemoryError:
+        reason = f"memory: more than {memory / 2**20:.0f} MiB needed"
+        return Verdict("unknown", states=states, seconds=meter.seconds, reason=reason)
+    except BudgetExceededError as limit:
+        return Verdict("unknown", states=states, seconds=meter.seconds, reason=str(limit))
+
+
+def _decided(tree: Formula, sets: StateSets[States], states: int, meter: Meter) -> Verdict:
+    from dineros.analysis.symbolic.saturation import DiagramMemoryError
+
+    wanted = basic(tree)
+    found = satisfying(wanted, sets)
+    holds = sets.initially(found[wanted])
+    try:
+        (stem, loop), reason = show(sets, wanted, holds, found)
+    except (BudgetExceededError, DiagramMemoryError) as limit:
+        # The answer stands; only how to show it was not found.
+        stem, loop, reason = (), (), f"a run showing it was not found: {limit}"
+    return Verdict("holds" if holds else "violated", stem, loop, states, meter.seconds, reason)

@@ -1,0 +1,1 @@
+"""Products of a net and an automaton, and stored reachability graphs."""

@@ -1,0 +1,1 @@
+"""Kernels on products and stored graphs; importing one imports Numba."""

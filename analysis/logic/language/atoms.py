@@ -1,0 +1,165 @@
+"""Atoms bound to a net: names resolved, and evaluated by the plain definition."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.syntax import (
+    Atom,
+    Comparison,
+    Constant,
+    Deadlock,
+    Enabled,
+    Fired,
+    Formula,
+    Name,
+    SignalTrue,
+)
+from dineros.analysis.nets.compiled import CompiledNet
+
+OPERATORS: dict[str, Callable[[int, int], bool]] = {
+    "<=": operator.le,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    ">": operator.gt,
+}
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A weighted sum of tokens compared with a number: place -> factor, operator, bound."""
+
+    factors: dict[int, int]
+    operator: str
+    bound: int
+
+
+@dataclass(frozen=True)
+class SomeEnabled:
+    """Some of these transitions is enabled."""
+
+    transitions: frozenset[int]
+
+
+@dataclass(frozen=True)
+class SomeFired:
+    """The step taken is one of these transitions."""
+
+    transitions: frozenset[int]
+
+
+@dataclass(frozen=True)
+class NoneEnabled:
+    """No transition is enabled."""
+
+
+Condition = Linear | SomeEnabled | SomeFired | NoneEnabled
+"""What an atom asks of a marking and the step taken from it."""
+
+
+@dataclass(frozen=True)
+class Combined:
+    """A boolean combination of other conditions on a marking.
+
+    Attributes
+    ----------
+    parts : tuple of Condition
+        The conditions.
+    program : tuple of int
+        Postfix form: numbers of parts, and the negative codes of this class for operations.
+    """
+
+    parts: tuple[Condition, ...]
+    program: tuple[int, ...]
+
+    NOT: ClassVar[int] = -1
+    AND: ClassVar[int] = -2
+    OR: ClassVar[int] = -3
+    SAME: ClassVar[int] = -4
+    TRUE: ClassVar[int] = -5
+    FALSE: ClassVar[int] = -6
+
+
+@dataclass(frozen=True)
+class Step:
+    """A position of a run: a marking and the transition fired there; None: a deadlock, for ever."""
+
+    marking: tuple[int, ...]
+    transition: int | None
+
+
+class BoundAtoms:
+    """The atoms of a formula as conditions on markings and steps of a net.
+
+    Parameters
+    ----------
+    net : CompiledNet
+    formula : Formula
+    names : Names
+
+    Raises
+    ------
+    FormulaError
+        If a name is unknown; with its column.
+    """
+
+    def __init__(self, net: CompiledNet, formula: Formula, names: Names) -> None:
+        self.net = net
+        self.conditions: dict[Atom, Condition] = {
+            part: _condition(part, names)
+            for part in formula.subformulas()
+            if isinstance(part, Atom) and not isinstance(part, Constant)
+        }
+
+    def is_true(self, atom: Atom, step: Step) -> bool:
+        """Evaluate an atom by its definition, at a step of a run."""
+        match self.conditions[atom]:
+            case Linear(factors, symbol, bound):
+                return OPERATORS[symbol](sum(k * step.marking[p] for p, k in factors.items()), bound)
+            case SomeEnabled(transitions):
+                return any(self.net.is_enabled(t, step.marking) for t in transitions)
+            case SomeFired(transitions):
+                return step.transition in transitions
+            case NoneEnabled():
+                return not any(self.net.is_enabled(t, step.marking) for t in range(len(self.net.transitions)))
+
+
+def resolved_transitions(names: Names, name: Name) -> Sequence[int]:
+    """Return the transitions of a name; an error gets the name's column."""
+    try:
+        return names.transitions(name.text)
+    except FormulaError as error:
+        raise error.at(name.column) from None
+
+
+def _condition(atom: Atom, names: Names) -> Condition:
+    match atom:
+        case Comparison(terms, symbol, bound):
+            factors: dict[int, int] = {}
+            for factor, name in terms:
+                try:
+                    places = names.places(name.text)
+                except FormulaError as error:
+                    raise error.at(name.column) from None
+                for place in places:
+                    factors[place] = factors.get(place, 0) + factor
+            return Linear({p: k for p, k in factors.items() if k}, symbol, bound)
+        case SignalTrue(name):
+            try:
+                return Linear({names.signal(name.text): 1}, ">=", 1)
+            except FormulaError as error:
+                raise error.at(name.column) from None
+        case Enabled(name):
+            return SomeEnabled(frozenset(resolved_transitions(names, name)))
+        case Fired(name):
+            return SomeFired(frozenset(resolved_transitions(names, name)))
+        case Deadlock():
+            return NoneEnabled()
+    raise TypeError(f"unknown atom: {atom}")

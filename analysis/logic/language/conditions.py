@@ -1,0 +1,122 @@
+"""Conditions on the marking of a running application, such as ``Shown >= 4 & !signal(Danger)``.
+
+The engines bind a formula to the indices of a compiled net; a running application has no such net, only
+tokens by the ids of places. Names mean what they mean to the engines: a replicated element's name is the
+sum over its instances, ``Pick[2].PickRun`` is that of server instance 2.
+"""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable, Iterable, Mapping
+
+from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.syntax import (
+    And,
+    Comparison,
+    Constant,
+    Equivalent,
+    Formula,
+    Implies,
+    Name,
+    Not,
+    Or,
+    SignalTrue,
+)
+from dineros.metamodel.errors import near_matches
+
+_INSTANCE = re.compile(r".+\[\d+\]\.(.+)")
+_COMPARE: dict[str, Callable[[int, int], bool]] = {
+    "<=": operator.le,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    ">": operator.gt,
+}
+
+Predicate = Callable[[Mapping[str, int], Mapping[str, bool]], bool]
+
+
+class Condition:
+    """A condition on tokens and signals.
+
+    Parameters
+    ----------
+    text : str
+        The condition, in the language of goals.
+    places, signals : iterable of str
+        Ids that are known, those of replicated places with their instance.
+
+    Raises
+    ------
+    FormulaError
+        The text is no condition on a marking and signals, or names something unknown.
+
+    Examples
+    --------
+    >>> ready = Condition("Run >= 2 & !signal(Danger)", ["Pick[1].Run", "Pick[2].Run"], ["Danger"])
+    >>> ready({"Pick[1].Run": 1, "Pick[2].Run": 1}, {"Danger": False})
+    True
+    """
+
+    def __init__(self, text: str, places: Iterable[str], signals: Iterable[str]) -> None:
+        self.text = text
+        self._places: dict[str, list[str]] = {}
+        for place in places:
+            self._places.setdefault(place, []).append(place)
+            instance = _INSTANCE.fullmatch(place)
+            if instance:
+                self._places.setdefault(instance[1], []).append(place)
+        self._signals = set(signals)
+        self._holds = self._compiled(parse(text, "state"))
+
+    def __call__(self, marking: Mapping[str, int], signals: Mapping[str, bool]) -> bool:
+        """Say whether the condition holds; a place that is not mentioned holds no token."""
+        return self._holds(marking, signals)
+
+    def _compiled(self, formula: Formula) -> Predicate:
+        if isinstance(formula, Constant):
+            value = formula.value
+            return lambda marking, signals: value
+        if isinstance(formula, Comparison):
+            return self._comparison(formula)
+        if isinstance(formula, SignalTrue):
+            signal = self._signal(formula.name)
+            return lambda marking, signals: signals.get(signal, False)
+        parts = [self._compiled(operand) for operand in formula.operands]
+        if isinstance(formula, Not):
+            return lambda marking, signals: not parts[0](marking, signals)
+        if isinstance(formula, And):
+            return lambda marking, signals: all(part(marking, signals) for part in parts)
+        if isinstance(formula, Or):
+            return lambda marking, signals: any(part(marking, signals) for part in parts)
+        if isinstance(formula, Implies):
+            return lambda marking, signals: not parts[0](marking, signals) or parts[1](marking, signals)
+        if isinstance(formula, Equivalent):
+            return lambda marking, signals: parts[0](marking, signals) == parts[1](marking, signals)
+        raise FormulaError(
+            f"{formula} cannot be observed while an application runs",
+            hint="compare places, or ask for signals",
+        )
+
+    def _comparison(self, formula: Comparison) -> Predicate:
+        terms = [(factor, place) for factor, name in formula.terms for place in self._named(name)]
+        compare, bound = _COMPARE[formula.operator], formula.bound
+        return lambda marking, signals: compare(
+            sum(factor * marking.get(place, 0) for factor, place in terms), bound
+        )
+
+    def _named(self, name: Name) -> list[str]:
+        if name.text not in self._places:
+            hint = near_matches(name.text, self._places)
+            raise FormulaError(f"no place is named {name.text!r}", hint=hint, column=name.column or None)
+        return self._places[name.text]
+
+    def _signal(self, name: Name) -> str:
+        if name.text not in self._signals:
+            hint = near_matches(name.text, self._signals)
+            raise FormulaError(f"no signal is named {name.text!r}", hint=hint, column=name.column or None)
+        return name.text

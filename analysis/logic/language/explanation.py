@@ -1,0 +1,164 @@
+"""Why a run violates a formula of LTL: the literals, each with its positions, that the violation rests on.
+
+If one of them were different, the formula would not fail in the way it does. Positions that come after the
+first failure of a part are not looked at. The approximation is that of the paper, on lassos instead of
+finite prefixes; it takes time in proportion to formula and run.
+
+References
+----------
+I. Beer, S. Ben-David, H. Chockler, A. Orni, R. Trefler, *Explaining counterexamples using causality*, Formal
+Methods in System Design 40(1), 2012.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+from dineros.analysis.logic.language.rewriting import simplified
+from dineros.analysis.logic.language.syntax import (
+    And,
+    Atom,
+    Constant,
+    Finally,
+    Formula,
+    Globally,
+    Next,
+    Not,
+    Or,
+    Release,
+    Until,
+)
+
+Letter = TypeVar("Letter")
+
+Occurrence = tuple[int, Atom, bool]
+"""A position, an atom, and its value there."""
+
+
+def explanation(
+    formula: Formula, stem: Sequence[Letter], loop: Sequence[Letter], is_true: Callable[[Atom, Letter], bool]
+) -> list[Occurrence] | None:
+    """Return what a violation rests on, by position; None where the run satisfies the formula.
+
+    Parameters
+    ----------
+    formula : Formula
+        An LTL formula.
+    stem, loop : sequence of letters
+        The run ``stem loop loop ...``; the loop has at least one letter.
+    is_true : callable
+        Whether an atom (not a constant) is true at a letter.
+
+    Examples
+    --------
+    >>> from dineros.analysis.logic.language.parser import parse
+    >>> run = [{"asked >= 1"}, {"asked >= 1", "done >= 1"}, {"asked >= 1"}]
+    >>> found = explanation(
+    ...     parse("G (asked >= 1 -> F done >= 1)"), run, [set()], lambda atom, letter: str(atom) in letter
+    ... )
+    >>> [(position, str(atom), value) for position, atom, value in found or []]
+    [(2, 'asked >= 1', True), (2, 'done >= 1', False), (3, 'done >= 1', False)]
+    """
+    word = _Word(simplified(formula), [*stem, *loop], len(stem), is_true)
+    return None if word.holds else word.explain()
+
+
+class _Word:
+    """The values of all parts of a formula in negation normal form, at all positions."""
+
+    def __init__(
+        self,
+        formula: Formula,
+        letters: Sequence[Letter],
+        back: int,
+        is_true: Callable[[Atom, Letter], bool],
+    ) -> None:
+        self._formula, self._size, self._back = formula, len(letters), back
+        self._values: dict[Formula, list[bool]] = {}
+        for part in formula.subformulas():
+            self._values[part] = self._row(part, letters, is_true)
+
+    @property
+    def holds(self) -> bool:
+        return self._values[self._formula][0]
+
+    def _after(self, position: int) -> int:
+        return position + 1 if position + 1 < self._size else self._back
+
+    def _row(
+        self, part: Formula, letters: Sequence[Letter], is_true: Callable[[Atom, Letter], bool]
+    ) -> list[bool]:
+        rows = [self._values[operand] for operand in part.operands]
+        match part:
+            case Constant(value):
+                return [value] * self._size
+            case Atom():
+                return [is_true(part, letter) for letter in letters]
+            case Not():
+                return [not value for value in rows[0]]
+            case And():
+                return [all(column) for column in zip(*rows, strict=True)]
+            case Or():
+                return [any(column) for column in zip(*rows, strict=True)]
+            case Next():
+                return [rows[0][self._after(i)] for i in range(self._size)]
+            case Finally():
+                return self._fixpoint(False, lambda i, later: rows[0][i] or later)
+            case Globally():
+                return self._fixpoint(True, lambda i, later: rows[0][i] and later)
+            case Until():
+                return self._fixpoint(False, lambda i, later: rows[1][i] or (rows[0][i] and later))
+            case Release():
+                return self._fixpoint(True, lambda i, later: rows[1][i] and (rows[0][i] or later))
+        raise TypeError(f"no LTL formula in normal form: {part}")
+
+    def _fixpoint(self, start: bool, value: Callable[[int, bool], bool]) -> list[bool]:
+        row = [start] * self._size
+        later = start
+        for _ in range(2):  # twice around the loop is enough
+            for i in reversed(range(self._size)):
+                later = row[i] = value(i, later if i + 1 < self._size else row[self._back])
+        return row
+
+    def explain(self) -> list[Occurrence]:
+        """Return what it rests on that the formula is false at the first position."""
+        found: dict[Occurrence, None] = {}
+        seen: set[tuple[Formula, int]] = set()
+        todo: list[tuple[Formula, int]] = [(self._formula, 0)]
+        while todo:
+            part, position = todo.pop()
+            if (part, position) in seen:
+                continue
+            seen.add((part, position))
+            literal = part.operand if isinstance(part, Not) else part
+            if isinstance(literal, Atom):
+                if not isinstance(literal, Constant):
+                    found[position, literal, literal is not part] = None
+            else:
+                todo += self._blamed(part, position)
+        return sorted(found, key=lambda occurrence: (occurrence[0], str(occurrence[1])))
+
+    def _blamed(self, part: Formula, position: int) -> list[tuple[Formula, int]]:
+        """Return the parts, with positions, that make a part false."""
+        operands = part.operands
+        after = (part, self._after(position))
+        match part:
+            case And() | Or():
+                return [(operand, position) for operand in operands if self._is_false(operand, position)]
+            case Next():
+                return [(operands[0], after[1])]
+            case Finally():
+                return [(operands[0], position), after]
+            case Globally():
+                return [(operands[0], position) if self._is_false(operands[0], position) else after]
+            case Until():
+                first, second = (operands[0], position), (operands[1], position)
+                return [second, first if self._is_false(*first) else after]
+            case Release():
+                first, second = (operands[0], position), (operands[1], position)
+                return [second] if self._is_false(*second) else [first, after]
+        raise TypeError(f"no LTL formula in normal form: {part}")
+
+    def _is_false(self, part: Formula, position: int) -> bool:
+        return not self._values[part][position]

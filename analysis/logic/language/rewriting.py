@@ -1,0 +1,360 @@
+"""LTL in negation normal form, made smaller by equivalences.
+
+The result uses constants, atoms, negated atoms, conjunction, disjunction, ``X F G U R`` only. Rules are
+applied by the constructors below, bottom-up: propositional ones, pure eventuality and universality (Etessami
+and Holzmann), syntactic implication (Somenzi and Bloem), and joining of equal temporal operators.
+
+References
+----------
+K. Etessami, G. J. Holzmann, *Optimizing Buchi automata*, CONCUR 2000, LNCS 1877. F. Somenzi, R. Bloem,
+*Efficient Buchi automata from LTL formulae*, CAV 2000, LNCS 1855.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import lru_cache
+
+from dineros.analysis.logic.language.syntax import (
+    FALSE,
+    TRUE,
+    And,
+    Atom,
+    Constant,
+    Equivalent,
+    Finally,
+    Formula,
+    Globally,
+    Implies,
+    Next,
+    Not,
+    Or,
+    Release,
+    Until,
+    WeakUntil,
+)
+
+_DUAL: dict[type[Formula], Callable[..., Formula]] = {
+    And: Or,
+    Or: And,
+    Finally: Globally,
+    Globally: Finally,
+    Until: Release,
+    Release: Until,
+    Next: Next,
+}
+
+
+def simplified(formula: Formula) -> Formula:
+    """Return an equivalent formula in negation normal form, usually a smaller one."""
+    for _ in range(10):
+        smaller = _normal(formula, True)
+        if smaller == formula:
+            break
+        formula = smaller
+    return formula
+
+
+def negated(formula: Formula) -> Formula:
+    """Return the negation, simplified."""
+    return simplified(Not(formula))
+
+
+@lru_cache(maxsize=4096)
+def _normal(formula: Formula, positive: bool) -> Formula:
+    """Return the formula, or its negation unless `positive`, in normal form."""
+    match formula:
+        case Constant(value):
+            return TRUE if value == positive else FALSE
+        case Atom():
+            return formula if positive else Not(formula)
+        case Not(operand):
+            return _normal(operand, not positive)
+        case Implies(left, right):
+            parts = [_normal(left, not positive), _normal(right, positive)]
+            return disjunction(parts) if positive else conjunction(parts)
+        case Equivalent(left, right):
+            both = [_normal(left, True), _normal(right, positive)]
+            neither = [_normal(left, False), _normal(right, not positive)]
+            return disjunction([conjunction(both), conjunction(neither)])
+        case WeakUntil(left, right):
+            return _normal(Release(right, Or((left, right))), positive)
+    parts = [_normal(operand, positive) for operand in formula.operands]
+    match formula:
+        case And():
+            return conjunction(parts) if positive else disjunction(parts)
+        case Or():
+            return disjunction(parts) if positive else conjunction(parts)
+        case Next():
+            return next_(parts[0])
+        case Finally():
+            return finally_(parts[0]) if positive else globally(parts[0])
+        case Globally():
+            return globally(parts[0]) if positive else finally_(parts[0])
+        case Until():
+            return until(*parts) if positive else release(*parts)
+        case Release():
+            return release(*parts) if positive else until(*parts)
+    raise TypeError(f"no LTL formula: {formula}")
+
+
+def next_(operand: Formula) -> Formula:
+    """Return ``X operand``, simplified."""
+    if isinstance(operand, Constant) or (_is_eventual(operand) and _is_universal(operand)):
+        return operand
+    return Next(operand)
+
+
+def finally_(operand: Formula) -> Formula:
+    """Return ``F operand``, simplified."""
+    if isinstance(operand, Constant) or _is_eventual(operand):
+        return operand
+    match operand:
+        case Next(inner):
+            return next_(finally_(inner))
+        case Until(_, right):
+            return finally_(right)
+        case Or(operands):
+            return disjunction(finally_(part) for part in operands)
+        case And(operands):
+            # F (a & G F b) = F a & G F b
+            lasting = [part for part in operands if _is_eventual(part) and _is_universal(part)]
+            if lasting:
+                rest = conjunction(part for part in operands if part not in lasting)
+                return conjunction([finally_(rest), *lasting])
+    return Finally(operand)
+
+
+def globally(operand: Formula) -> Formula:
+    """Return ``G operand``, simplified."""
+    if isinstance(operand, Constant) or _is_universal(operand):
+        return operand
+    match operand:
+        case Next(inner):
+            return next_(globally(inner))
+        case Release(_, right):
+            return globally(right)
+        case And(operands):
+            return conjunction(globally(part) for part in operands)
+        case Or(operands):
+            lasting = [part for part in operands if _is_eventual(part) and _is_universal(part)]
+            if lasting:
+                rest = disjunction(part for part in operands if part not in lasting)
+                return disjunction([globally(rest), *lasting])
+    return Globally(operand)
+
+
+def until(left: Formula, right: Formula) -> Formula:
+    """Return ``left U right``, simplified."""
+    if isinstance(right, Constant) or left == FALSE or implies(left, right) or _is_eventual(right):
+        return right
+    if left == TRUE or implies(opposite(left), right):
+        return finally_(right)
+    match left, right:
+        case Next(a), Next(b):
+            return next_(until(a, b))
+        case _, Until(a, b) if implies(left, a):
+            return until(a, b)
+        case _, Finally(_):
+            return right
+    return Until(left, right)
+
+
+def release(left: Formula, right: Formula) -> Formula:
+    """Return ``left R right``, simplified."""
+    if isinstance(right, Constant) or left == TRUE or implies(right, left) or _is_universal(right):
+        return right
+    if left == FALSE or implies(right, opposite(left)):
+        return globally(right)
+    match left, right:
+        case Next(a), Next(b):
+            return next_(release(a, b))
+        case _, Release(a, b) if implies(a, left):
+            return release(a, b)
+        case _, Globally(_):
+            return right
+    return Release(left, right)
+
+
+def conjunction(operands: Iterable[Formula]) -> Formula:
+    """Return the conjunction, flattened, without implied parts, equal temporal operators joined."""
+    parts = _flattened(And, operands)
+    if FALSE in parts or any(opposite(part) in parts for part in parts):
+        return FALSE
+    parts = _without_implied([part for part in parts if part != TRUE], implies)
+    if any(implies(part, opposite(other)) for part in parts for other in parts):
+        return FALSE
+    joined = _join(parts, Next, lambda inner: next_(conjunction(inner)))
+    # F G a & F G b = F G (a & b)
+    joined = _join_pairs(joined, Finally, Globally, lambda inner: finally_(globally(conjunction(inner))))
+    if joined != parts:
+        return conjunction(joined)
+    return _combined(And, parts, TRUE)
+
+
+def disjunction(operands: Iterable[Formula]) -> Formula:
+    """Return the disjunction, flattened, without parts implying others, equal temporal operators joined."""
+    parts = _flattened(Or, operands)
+    if TRUE in parts or any(opposite(part) in parts for part in parts):
+        return TRUE
+    parts = _without_implied([part for part in parts if part != FALSE], lambda a, b: implies(b, a))
+    if any(implies(opposite(part), other) for part in parts for other in parts):
+        return TRUE
+    joined = _join(parts, Next, lambda inner: next_(disjunction(inner)))
+    joined = _join_pairs(joined, Globally, Finally, lambda inner: globally(finally_(disjunction(inner))))
+    if joined != parts:
+        return disjunction(joined)
+    return _combined(Or, parts, FALSE)
+
+
+@lru_cache(maxsize=8192)
+def opposite(formula: Formula) -> Formula:
+    """Return the negation of a formula in normal form, pushed to the atoms and not simplified."""
+    match formula:
+        case Constant(value):
+            return FALSE if value else TRUE
+        case Not(operand):
+            return operand
+        case Atom():
+            return Not(formula)
+    operands = tuple(opposite(operand) for operand in formula.operands)
+    dual = _DUAL[type(formula)]
+    if dual in (And, Or):
+        return _combined(dual, list(operands), TRUE)
+    return dual(*operands)
+
+
+@lru_cache(maxsize=65536)
+def implies(a: Formula, b: Formula) -> bool:
+    """Return True where a simple look at two formulas in normal form shows an implication."""
+    if a in (b, FALSE) or b == TRUE:
+        return True
+    if isinstance(a, Or):
+        return all(implies(part, b) for part in a.operands)
+    if isinstance(b, And):
+        return all(implies(a, part) for part in b.operands)
+    return _implies_by_left(a, b) or _implies_by_right(a, b) or _implies_by_both(a, b)
+
+
+def _implies_by_left(a: Formula, b: Formula) -> bool:
+    match a:
+        case And(operands):
+            return any(implies(part, b) for part in operands)
+        case Globally(operand):
+            return implies(operand, b)
+        case Until(left, right):
+            return implies(left, b) and implies(right, b)
+        case Release(_, right):
+            return implies(right, b)
+        case Finally(operand):
+            # Sound for b that true runs into from the past: F F c.
+            return _is_eventual(b) and implies(operand, b)
+    return False
+
+
+def _implies_by_right(a: Formula, b: Formula) -> bool:
+    match b:
+        case Or(operands):
+            return any(implies(a, part) for part in operands)
+        case Finally(operand):
+            return implies(a, operand)
+        case Until(_, right):
+            return implies(a, right)
+        case Release(left, right):
+            return implies(a, left) and implies(a, right)
+        case Globally(operand):
+            return _is_universal(a) and implies(a, operand)
+    return False
+
+
+def _implies_by_both(a: Formula, b: Formula) -> bool:
+    match a, b:
+        case (Next(x), Next(y)) | (Finally(x), Finally(y)) | (Globally(x), Globally(y)):
+            return implies(x, y)
+        case (Until(x, y), Until(z, w)) | (Release(x, y), Release(z, w)):
+            return implies(x, z) and implies(y, w)
+        case Until(_, y), Finally(w):
+            return implies(y, w)
+        case Globally(y), Release(_, w):
+            return implies(y, w)
+    return False
+
+
+@lru_cache(maxsize=8192)
+def _is_eventual(formula: Formula) -> bool:
+    """Pure eventuality: true of a word whenever it is true of some suffix."""
+    match formula:
+        case Constant() | Finally():
+            return True
+        case And(operands) | Or(operands):
+            return all(_is_eventual(part) for part in operands)
+        case Until(left, right):
+            return left == TRUE or _is_eventual(right)
+        case Release(left, right):
+            return _is_eventual(left) and _is_eventual(right)
+        case Next(operand) | Globally(operand):
+            return _is_eventual(operand)
+    return False
+
+
+@lru_cache(maxsize=8192)
+def _is_universal(formula: Formula) -> bool:
+    """Pure universality: true of every suffix whenever it is true of the word."""
+    match formula:
+        case Constant() | Globally():
+            return True
+        case And(operands) | Or(operands):
+            return all(_is_universal(part) for part in operands)
+        case Release(left, right):
+            return left == FALSE or _is_universal(right)
+        case Until(left, right):
+            return _is_universal(left) and _is_universal(right)
+        case Next(operand) | Finally(operand):
+            return _is_universal(operand)
+    return False
+
+
+def _flattened(kind: type[And | Or], operands: Iterable[Formula]) -> list[Formula]:
+    parts: dict[Formula, None] = {}
+    for operand in operands:
+        parts.update(dict.fromkeys(operand.operands if isinstance(operand, kind) else [operand]))
+    return sorted(parts, key=str)
+
+
+def _without_implied(parts: list[Formula], stronger: Callable[[Formula, Formula], bool]) -> list[Formula]:
+    kept: list[Formula] = []
+    for i, part in enumerate(parts):
+        # Of two that imply each other the later one stays.
+        if not any(
+            stronger(other, part) and (j > i or not stronger(part, other))
+            for j, other in enumerate(parts)
+            if j != i
+        ):
+            kept.append(part)
+    return kept
+
+
+def _join(parts: list[Formula], kind: type[Next], join: Callable[[list[Formula]], Formula]) -> list[Formula]:
+    inner = [part.operand for part in parts if isinstance(part, kind)]
+    if len(inner) < 2:
+        return parts
+    return [part for part in parts if not isinstance(part, kind)] + [join(inner)]
+
+
+def _join_pairs(
+    parts: list[Formula],
+    outer: type[Finally | Globally],
+    inner: type[Finally | Globally],
+    join: Callable[[list[Formula]], Formula],
+) -> list[Formula]:
+    found = [p for p in parts if isinstance(p, outer) and isinstance(p.operand, inner)]
+    if len(found) < 2:
+        return parts
+    bodies = [p.operand.operands[0] for p in found]
+    return [part for part in parts if part not in found] + [join(bodies)]
+
+
+def _combined(kind: Callable[..., Formula], parts: list[Formula], neutral: Formula) -> Formula:
+    if not parts:
+        return neutral
+    return parts[0] if len(parts) == 1 else kind(tuple(sorted(parts, key=str)))

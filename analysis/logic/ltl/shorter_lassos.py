@@ -1,0 +1,74 @@
+"""Shorter counterexamples: the part of a product near its initial state, searched in order of distance.
+
+Depth-first search finds some accepting run soon, but often far away. A second, small search in order of
+distance pays for itself when a person has to read the result.
+"""
+
+from __future__ import annotations
+
+from itertools import islice
+
+import numpy as np
+
+from dineros.analysis.logic.graphs.product import Product
+from dineros.analysis.logic.kernels.stored import COMPLETE, OVERFLOW, PAUSED, STORE_FULL, build
+from dineros.analysis.logic.ltl.fairness import InnerGraph
+from dineros.analysis.logic.ltl.lassos import ProductRun, find_run
+from dineros.analysis.logic.verdicts.budget import BudgetExceededError
+
+CHOICES = 3
+"""Accepting components, the nearest ones, for which a run is made."""
+
+
+def shortened(run: ProductRun, product: Product, most_states: int) -> ProductRun:
+    """Return an accepting run that is as short as a limited search finds, or the given one.
+
+    Parameters
+    ----------
+    run : ProductRun
+        A run found before.
+    product : Product
+        The same product, with only its initial state stored.
+    most_states : int
+        States to look at.
+    """
+    try:
+        expanded = _explore(product, most_states)
+    except BudgetExceededError:
+        return run
+    graph = InnerGraph.of(product, np.arange(expanded, dtype=np.int32))
+    required = product.conditions.required
+    found = [run]
+    for component in islice(graph.components(required), CHOICES):
+        part = component.accepting_part(required)
+        if part is not None:
+            found.append(find_run(product, part))
+    return min(found, key=lambda candidate: (len(candidate.stem) + len(candidate.loop), len(candidate.stem)))
+
+
+def _explore(product: Product, limit: int) -> int:
+    """Expand states breadth-first up to a limit; return how many."""
+    pointer = np.zeros(limit + 2, dtype=np.int64)
+    targets = np.empty(1 << 16 | 2 * product.room, dtype=np.int32)
+    labels = np.empty(product.room, dtype=np.int32)
+    state, status = 0, PAUSED
+    while status != COMPLETE and state < limit:
+        # Only the states count here, not their arcs: each call starts writing anew.
+        pointer[state] = 0
+        status, state = build(
+            product.tables,
+            product.conditions,
+            product.edges,
+            product.store,
+            product.scratch,
+            pointer,
+            targets,
+            labels,
+            state,
+            limit - state,
+        )
+        if status == STORE_FULL:
+            product.grow()
+        elif status == OVERFLOW:
+            product.widen()
+    return int(state)

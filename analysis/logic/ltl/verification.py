@@ -1,0 +1,115 @@
+"""LTL on nets: every run from the initial marking satisfies a formula, or here is one that does not.
+
+The negation becomes an automaton, and its product with the net is searched on the fly for an accepting run.
+Runs are infinite; one that ends in a deadlock stays there for ever, firing nothing.
+
+References
+----------
+M. Y. Vardi, P. Wolper, *An automata-theoretic approach to automatic program verification*, LICS 1986.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from dineros.analysis.logic.automata.translation import translate
+from dineros.analysis.logic.language.atoms import BoundAtoms, resolved_transitions
+from dineros.analysis.logic.language.combining import combined, condition_of
+from dineros.analysis.logic.language.names import Names, NetNames
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.rewriting import negated
+from dineros.analysis.logic.language.syntax import Formula, Name
+from dineros.analysis.logic.verdicts.budget import Budget, BudgetExceededError, Meter, ProgressCallback
+from dineros.analysis.logic.verdicts.verdict import Verdict, check_counterexample
+from dineros.analysis.nets.compiled import CompiledNet
+
+FEWEST_NEARBY = 20_000
+"""States looked at for a shorter counterexample however few the search needed."""
+
+MOST_NEARBY = 150_000
+"""States looked at for a shorter counterexample at most."""
+
+
+def verify_ltl(
+    net: CompiledNet,
+    formula: str | Formula,
+    names: Names | None = None,
+    weak: Iterable[str] = (),
+    strong: Iterable[str] = (),
+    budget: Budget | None = None,
+    progress: ProgressCallback | None = None,
+) -> Verdict:
+    """Decide whether all fair runs of a net satisfy an LTL formula.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net. It may be unbounded; then the search may end in ``unknown``.
+    formula : str or Formula
+        The formula.
+    names : Names, optional
+        What names stand for; by default places and transitions of the net.
+    weak, strong : iterable of str
+        Names of fair transitions, each transition of a name on its own. A run is weakly fair to a transition
+        that is not enabled for ever from some time on without being fired again, and strongly fair to one
+        that is not enabled again and again without being fired again and again.
+    budget : Budget, optional
+        Limits; by default there are none.
+    progress : callable, optional
+        Told a few times a second how far the search is.
+
+    Returns
+    -------
+    Verdict
+        ``violated`` comes with a run that was replayed by the plain firing rule, and on which the formula was
+        found false (and the run fair) by definition.
+
+    Raises
+    ------
+    FormulaError
+        If the formula is none, names something unknown, or is too large.
+
+    Examples
+    --------
+    >>> net = CompiledNet.build({"idle": 1, "busy": 0}, [("start", {"idle": 1}, {"busy": 1}), ("wait",)])
+    >>> verdict = verify_ltl(net, "F (busy >= 1)")
+    >>> verdict.status, [net.transitions[t] for t in verdict.loop]
+    ('violated', ['wait'])
+    >>> verify_ltl(net, "F (busy >= 1)", weak=["start"]).status
+    'holds'
+    """
+    from dineros.analysis.logic.graphs.product import Product
+    from dineros.analysis.logic.ltl.emptiness import Emptiness
+    from dineros.analysis.logic.ltl.shorter_lassos import shortened
+
+    names = names or NetNames(net)
+    meter = Meter(budget or Budget(), progress)
+    tree = parse(formula) if isinstance(formula, str) else formula
+    atoms = BoundAtoms(net, tree, names)
+    weakly, strongly = _fair(names, weak), _fair(names, strong)
+    # A strongly fair run is weakly fair.
+    weakly = [t for t in weakly if t not in strongly]
+    automaton = translate(negated(combined(tree)))
+    conditions = [condition_of(atom, atoms.conditions) for atom in automaton.atoms]
+    states = 0
+    try:
+        product = Product(net, automaton, conditions, weakly, strongly, meter)
+        states = 1
+        search = Emptiness(product, meter)
+        try:
+            run = search.run()
+        finally:
+            states = product.states
+    except BudgetExceededError as reason:
+        return Verdict("unknown", states=states, seconds=meter.seconds, reason=str(reason))
+    if run is None:
+        return Verdict("holds", states=states, seconds=meter.seconds)
+    nearby = min(max(FEWEST_NEARBY, states), MOST_NEARBY, meter.budget.states or MOST_NEARBY)
+    run = shortened(run, Product(net, automaton, conditions, weakly, strongly, meter), nearby)
+    check_counterexample(net, tree, atoms, run.stem, run.loop, weakly, strongly)
+    return Verdict("violated", run.stem, run.loop, states, meter.seconds)
+
+
+def _fair(names: Names, wanted: Iterable[str]) -> Sequence[int]:
+    found = (t for name in wanted for t in resolved_transitions(names, Name(name)))
+    return list(dict.fromkeys(found))

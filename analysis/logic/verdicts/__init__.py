@@ -1,0 +1,1 @@
+"""What a temporal question may cost, and what is answered."""

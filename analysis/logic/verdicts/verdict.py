@@ -1,0 +1,107 @@
+"""Answers to temporal questions, and runs replayed by the plain firing rule before they are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from dineros.analysis.logic.language.atoms import BoundAtoms, Step
+from dineros.analysis.logic.language.semantics import holds_on_lasso
+from dineros.analysis.logic.language.syntax import Formula
+from dineros.analysis.nets.compiled import CompiledNet
+
+Status = Literal["holds", "violated", "unknown"]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The answer to a temporal question.
+
+    Attributes
+    ----------
+    status : {"holds", "violated", "unknown"}
+    stem : tuple of int
+        Transitions of the witness from the initial marking; for a violated LTL formula the first part of a
+        run.
+    loop : tuple of int
+        Transitions fired again and again after the stem. Empty when the witness is a finite path, and when
+        the run ends in a deadlock, where it stays for ever.
+    states : int
+        States stored to find the answer.
+    seconds : float
+        Wall-clock time.
+    reason : str
+        Why the answer is unknown, what the witness shows, or why there is none though there could be.
+    """
+
+    status: Status
+    stem: tuple[int, ...] = ()
+    loop: tuple[int, ...] = ()
+    states: int = 0
+    seconds: float = 0.0
+    reason: str = ""
+
+
+class ReplayError(AssertionError):
+    """A witness does not replay: an error of this program, never of its user."""
+
+
+def replayed(
+    net: CompiledNet, stem: Sequence[int], loop: Sequence[int], must_loop: bool = True
+) -> tuple[list[Step], list[Step]]:
+    """Fire a lasso transition by transition and return its steps: those of the stem and those of the loop.
+
+    Without a loop the run must end in a deadlock, which becomes the loop, unless it need not loop: then the
+    last marking is a step that fires nothing.
+
+    Raises
+    ------
+    ReplayError
+        If a transition is not enabled, or the loop does not return to where it began, or does not loop but
+        must.
+    """
+    marking = tuple(net.initial.tolist())
+    steps: list[list[Step]] = [[], []]
+    start = marking
+    for part, transitions in enumerate((stem, loop)):
+        start = marking
+        for transition in transitions:
+            if not net.is_enabled(transition, marking):
+                raise ReplayError(f"witness fires {net.transitions[transition]!r}, which is not enabled")
+            steps[part].append(Step(marking, transition))
+            marking = tuple(net.fire(transition, marking))
+    if loop and marking != start:
+        raise ReplayError("the loop of a witness does not return to its first marking")
+    if not loop:
+        if must_loop and any(net.is_enabled(t, marking) for t in range(len(net.transitions))):
+            raise ReplayError("a witness without a loop does not end in a deadlock")
+        steps[1].append(Step(marking, None))
+    return steps[0], steps[1]
+
+
+def check_counterexample(
+    net: CompiledNet,
+    formula: Formula,
+    atoms: BoundAtoms,
+    stem: Sequence[int],
+    loop: Sequence[int],
+    weak: Sequence[int] = (),
+    strong: Sequence[int] = (),
+) -> None:
+    """Check by definition that a lasso is a fair run of the net on which an LTL formula is false.
+
+    Raises
+    ------
+    ReplayError
+        If it is not.
+    """
+    first, again = replayed(net, stem, loop)
+    if holds_on_lasso(formula, first, again, atoms.is_true):
+        raise ReplayError(f"the witness satisfies {formula}")
+    for kind, fair in (("weakly", weak), ("strongly", strong)):
+        for t in fair:
+            enabled = [net.is_enabled(t, step.marking) for step in again]
+            asked = all(enabled) if kind == "weakly" else any(enabled)
+            if asked and all(step.transition != t for step in again):
+                raise ReplayError(f"the witness is not {kind} fair to {net.transitions[t]!r}")

@@ -1,0 +1,116 @@
+"""What is analysed: a model compiled to a net, and how to speak of the net in the words of the model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.model.names import ModelNames
+from dineros.analysis.model.satisfiability import unsatisfiable_clauses
+from dineros.analysis.model.wording import words
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.models import compile_net
+from dineros.metamodel import pn, sym
+from dineros.transformations.flattening.flatten import Flattened, flatten
+from dineros.transformations.flattening.traces import Link
+from dineros.transformations.language.copying import deep_copy
+from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A net under analysis.
+
+    Attributes
+    ----------
+    model : pn.Net
+        The model it comes from: a system model, or the net itself.
+    net : CompiledNet
+        The compiled net.
+    flattened : Flattened or None
+        How a system model became the net; None for a plain net.
+    blocked : tuple of str
+        Ids of the transitions that were left out, since their clause can never be true: they never fire.
+    """
+
+    model: pn.Net
+    net: CompiledNet
+    flattened: Flattened | None = None
+    blocked: tuple[str, ...] = ()
+
+    @cached_property
+    def place_index(self) -> dict[str, int]:
+        """Index of each place, by its id in the net."""
+        return {name: index for index, name in enumerate(self.net.places)}
+
+    @cached_property
+    def transition_index(self) -> dict[str, int]:
+        """Index of each transition, by its id in the net."""
+        return {name: index for index, name in enumerate(self.net.transitions)}
+
+    @cached_property
+    def names(self) -> ModelNames | NetNames:
+        """Names of the model, for formulas and goals."""
+        return NetNames(self.net) if self.flattened is None else ModelNames(self.net, self.links())
+
+    def links(self) -> list[Link]:
+        """Return how each element of the net was made; empty for a plain net."""
+        return [] if self.flattened is None else self.flattened.trace.links
+
+    @cached_property
+    def _by_id(self) -> dict[str, Link]:
+        return {link.target.id: link for link in self.links() if not isinstance(link.target, pn.Arc)}
+
+    def link_of(self, name: str) -> Link | None:
+        """Return how a place or transition of the net was made; None in a plain net."""
+        return self._by_id.get(name)
+
+    def place_text(self, index: int) -> str:
+        """Return a place in the words of the model."""
+        name = self.net.places[index]
+        return words(self._by_id[name]) if name in self._by_id else name
+
+    def transition_text(self, index: int) -> str:
+        """Return what firing a transition means, in the words of the model."""
+        name = self.net.transitions[index]
+        return words(self._by_id[name]) if name in self._by_id else name
+
+    def transition_element(self, index: int) -> str:
+        """Return the id of the element of the model that a transition is, or that it was made for."""
+        name = self.net.transitions[index]
+        link = self._by_id.get(name)
+        return name if link is None or not link.sources else str(getattr(link.sources[0], "id", None) or name)
+
+
+def subject_of(
+    model: pn.Net, signals: SignalVariant = "input-enabled", overflow: OverflowVariant = "weighted"
+) -> Subject:
+    """Flatten a system model and compile it; compile any other net as it is."""
+    if isinstance(model, sym.SystemModel):
+        flattened = flatten(model, signals, overflow)
+        return Subject(model, compile_net(flattened.net), flattened)
+    return Subject(model, compile_net(model))
+
+
+def base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> Subject:
+    """Compile the net without signals and without the transitions whose clause can never be true.
+
+    With fully-enabled signals, a marking of the other places, or the enabling of a transition of the system
+    model, is reachable if and only if it is in this net: a signal can always change, so a satisfiable clause
+    never blocks for ever, and changes of signals change nothing else.
+    """
+    if not isinstance(model, sym.SystemModel):
+        return subject_of(model)
+    blocked = [found.transition for found in unsatisfiable_clauses(model)]
+    if not blocked:
+        return subject_of(model, "none", overflow)
+    arcs = {arc for transition in blocked for arc in (*transition.incoming, *transition.outgoing)}
+    copied, images = deep_copy(model, omit={*blocked, *arcs})
+    assert isinstance(copied, sym.SystemModel)
+    flattened = flatten(copied, "none", overflow)
+    # The trace of the copied model speaks of the original.
+    origins = {image: original for original, image in images.items()}
+    trace = flattened.trace.with_sources(lambda source: origins.get(source, source))
+    net = compile_net(flattened.net)
+    return Subject(model, net, Flattened(flattened.net, trace), tuple(str(t.id) for t in blocked))

@@ -1,0 +1,132 @@
+"""Bounds of places, proved: from semiflows and from the linear relaxation of the state equation.
+
+A bound is the value of a weighting y >= 0 with y . C <= 0: no firing raises y . m, so m(p) <= y . m0 /
+y(p). Linear programming proposes a weighting in floating point; it is accepted only after an exact check in
+integers. One program usually bounds a whole part of the net, so few are solved; each place's bound is then
+tightened by leaving out of the weighting what cannot flow to the place.
+
+References
+----------
+M. Silva, E. Teruel, J. M. Colom, *Linear algebraic and linear programming techniques for the analysis of
+place/transition net systems*, Lectures on Petri Nets I, LNCS 1491, 1998.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from math import lcm
+
+import numpy as np
+
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.linear_programs import LinearProgram
+from dineros.analysis.nets.structure import PlaceInvariant
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A proved bound: at most ``value`` tokens, by the weighting ``weights`` (place -> weight > 0)."""
+
+    value: int
+    weights: dict[int, int]
+
+
+def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant]) -> list[Bound | None]:
+    """Bound of each place, or None where no weighting gives one.
+
+    Parameters
+    ----------
+    net
+        The net.
+    flows
+        Semiflows already known.
+    """
+    bounds: list[Bound | None] = [None] * len(net.places)
+    producers: list[list[int]] = [[] for _ in net.places]
+    for t, change in enumerate(net.delta):
+        for p, tokens in change.items():
+            if tokens > 0:
+                producers[p].append(t)
+    for flow in flows:
+        _use(net, bounds, flow.weights)
+    weightings = {tuple(b.weights.items()): b.weights for b in bounds if b is not None and b.value > 1}
+    program = None
+    for place in range(len(net.places)):
+        if bounds[place] is None:
+            program = program or LinearProgram(net.incidence.T)
+            weights = _linear_weighting(net, program, place)
+            if weights is not None:
+                _use(net, bounds, weights)
+                weightings[tuple(weights.items())] = weights
+    for weights in weightings.values():
+        for place in weights:
+            known = bounds[place]
+            if known is not None and known.value > 1:
+                _use(net, bounds, _flowing_to(net, producers, weights, place))
+    return bounds
+
+
+def bounds_like(net: CompiledNet, bounds: Iterable[Bound | None]) -> list[int | None]:
+    """Bounds of another net of the same structure by the same weightings, each checked again."""
+    answers: list[int | None] = []
+    valid: dict[int, bool] = {}  # most places share their weighting with others
+    for place, bound in enumerate(bounds):
+        if bound is not None and id(bound.weights) not in valid:
+            valid[id(bound.weights)] = not _grows(net, bound.weights)
+        if bound is None or not valid[id(bound.weights)]:
+            answers.append(None)
+        else:
+            answers.append(_total(net, bound.weights) // bound.weights[place])
+    return answers
+
+
+def _use(net: CompiledNet, bounds: list[Bound | None], weights: dict[int, int]) -> None:
+    total = _total(net, weights)
+    for place, weight in weights.items():
+        known = bounds[place]
+        if known is None or total // weight < known.value:
+            bounds[place] = Bound(total // weight, weights)
+
+
+def _total(net: CompiledNet, weights: dict[int, int]) -> int:
+    return sum(int(net.initial[p]) * weight for p, weight in weights.items())
+
+
+def _grows(net: CompiledNet, weights: dict[int, int]) -> bool:
+    changing = {t for p in weights for t in net.changing[p]}
+    return any(sum(weights.get(p, 0) * tokens for p, tokens in net.delta[t].items()) > 0 for t in changing)
+
+
+def _flowing_to(
+    net: CompiledNet, producers: list[list[int]], weights: dict[int, int], place: int
+) -> dict[int, int]:
+    """The part of a weighting from which tokens can flow to `place`.
+
+    What a transition produces into the part, it takes from the part; leaving out its other outputs only
+    lowers the sum, so the part is a valid weighting too.
+    """
+    part = {place}
+    open_places = [place]
+    while open_places:
+        for t in producers[open_places.pop()]:
+            for p, tokens in net.delta[t].items():
+                if tokens < 0 and p in weights and p not in part:
+                    part.add(p)
+                    open_places.append(p)
+    return {p: weights[p] for p in sorted(part)}
+
+
+def _linear_weighting(net: CompiledNet, program: LinearProgram, place: int) -> dict[int, int] | None:
+    low = np.zeros(len(net.places))
+    low[place] = 1.0
+    proposed = program.solve(
+        net.initial.astype(float), np.zeros(len(net.transitions)), low, np.full(len(net.places), np.inf)
+    )
+    if proposed is None:
+        return None
+    weights = {p: Fraction(w).limit_denominator(1_000) for p, w in enumerate(proposed) if w > 1e-9}
+    scale = lcm(*(weight.denominator for weight in weights.values()))
+    exact = {p: int(weight * scale) for p, weight in weights.items()}
+    return None if _grows(net, exact) else exact

@@ -1,0 +1,240 @@
+"""Coverability: which places can hold any number of tokens, with a sequence that pumps some of them up.
+
+The minimal coverability set of Karp and Miller, by the algorithm with pruning of Reynier and Servais: a node
+of the tree is a marking in which some places hold omega, "as many as you like"; branches are cut where a
+larger node makes them needless, but ancestors that were cut still serve to find what can be repeated.
+
+References
+----------
+R. M. Karp, R. E. Miller, *Parallel program schemata*, JCSS 3(2), 1969. P.-A. Reynier, F. Servais, *Minimal
+coverability set for Petri nets: Karp and Miller algorithm with pruning*, Petri Nets 2011, LNCS 6709.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dineros.analysis.nets.compiled import CompiledNet
+
+#: Tokens by place; `inf` is omega.
+OmegaMarking = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Pumping:
+    """A proof that places are unbounded, replayed on the net.
+
+    Attributes
+    ----------
+    prefix, suffix : tuple of int
+        Transitions from the initial marking on, and transitions that can then be repeated for ever.
+    places : tuple of int
+        Places that gain tokens with each repetition; no place loses any.
+    """
+
+    prefix: tuple[int, ...]
+    suffix: tuple[int, ...]
+    places: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Coverability:
+    """What is known of the tokens that places can hold.
+
+    Attributes
+    ----------
+    is_bounded : bool or None
+        Whether the net is bounded; None if that is not known, for the `reason`.
+    bounds : tuple of float, optional
+        By place: the most tokens it holds in any reachable marking, `inf` where there is no limit. None if
+        not known.
+    pumping : Pumping, optional
+        Where unbounded: the proof.
+    maximal : tuple of tuples of float, optional
+        The minimal coverability set: the largest markings, with `inf` for omega. None if not known.
+    reason : str, optional
+        Why something is not known.
+    """
+
+    is_bounded: bool | None
+    bounds: tuple[float, ...] | None = None
+    pumping: Pumping | None = None
+    maximal: tuple[OmegaMarking, ...] | None = None
+    reason: str | None = None
+
+    @property
+    def unbounded_places(self) -> tuple[int, ...]:
+        """Places that can hold any number of tokens; when not all is known, those that are pumped."""
+        if self.bounds is not None:
+            return tuple(p for p, bound in enumerate(self.bounds) if bound == inf)
+        return self.pumping.places if self.pumping is not None else ()
+
+
+def coverability(net: CompiledNet, limit: int = 10_000) -> Coverability:
+    """Decide boundedness, and how many tokens each place can hold.
+
+    With inhibitor arcs the question is undecidable. The net without them has all firing sequences of the net
+    and more, so its bounds hold for the net; if it is unbounded, its pumping sequence counts where the net
+    can repeat it, too, and otherwise the answer is unknown.
+
+    Parameters
+    ----------
+    net
+        The net.
+    limit
+        Nodes of the tree to make at most.
+    """
+    tree = _Tree(net, limit)
+    finished = tree.build()
+    pumping = tree.pumping
+    has_inhibitors = bool(net.inhibitor.place.size)
+    if pumping is not None and has_inhibitors and not _repeats(net, pumping):
+        return Coverability(None, reason="inhibitor arcs: the net may or may not be unbounded")
+    if pumping is not None:
+        assert _repeats(net, pumping), "a pumping sequence does not replay"
+    if not finished:
+        reason = f"more than {limit} nodes in the coverability tree"
+        return Coverability(None if pumping is None else False, pumping=pumping, reason=reason)
+    maximal = tree.maximal()
+    bounds = tuple(max(column) for column in zip(*maximal, strict=True))
+    if has_inhibitors:
+        # Bounds of the net without inhibitor arcs need not be reached.
+        reason = "inhibitor arcs: the exact bounds are not known"
+        return Coverability(pumping is None, pumping=pumping, reason=reason)
+    return Coverability(pumping is None, bounds, pumping, maximal)
+
+
+class _Tree:
+    """The tree, one row per node; a row's parent comes before it."""
+
+    def __init__(self, net: CompiledNet, limit: int) -> None:
+        self._needs = [net.pre.row(t) for t in range(len(net.transitions))]
+        self._deltas = net.delta
+        self._limit = limit
+        self._markings = np.zeros((64, len(net.places)))
+        self._is_active = np.zeros(64, dtype=np.bool_)
+        self._parents: list[int] = []
+        self._transitions: list[int] = []
+        self._active: set[OmegaMarking] = set()
+        self.pumping: Pumping | None = None
+        self._add(tuple(float(n) for n in net.initial.tolist()), -1, -1)
+
+    def build(self) -> bool:
+        """Make the tree; False when the limit was hit."""
+        waiting = deque([0])
+        while waiting:
+            node = waiting.popleft()
+            marking = self._marking(node)
+            for t, needs in enumerate(self._needs):
+                # A child can have made its parent needless.
+                if not self._is_active[node]:
+                    break
+                if any(marking[p] < weight for p, weight in needs):
+                    continue
+                child = self._accelerated(node, marking, t)
+                if child in self._active or self._is_covered(child):
+                    continue
+                if len(self._parents) >= self._limit:
+                    return False
+                self._prune(child, node)
+                waiting.append(self._add(child, node, t))
+        return True
+
+    def maximal(self) -> tuple[OmegaMarking, ...]:
+        """Return the markings of the active nodes."""
+        size = len(self._parents)
+        return tuple(sorted(tuple(row) for row in self._markings[:size][self._is_active[:size]].tolist()))
+
+    def _marking(self, node: int) -> OmegaMarking:
+        return tuple(self._markings[node].tolist())
+
+    def _add(self, marking: OmegaMarking, parent: int, transition: int) -> int:
+        node = len(self._parents)
+        if node == len(self._is_active):
+            self._markings = np.concatenate([self._markings, np.zeros_like(self._markings)])
+            self._is_active = np.concatenate([self._is_active, np.zeros_like(self._is_active)])
+        self._markings[node] = marking
+        self._is_active[node] = True
+        self._parents.append(parent)
+        self._transitions.append(transition)
+        self._active.add(marking)
+        return node
+
+    def _branch(self, node: int) -> list[int]:
+        """Return the nodes from the root to this one."""
+        branch = []
+        while node >= 0:
+            branch.append(node)
+            node = self._parents[node]
+        return branch[::-1]
+
+    def _accelerated(self, parent: int, marking: OmegaMarking, t: int) -> OmegaMarking:
+        row = list(marking)
+        for place, gain in self._deltas[t].items():
+            row[place] += gain
+        reached = np.array(row)
+        branch = self._branch(parent)
+        rows = self._markings[branch]
+        smaller = np.flatnonzero((rows <= reached).all(axis=1) & (rows < reached).any(axis=1))
+        if self.pumping is None and smaller.size:
+            self.pumping = self._pumping(branch, int(smaller[-1]), t, reached)
+        for position in smaller:
+            for place in np.flatnonzero(rows[position] < reached).tolist():
+                row[place] = inf
+        return tuple(row)
+
+    def _pumping(self, branch: list[int], position: int, t: int, reached: NDArray[np.float64]) -> Pumping:
+        """Sequence of the first acceleration: no omega stands above it yet, so it can be fired as it is."""
+        path = [*(self._transitions[node] for node in branch[1:]), t]
+        gaining = np.flatnonzero(self._markings[branch[position]] < reached).tolist()
+        return Pumping(tuple(path[:position]), tuple(path[position:]), tuple(gaining))
+
+    def _is_covered(self, marking: OmegaMarking) -> bool:
+        size = len(self._parents)
+        support = [p for p, tokens in enumerate(marking) if tokens]
+        covering = (self._markings[:size, support] >= np.array(marking)[support]).all(axis=1)
+        return bool((covering & self._is_active[:size]).any())
+
+    def _prune(self, marking: OmegaMarking, parent: int) -> None:
+        """Deactivate what the new node makes needless: each smaller node and its descendants.
+
+        A smaller ancestor that was already inactive does not count: a node is not cut by what it grew from.
+        """
+        size = len(self._parents)
+        smaller: NDArray[np.bool_] = np.all(self._markings[:size] <= np.array(marking), axis=1)
+        if not smaller.any():
+            return
+        for node in self._branch(parent):
+            smaller[node] &= self._is_active[node]
+        for node in range(1, size):
+            smaller[node] |= smaller[self._parents[node]]
+        for node in np.flatnonzero(smaller & self._is_active[:size]).tolist():
+            self._is_active[node] = False
+            self._active.discard(self._marking(node))
+
+
+def _repeats(net: CompiledNet, pumping: Pumping) -> bool:
+    """Whether the net can fire prefix and suffix, and then the suffix for ever with more and more tokens."""
+    marking: list[int] = [int(tokens) for tokens in net.initial]
+    for t in pumping.prefix:
+        if not net.is_enabled(t, marking):
+            return False
+        marking = net.fire(t, marking)
+    start = marking
+    for t in pumping.suffix:
+        if not net.is_enabled(t, marking):
+            return False
+        marking = net.fire(t, marking)
+    gained = tuple(p for p, tokens in enumerate(marking) if tokens > start[p])
+    inhibiting = {p for t in pumping.suffix for p, _ in net.inhibitor.row(t)}
+    return (
+        gained == pumping.places
+        and bool(gained)
+        and all(tokens >= before for tokens, before in zip(marking, start, strict=True))
+        and inhibiting.isdisjoint(gained)
+    )

@@ -1,0 +1,194 @@
+"""Minimal siphons and traps, and Commoner's condition on them.
+
+A *siphon* is a set of places in which every transition that puts tokens also takes some: once empty, it stays
+empty. A *trap* is a set of places in which every transition that takes tokens also puts some: once marked, it
+stays marked. Inhibitor arcs only keep transitions from firing, so both facts hold with them.
+
+References
+----------
+T. Murata, *Petri nets: properties, analysis and applications*, Proc. IEEE 77(4), 1989, section VI. F.
+Commoner, *Deadlocks in Petri nets*, Applied Data Research 1972. O. Oanea, H. Wimmel, K. Wolf, *New algorithms
+for deciding the siphon-trap property*, Petri Nets 2010, LNCS 6128 (by satisfiability).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from dineros.analysis.nets.compiled import ArcTable, CompiledNet
+
+Places = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Family:
+    """Minimal siphons, or traps, of a net.
+
+    Attributes
+    ----------
+    members : tuple of tuples of int
+        Each one's place indices, ascending.
+    is_complete : bool
+        Whether these are all of them.
+    """
+
+    members: tuple[Places, ...]
+    is_complete: bool
+
+
+@dataclass(frozen=True)
+class Commoner:
+    """Whether every minimal siphon that can disable a transition contains a trap that is initially marked.
+
+    Attributes
+    ----------
+    holds : bool or None
+        None when a limit was hit before a counterexample was found.
+    siphon : tuple of int, optional
+        A minimal siphon without such a trap.
+    conclusion : str, optional
+        What follows for the net: "deadlock-free", "live" or "not live"; None where nothing does.
+    """
+
+    holds: bool | None
+    siphon: Places | None = None
+    conclusion: Literal["deadlock-free", "live", "not live"] | None = None
+
+
+def minimal_siphons(net: CompiledNet, limit: int = 1_000) -> Family:
+    """Non-empty siphons that contain no other one.
+
+    Parameters
+    ----------
+    net
+        The net.
+    limit
+        Largest number of siphons to look for.
+    """
+    return _minimal(len(net.places), net.post, net.pre, limit)
+
+
+def minimal_traps(net: CompiledNet, limit: int = 1_000) -> Family:
+    """Non-empty traps that contain no other one; parameters as for `minimal_siphons`."""
+    return _minimal(len(net.places), net.pre, net.post, limit)
+
+
+def is_siphon(net: CompiledNet, places: Iterable[int]) -> bool:
+    """Whether a set of places is a siphon."""
+    return _is_closed(set(places), net.post, net.pre)
+
+
+def is_trap(net: CompiledNet, places: Iterable[int]) -> bool:
+    """Whether a set of places is a trap."""
+    return _is_closed(set(places), net.pre, net.post)
+
+
+def largest_trap(net: CompiledNet, places: Iterable[int]) -> Places:
+    """Return the union of all traps within a set of places (which is a trap itself; it can be empty)."""
+    trap = set(places)
+    takers: dict[int, list[int]] = {place: list(net.consumers[place]) for place in trap}
+    todo = sorted(trap)
+    while todo:
+        place = todo.pop()
+        if place not in trap:
+            continue
+        if any(all(p not in trap for p, _ in net.post.row(t)) for t in takers[place]):
+            trap.discard(place)
+            # A transition that put tokens on this place may now put none into the rest.
+            todo = sorted(trap)
+    return tuple(sorted(trap))
+
+
+def commoner(net: CompiledNet, limit: int = 1_000) -> Commoner:
+    """Check Commoner's condition: every minimal siphon contains a trap that is initially marked.
+
+    In a net whose arcs all have weight 1, without inhibitor arcs and with a transition at all, the condition
+    excludes deadlocks (in a deadlock, the empty places are a siphon). If the net is also free-choice, it
+    decides liveness. Elsewhere nothing is concluded. Siphons that no transition takes tokens from (a place
+    without consumers) disable nothing and do not count.
+
+    Parameters
+    ----------
+    net
+        The net.
+    limit
+        Largest number of minimal siphons to look at.
+    """
+    plain = bool(len(net.transitions)) and not net.inhibitor.place.size
+    plain = plain and bool((net.pre.weight == 1).all()) and bool((net.post.weight == 1).all())
+    free_choice = plain and _is_free_choice(net)
+    for seen, siphon in enumerate(_enumerate(len(net.places), net.post, net.pre)):
+        if seen == limit:
+            return Commoner(None)
+        disables = any(net.consumers[place] for place in siphon)
+        if disables and not any(net.initial[place] for place in largest_trap(net, siphon)):
+            return Commoner(False, siphon, "not live" if free_choice else None)
+    if free_choice:
+        return Commoner(True, conclusion="live")
+    return Commoner(True, conclusion="deadlock-free" if plain else None)
+
+
+def _is_free_choice(net: CompiledNet) -> bool:
+    """Whether transitions that share an input place have the same input places (extended free choice)."""
+    inputs = [frozenset(p for p, _ in net.pre.row(t)) for t in range(len(net.transitions))]
+    return all(len({inputs[t] for t in takers}) <= 1 for takers in net.consumers)
+
+
+def _is_closed(places: set[int], arcs: ArcTable, answers: ArcTable) -> bool:
+    for t in range(len(arcs.pointer) - 1):
+        touches = any(p in places for p, _ in arcs.row(t))
+        if touches and not any(p in places for p, _ in answers.row(t)):
+            return False
+    return True
+
+
+def _minimal(places: int, arcs: ArcTable, answers: ArcTable, limit: int) -> Family:
+    members: list[Places] = []
+    for member in _enumerate(places, arcs, answers):
+        if len(members) == limit:
+            return Family(tuple(sorted(members)), False)
+        members.append(member)
+    return Family(tuple(sorted(members)), True)
+
+
+def _enumerate(places: int, arcs: ArcTable, answers: ArcTable) -> Iterator[Places]:
+    """Yield minimal non-empty sets that have, for each transition with arcs into them, an answering arc.
+
+    Variable p + 1 says that place p is in the set. A found set is made minimal by asking for a smaller one
+    inside it as long as there is one; then all sets that contain it are excluded.
+    """
+    from pysat.solvers import Cadical153
+
+    if not places:
+        return
+    with Cadical153() as solver:
+        solver.add_clause(list(range(1, places + 1)))
+        for t in range(len(arcs.pointer) - 1):
+            answering = [p + 1 for p, _ in answers.row(t)]
+            for place, _ in arcs.row(t):
+                if place + 1 not in answering:
+                    solver.add_clause([-(place + 1), *answering])
+        next_free = places + 1
+        while solver.solve():
+            inside = _chosen(solver.get_model(), places)
+            while len(inside) > 1:
+                # The selector makes "leave out one of these" a clause that can be dropped again.
+                selector, next_free = next_free, next_free + 1
+                solver.add_clause([-selector, *(-variable for variable in inside)])
+                chosen = set(inside)
+                outside = [-variable for variable in range(1, places + 1) if variable not in chosen]
+                smaller = solver.solve(assumptions=[selector, *outside])
+                model = solver.get_model() if smaller else None
+                solver.add_clause([-selector])
+                if model is None:
+                    break
+                inside = _chosen(model, places)
+            yield tuple(variable - 1 for variable in inside)
+            solver.add_clause([-variable for variable in inside])
+
+
+def _chosen(model: list[int] | None, places: int) -> list[int]:
+    assert model is not None
+    return [variable for variable in model[:places] if variable > 0]

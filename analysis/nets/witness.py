@@ -1,0 +1,38 @@
+"""Witnesses: sequences of transitions, replayed by the plain firing rule before anyone sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from dineros.analysis.nets.compiled import CompiledNet
+
+
+class WitnessError(AssertionError):
+    """A sequence of transitions that the net cannot fire: an engine is wrong."""
+
+
+def replay(net: CompiledNet, trace: Iterable[int]) -> list[list[int]]:
+    """Fire a sequence of transitions from the initial marking.
+
+    Returns
+    -------
+    list of list of int
+        All markings on the way, the initial one first.
+
+    Raises
+    ------
+    WitnessError
+        If a transition is not enabled when it is its turn.
+
+    Examples
+    --------
+    >>> net = CompiledNet.build({"a": 1, "b": 0}, [("t", {"a": 1}, {"b": 2})])
+    >>> replay(net, [0])
+    [[1, 0], [0, 2]]
+    """
+    markings = [[int(tokens) for tokens in net.initial]]
+    for step, transition in enumerate(trace):
+        if not net.is_enabled(transition, markings[-1]):
+            raise WitnessError(f"step {step}: transition {net.transitions[transition]!r} is not enabled")
+        markings.append(net.fire(transition, markings[-1]))
+    return markings

@@ -1,0 +1,131 @@
+"""Liveness, reversibility and home markings, by the terminal parts of the reachability graph.
+
+A part is terminal if it is strongly connected and nothing leaves it. A net is live iff every terminal part
+fires every transition, reversible iff all markings are one part, and has home markings iff there is one
+terminal part only: then they are its markings (Murata, Proc. IEEE 77(4), 1989, Sect. IV). Steps within a
+terminal part are of repeatable transitions only, which leaves few markings to look at in many nets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from dineros.analysis.nets.repetition import repeatable_transitions
+from dineros.analysis.symbolic.counting import DiagramCounts
+from dineros.analysis.symbolic.engine import SymbolicStateSpace
+from dineros.analysis.symbolic.vector_sets import Scope, VectorSets
+
+#: Terminal parts looked at one by one; with more of them, transitions are.
+MOST_PARTS = 30
+
+
+@dataclass(frozen=True)
+class Behaviour:
+    """What a net can do again and again.
+
+    Attributes
+    ----------
+    reversible : bool
+        Whether the initial marking can be reached from every reachable one.
+    home_markings : int
+        Number of markings that can be reached from every reachable one.
+    not_live : tuple of int
+        Transitions that some reachable marking shuts off for ever; none in a live net.
+    """
+
+    reversible: bool
+    home_markings: int
+    not_live: tuple[int, ...]
+
+
+class TooMuchWorkError(Exception):
+    """Deciding takes more work than was allowed."""
+
+
+def behaviour(
+    space: SymbolicStateSpace, progress: Callable[[Any], None] | None = None, work: int | None = None
+) -> Behaviour:
+    """Decide liveness, reversibility and home markings.
+
+    Parameters
+    ----------
+    space : SymbolicStateSpace
+        Complete.
+    progress : callable, optional
+        Told now and then how far it is.
+    work : int, optional
+        Cache misses of saturation at which to give up; no limit by default.
+
+    Raises
+    ------
+    TooMuchWorkError
+        If it needs more work.
+    DiagramMemoryError
+        If memory runs out.
+    """
+    limit = None if work is None else space.diagram.effort + work
+
+    def check_work() -> None:
+        if limit is not None and space.diagram.effort > limit:
+            raise TooMuchWorkError
+
+    def tell(seen: Any) -> None:
+        check_work()
+        if progress is not None:
+            progress(seen)
+
+    transitions = range(len(space.net.transitions))
+    again = repeatable_transitions(space.net)
+    sets = VectorSets(space.diagram, tell).restricted(again)
+    with Scope(space.diagram) as scope:
+        last = _settled(sets, space, again)
+        scope.hold(last)
+        dead = sets.without_boxes(last, space.event_masks())
+        scope.hold(last, dead)
+        check_work()
+        if dead:
+            # A deadlock is a terminal part that fires nothing.
+            others = sets.difference(last, sets.closure(dead, last, backwards=True))
+            alone = others == 0 and DiagramCounts(space.diagram, dead).vectors() == 1
+            return Behaviour(space.markings == 1, int(alone), tuple(transitions))
+        live, parts, rest, home = set(transitions), 0, last, 0
+        while rest and parts < MOST_PARTS:
+            scope.hold(last, rest)
+            part, _ = sets.last_part(rest)
+            scope.hold(last, rest, part)
+            parts += 1
+            live = {t for t in live if sets.without_boxes(part, space.event_masks(t)) != part}
+            home = DiagramCounts(space.diagram, part).vectors()
+            rest = sets.difference(rest, sets.closure(part, last, backwards=True))
+            check_work()
+        if rest:
+            live = {t for t in live if _always_possible(sets, space, last, t)}
+        shut_off = tuple(t for t in transitions if t not in live)
+        only = parts == 1 and rest == 0
+        return Behaviour(only and home == space.markings, home if only else 0, shut_off)
+
+
+def _settled(sets: VectorSets, space: SymbolicStateSpace, again: frozenset[int]) -> int:
+    """Return the markings after which only repeatable transitions fire: all terminal parts are among them.
+
+    Every run gets there, and none leaves.
+    """
+    everything = space.diagram.root
+    once = [box for t in range(len(space.net.transitions)) if t not in again for box in space.event_masks(t)]
+    with Scope(space.diagram) as scope:
+        calm = sets.without_boxes(everything, once)
+        scope.hold(calm)
+        others = sets.difference(everything, calm)
+        scope.hold(calm, others)
+        return sets.difference(calm, sets.closure(others, everything, backwards=True))
+
+
+def _always_possible(sets: VectorSets, space: SymbolicStateSpace, last: int, transition: int) -> bool:
+    """Whether each marking of a set that no step leaves can reach one that enables the transition."""
+    with Scope(space.diagram) as scope:
+        disabled = sets.without_boxes(last, space.event_masks(transition))
+        scope.hold(disabled)
+        enabled = sets.difference(last, disabled)
+        return sets.closure(enabled, last, backwards=True) == last

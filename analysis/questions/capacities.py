@@ -1,0 +1,178 @@
+"""The smallest capacity at which a queue loses no message (beyond the paper).
+
+A queue of capacity l loses a message when one arrives while it holds l. So where the queue is large enough
+for ever, the smallest sufficient capacity is the largest load at which a message arrives, plus one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from dineros.analysis.model.queues import Queue, queues
+from dineros.analysis.model.subject import Subject, base_subject
+from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.coverability import coverability
+from dineros.analysis.questions.reachability import find_firing
+from dineros.analysis.symbolic.engine import DEFAULT_MEMORY, SymbolicStateSpace, symbolic_state_space
+from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
+from dineros.analysis.witnesses.findings import Witness, witness_of
+from dineros.metamodel import sym
+
+LARGEST = 1 << 12
+"""Capacity at which the search gives up."""
+
+
+@dataclass(frozen=True)
+class Capacity:
+    """What capacity a queue needs.
+
+    Attributes
+    ----------
+    queue : Queue
+        The queue.
+    limit : int
+        Its capacity in the model.
+    needed : int or None
+        The smallest capacity at which no message is lost; None where there is none, or none was found.
+    reason : str
+        Why there is none.
+    witness : Witness or None
+        How a message is lost with a capacity of one less; without any capacity that suffices, how the load
+        grows without bound.
+    """
+
+    queue: Queue
+    limit: int
+    needed: int | None
+    reason: str = ""
+    witness: Witness | None = None
+
+
+def suggest_capacities(
+    model: sym.SystemModel, memory: int = DEFAULT_MEMORY, progress: Callable[[object], None] | None = None
+) -> list[Capacity]:
+    """Return the smallest capacity at which each queue loses no message, all others left as they are.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model; it is not changed.
+    memory : int
+        Bytes that a state space may take.
+    progress : callable, optional
+        Told now and then how far the engines are.
+    """
+    # With inhibitor arcs (T5a) the capacity is an initial marking and nothing else.
+    subject = base_subject(model, overflow="inhibitor")
+    search = _Search(subject, memory, progress)
+    return [search.needed(queue) for queue in queues(subject)]
+
+
+class _Search:
+    """Searches capacities on one net, whose state space with the model's own capacities is made once."""
+
+    def __init__(self, subject: Subject, memory: int, progress: Callable[[object], None] | None) -> None:
+        self._subject = subject
+        self._memory = memory
+        self._progress = progress
+        self._own = self._space(subject.net)
+
+    def _space(self, net: CompiledNet) -> SymbolicStateSpace | None:
+        try:
+            space = symbolic_state_space(net, self._memory, self._progress)
+        except (UnknownBoundError, LevelSizeError):
+            return None
+        return space if space.complete else None
+
+    def needed(self, queue: Queue) -> Capacity:
+        """Find the smallest sufficient capacity of one queue."""
+        net = self._subject.net
+        if not queue.drops:  # a publisher on a server page without instances
+            return Capacity(queue, self._limit(queue), 1)
+        parts = _Parts.of(net, queue.drops)
+        limit = self._limit(queue)
+        if self._own is not None and _never_loses(self._own, queue):
+            return self._least(queue, parts, limit, self._own)
+        growth = coverability(_without_limit(net, queue.drops, parts.capacity))
+        load = net.places.index(parts.load)
+        if growth.pumping is not None and load in growth.pumping.places:
+            lasso = witness_of(
+                self._subject, [*growth.pumping.prefix, *growth.pumping.suffix], len(growth.pumping.prefix)
+            )
+            return Capacity(queue, limit, None, "its load grows without bound", lasso)
+        large = limit
+        while large < LARGEST:
+            large *= 2
+            space = self._space(net.with_initial({parts.capacity: large}))
+            if space is None:
+                return Capacity(queue, limit, None, "memory ran out, or another place is unbounded")
+            if _never_loses(space, queue):
+                return self._least(queue, parts, limit, space)
+        return Capacity(queue, limit, None, f"a capacity of {large} is not enough")
+
+    def _limit(self, queue: Queue) -> int:
+        net = self._subject.net
+        return int(net.initial[net.places.index(queue.link.target.id)])
+
+    def _least(self, queue: Queue, parts: _Parts, limit: int, space: SymbolicStateSpace) -> Capacity:
+        needed = 1
+        while any(
+            space.satisfying({parts.load: (needed, None), source: (1, None)}) for source in parts.sources
+        ):
+            needed += 1
+        witness = None
+        if needed > 1:
+            net = self._subject.net.with_initial({parts.capacity: needed - 1})
+            smaller = replace(self._subject, net=net)
+            for drop in queue.drops:
+                trace = find_firing(net, smaller.transition_index[drop], self._memory).trace
+                if trace is not None:
+                    witness = witness_of(smaller, trace)
+                    break
+        return Capacity(queue, limit, needed, witness=witness)
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """Ids of the places of a queue."""
+
+    sources: tuple[str, ...]
+    load: str
+    capacity: str
+
+    @classmethod
+    def of(cls, net: CompiledNet, drops: Sequence[str]) -> _Parts:
+        """Read the places off the arcs: a full queue (no capacity) drops what stands at its source."""
+        numbers = [net.transitions.index(drop) for drop in drops]
+        number = numbers[0]
+        ((source, _),) = net.pre.row(number)
+        ((capacity, _),) = net.inhibitor.row(number)
+        (enter,) = (
+            t for t in net.consumers[source] if t != number and any(p == capacity for p, _ in net.pre.row(t))
+        )
+        (load,) = (p for p, _ in net.post.row(enter))
+        sources = tuple(net.places[place] for drop in numbers for place, _ in net.pre.row(drop))
+        return cls(sources, net.places[load], net.places[capacity])
+
+
+def _never_loses(space: SymbolicStateSpace, queue: Queue) -> bool:
+    return all(space.enabled(drop) == 0 for drop in queue.drops)
+
+
+def _without_limit(net: CompiledNet, drops: Sequence[str], capacity: str) -> CompiledNet:
+    """Return the net in which the queue never fills; its transitions keep their places in the order."""
+    place = net.places.index(capacity)
+    numbers = {net.transitions.index(drop) for drop in drops}
+    names = net.places
+    rows = []
+    for t, name in enumerate(net.transitions):
+        tables = [
+            {names[p]: weight for p, weight in table.row(t) if p != place}
+            for table in (net.pre, net.post, net.inhibitor)
+        ]
+        if t in numbers:
+            tables = [{names[place]: 1}, {}, {}]  # can never fire: its place is gone dry
+        rows.append(Transition(name, *tables))
+    marking = {name: 0 if p == place else int(net.initial[p]) for p, name in enumerate(names)}
+    return CompiledNet.build(marking, rows)

@@ -1,0 +1,286 @@
+"""Why nothing can fire: deadlocks grouped by what waits for what, each with a way to it.
+
+A transition *waits* in a dead marking where a token arrived at one of its inputs but something else is
+missing. A token that was there from the start, a free place of a queue, or an instance that nobody uses is at
+rest and waits for nothing. What is missing would be made by other transitions, which lack something in turn:
+where that leads to another transition that waits, the first one is a consequence. What is left, alone or in a
+circle, is the cause. Dead markings in which the same transitions wait for the same places are one group;
+server instances are alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import networkx as nx
+
+from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.syntax import Constant
+from dineros.analysis.model.subject import Subject
+from dineros.analysis.symbolic.boxes import Box
+from dineros.analysis.symbolic.counting import DiagramCounts
+from dineros.analysis.symbolic.engine import SymbolicStateSpace
+from dineros.analysis.symbolic.vector_sets import Scope
+from dineros.metamodel import pn, sym
+
+#: Groups told apart, before server instances are taken to be alike; what is left beyond them is one more.
+MOST_GROUPS = 24
+#: Causes named in a text.
+MOST_NAMED = 4
+#: Parts of queues and services that are marked while nothing happens.
+RESTING_ROLES = {"queue.capacity", "ready", "inactive"}
+DROP_ROLE = "queue.drop"
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """A transition that lacks something.
+
+    Attributes
+    ----------
+    transition : int
+        Its index in the net.
+    arrived : tuple of int
+        Input places where tokens arrived that are not at rest.
+    missing : tuple of int
+        Input places with too few tokens.
+    blocking : tuple of int
+        Places with an inhibitor arc and too many tokens.
+    """
+
+    transition: int
+    arrived: tuple[int, ...]
+    missing: tuple[int, ...]
+    blocking: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class DeadlockGroup:
+    """Dead markings with one cause.
+
+    Attributes
+    ----------
+    markings : int
+        How many there are.
+    causes : tuple of Waiting
+        What waits for what; empty where nothing waits: all that was begun has ended.
+    trace : tuple of int
+        Transitions that lead to one of them.
+    is_rest : bool
+        Whether these are what is left after `MOST_GROUPS` groups; the causes are those of one marking then.
+    has_others : bool
+        Whether some of the markings have these causes at other server instances.
+    """
+
+    markings: int
+    causes: tuple[Waiting, ...]
+    trace: tuple[int, ...]
+    is_rest: bool = False
+    has_others: bool = False
+
+
+def deadlock_groups(subject: Subject, space: SymbolicStateSpace) -> list[DeadlockGroup]:
+    """Group the reachable markings that enable nothing by their causes.
+
+    Parameters
+    ----------
+    subject : Subject
+        What is analysed.
+    space : SymbolicStateSpace
+        Its complete state space.
+
+    Raises
+    ------
+    DiagramMemoryError
+        If memory runs out.
+    """
+    found: dict[object, DeadlockGroup] = {}
+    for group in _groups(subject, space):
+        key = (group.is_rest, _without_instances(subject, group.causes))
+        first = found.setdefault(key, group)
+        if first is not group:
+            found[key] = replace(first, markings=first.markings + group.markings, has_others=True)
+    return list(found.values())
+
+
+def _without_instances(subject: Subject, causes: Sequence[Waiting]) -> object:
+    def origin(name: str) -> object:
+        link = subject.link_of(name)
+        return name if link is None else (link.rule, link.role, *link.sources)
+
+    net = subject.net
+    return frozenset(
+        (origin(net.transitions[cause.transition]), frozenset(origin(net.places[p]) for p in cause.missing))
+        for cause in causes
+    )
+
+
+def _groups(subject: Subject, space: SymbolicStateSpace) -> Iterator[DeadlockGroup]:
+    places = _Places(subject)
+    ways = SymbolicSets(space, BoundAtoms(subject.net, Constant(True), subject.names))
+    sets = ways.sets
+    with Scope(space.diagram) as scope:
+        rest = sets.without_boxes(space.diagram.root, space.event_masks())
+        scope.hold(rest)
+        number = 0
+        while rest:
+            marking = space.marking_of(sets.some_vector(rest))
+            causes = places.causes(marking)
+            number += 1
+            is_rest = number > MOST_GROUPS
+            others = 0 if is_rest else _without(space, rest, places, marking, causes)
+            scope.hold(rest, others)
+            group = sets.difference(rest, others)
+            scope.hold(rest, others, group)
+            trace = ways.way_to(group)
+            yield DeadlockGroup(DiagramCounts(space.diagram, group).vectors(), causes, trace, is_rest)
+            rest = others
+            scope.hold(rest)
+
+
+def group_text(subject: Subject, group: DeadlockGroup) -> str:
+    """Return what a group of dead markings is, in the words of the model."""
+    count = group.markings
+    more = "more " if group.is_rest else ""
+    start = f"one {more}marking enables nothing" if count == 1 else f"{count} {more}markings enable nothing"
+    if not group.causes:
+        return f"{start}: nothing waits, all that was begun has ended"
+    texts = list(dict.fromkeys(_cause_text(subject, cause) for cause in group.causes))
+    named = "; ".join(texts[:MOST_NAMED])
+    rest = f"; and {len(texts) - MOST_NAMED} more" if len(texts) > MOST_NAMED else ""
+    alike = " (and so at other server instances)" if group.has_others else ""
+    return f"{start}{', such as one where' if group.is_rest else ':'} {named}{rest}{alike}"
+
+
+def _cause_text(subject: Subject, cause: Waiting) -> str:
+    missing = " and ".join(subject.place_text(place) for place in cause.missing)
+    blocking = " and ".join(subject.place_text(place) for place in cause.blocking)
+    wanted = [f"waits for: {missing}"] if missing else []
+    wanted += [f"is held up by: {blocking}"] if blocking else []
+    return f"{subject.transition_text(cause.transition)} ({'; '.join(wanted)})"
+
+
+class _Places:
+    """What the places of a net hold at rest, and what waits in a marking."""
+
+    def __init__(self, subject: Subject) -> None:
+        self.net = net = subject.net
+        roles = {link.target.id: link.role for link in subject.links()}
+        resting = {place for place, name in enumerate(net.places) if roles.get(name) in RESTING_ROLES}
+        self.initial = net.initial.tolist()
+        self.transitions = [t for t, name in enumerate(net.transitions) if roles.get(name) != DROP_ROLE]
+        #: Places whose tokens may wait for something.
+        self.waiting = sorted(
+            {place for t in self.transitions for place, _ in net.pre.row(t) if place not in resting}
+        )
+        self._may_wait = set(self.waiting)
+        self._unused = _unused_mark(subject)
+        self._makers: list[list[int]] = [[] for _ in net.places]
+        self._takers: list[list[int]] = [[] for _ in net.places]
+        for t in self.transitions:
+            for place, tokens in net.delta[t].items():
+                (self._makers if tokens > 0 else self._takers)[place].append(t)
+
+    def causes(self, marking: Sequence[int]) -> tuple[Waiting, ...]:
+        """Return what waits in a dead marking and is no consequence of something else that waits."""
+        lacks = {t: self._waiting(t, marking) for t in self.transitions}
+        waiting = {t for t in self.transitions if lacks[t].arrived and not self._is_unused(t, marking)}
+        graph: nx.DiGraph[int] = nx.DiGraph()
+        graph.add_nodes_from(self.transitions)
+        for t, found in lacks.items():
+            graph.add_edges_from((t, maker) for place in found.missing for maker in self._makers[place])
+            graph.add_edges_from((t, taker) for place in found.blocking for taker in self._takers[place])
+        parts = nx.condensation(graph)
+        leads_on: dict[int, bool] = {}  # whether it, or what it needs, holds something that waits
+        causes: list[int] = []
+        for part in reversed(list(nx.topological_sort(parts))):
+            here = [t for t in parts.nodes[part]["members"] if t in waiting]
+            further = any(leads_on[after] for after in parts.successors(part))
+            leads_on[part] = further or bool(here)
+            causes += [] if further else here
+        return tuple(lacks[t] for t in sorted(causes))
+
+    def _waiting(self, transition: int, marking: Sequence[int]) -> Waiting:
+        inputs = self.net.pre.row(transition)
+        inhibitors = self.net.inhibitor.row(transition)
+        return Waiting(
+            transition,
+            tuple(place for place, _ in inputs if self._has_arrived(place, marking)),
+            tuple(place for place, weight in inputs if marking[place] < weight),
+            tuple(place for place, weight in inhibitors if marking[place] >= weight),
+        )
+
+    def _has_arrived(self, place: int, marking: Sequence[int]) -> bool:
+        return place in self._may_wait and marking[place] > self.initial[place]
+
+    def _is_unused(self, transition: int, marking: Sequence[int]) -> bool:
+        mark = self._unused.get(transition)
+        return mark is not None and marking[mark] > 0
+
+    def box(self, causes: Sequence[Waiting], marking: Sequence[int], bounds: Sequence[int]) -> Box:
+        """Return what the markings of a group share: where tokens arrived, are missing and are in the way."""
+        box: Box = {}
+
+        def narrow(place: int, low: int, high: int) -> None:
+            before = box.get(place, (0, bounds[place]))
+            box[place] = (max(before[0], low), min(before[1], high))
+
+        for cause in causes:
+            for place in cause.arrived:
+                narrow(place, self.initial[place] + 1, bounds[place])
+            for place, weight in self.net.pre.row(cause.transition):
+                enough = marking[place] >= weight
+                narrow(place, weight if enough else 0, bounds[place] if enough else weight - 1)
+            for place, weight in self.net.inhibitor.row(cause.transition):
+                if place in cause.blocking:
+                    narrow(place, weight, bounds[place])
+        return box
+
+
+def _unused_mark(subject: Subject) -> dict[int, int]:
+    """Return, by transition of a server instance, the place that is marked while nobody uses the instance."""
+    pages: dict[object, tuple[str, int | None]] = {}
+    marks: dict[tuple[str, int | None], int] = {}
+    for link in subject.links():
+        if link.role == "inactive":
+            channel = next(source for source in link.sources if isinstance(source, sym.ServiceChannel))
+            marks[channel.id, link.index] = subject.place_index[link.target.id]
+            pages.update(
+                ((part, link.index), (channel.id, link.index))
+                for part in channel.server.page.eAllContents()
+                if isinstance(part, sym.Transition)
+            )
+    return {
+        subject.transition_index[link.target.id]: marks[pages[link.sources[0], link.index]]
+        for link in subject.links()
+        if link.sources and (link.sources[0], link.index) in pages and isinstance(link.target, pn.Transition)
+    }
+
+
+def _without(
+    space: SymbolicStateSpace,
+    states: int,
+    places: _Places,
+    marking: Sequence[int],
+    causes: Sequence[Waiting],
+) -> int:
+    """Return the dead markings that are not of the group of one of them."""
+    sets, encoding = space.sets, space.encoding
+    bounds = encoding.boxes.bounds
+    try:
+        if causes:
+            return sets.without_boxes(states, encoding.masks(places.box(causes, marking, bounds)))
+        moved = [  # where tokens arrived that did not in this marking
+            mask
+            for place in places.waiting
+            if marking[place] <= places.initial[place] < bounds[place]
+            for mask in encoding.masks({place: (places.initial[place] + 1, bounds[place])})
+        ]
+    except ValueError:  # a guard on a determined place that is no small number of boxes
+        return 0
+    calm = sets.without_boxes(states, moved)
+    with Scope(space.diagram) as scope:
+        scope.hold(states, calm)
+        return sets.difference(states, calm)

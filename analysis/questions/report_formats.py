@@ -1,0 +1,252 @@
+"""Reports in the formats that continuous integration shows: SARIF 2.1.0 and JUnit XML."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from lxml import etree
+
+from dineros.analysis.witnesses.findings import Finding, Report, Step, Witness
+from dineros.metamodel import pn
+from dineros.metamodel.elements import elements
+from dineros.metamodel.errors import Location
+from dineros.metamodel.files.positions import location_of
+
+SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+
+RULES = {
+    "unsatisfiable-clause": "An input clause can never be true, so its transition never fires.",
+    "queue-overflow": "A queue can be full when a message arrives, which is then lost.",
+    "unbounded": "Tokens can grow without bound.",
+    "deadlock": "A marking can be reached that enables nothing.",
+    "dead-transition": "A transition can never fire.",
+    "dead-node-net": "A node net does nothing: all it has is dead.",
+    "unused-topic": "A topic never carries a message.",
+    "service-never-called": "A service is never called.",
+    "service-never-returns": "A service is called, but never returns.",
+}
+"""What each kind of fault means; one that is not here is described by its name."""
+
+_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def to_sarif(report: Report, model: pn.Net, path: Path) -> dict[str, Any]:
+    """Return a report as a SARIF log with one run (OASIS SARIF 2.1.0).
+
+    Findings are results with the lines of the elements concerned, and with the steps of the witness as a code
+    flow. What stays unknown is a notification of the run; what is proved is not in the log.
+
+    Parameters
+    ----------
+    report : Report
+        The report.
+    model : pn.Net
+        The model, as it was read: its elements know their lines.
+    path : Path
+        The file of the model.
+    """
+    places = _Places(model, path)
+    rules = list(dict.fromkeys(finding.rule for finding in report.findings))
+    severities = {finding.rule: finding.severity for finding in reversed(report.findings)}
+    return {
+        "$schema": SCHEMA,
+        "version": "2.1.0",
+        "runs": [
+            {
+                "tool": {
+                    "driver": {
+                        "name": "DiNeROS",
+                        "version": _version(),
+                        "rules": [_rule(rule, severities[rule]) for rule in rules],
+                    }
+                },
+                "invocations": [
+                    {
+                        "executionSuccessful": True,
+                        "toolExecutionNotifications": [
+                            {
+                                "level": "warning" if unknown.may_be_fault else "note",
+                                "message": {"text": f"unknown: {unknown}"},
+                            }
+                            for unknown in report.unknown
+                        ],
+                    }
+                ],
+                "artifacts": [{"location": {"uri": _uri(path)}}],
+                "columnKind": "unicodeCodePoints",
+                "results": [_result(finding, rules, places) for finding in report.findings],
+            }
+        ],
+    }
+
+
+def _rule(rule: str, severity: str) -> dict[str, Any]:
+    words = rule.replace("-", " ")
+    return {
+        "id": rule,
+        "name": words.title().replace(" ", ""),
+        "shortDescription": {"text": RULES.get(rule, f"{words.capitalize()}.")},
+        "defaultConfiguration": {"level": severity},
+    }
+
+
+def _result(finding: Finding, rules: list[str], places: _Places) -> dict[str, Any]:
+    result: dict[str, Any] = {
+        "ruleId": finding.rule,
+        "ruleIndex": rules.index(finding.rule),
+        "level": finding.severity,
+        "message": {"text": finding.message},
+        "locations": [places.of_all(finding.elements)],
+        "partialFingerprints": {"dinerosFinding/v1": _fingerprint(finding)},
+    }
+    related = [places.of(id) for id in finding.elements[1:] if places.knows(id)]
+    if related:
+        result["relatedLocations"] = related
+    if finding.witness is not None and finding.witness.steps:
+        result["codeFlows"] = [{"threadFlows": [{"locations": _flow(finding.witness, places)}]}]
+    return result
+
+
+def _flow(witness: Witness, places: _Places) -> list[dict[str, Any]]:
+    return [
+        {
+            "location": {**places.of(step.transition), "message": {"text": _step_text(witness, number)}},
+            "executionOrder": number + 1,
+            "nestingLevel": int(_repeats(witness, number)),
+            "importance": "essential" if number == len(witness.steps) - 1 else "important",
+            "state": {place: {"text": f"{tokens:+}"} for place, tokens in step.change.items()},
+        }
+        for number, step in enumerate(witness.steps)
+    ]
+
+
+def _fingerprint(finding: Finding) -> str:
+    """Return what tells a finding from others, and stays when lines move or the message is worded anew."""
+    return hashlib.sha256("\0".join((finding.rule, *finding.elements)).encode()).hexdigest()
+
+
+class _Places:
+    """Where the elements of a model stand, as SARIF locations."""
+
+    def __init__(self, model: pn.Net, path: Path) -> None:
+        self._path = path
+        self._by_id = {element.id: element for element in elements(model) if element.id}
+
+    def knows(self, id: str) -> bool:
+        return id in self._by_id
+
+    def of_all(self, ids: tuple[str, ...]) -> dict[str, Any]:
+        """Return the line of the first element that has one, and the names of all."""
+        location = self.of(next((id for id in ids if self.knows(id)), ""))
+        location["logicalLocations"] = [self._name(id) for id in ids]
+        if not ids:
+            del location["logicalLocations"]
+        return location
+
+    def of(self, id: str) -> dict[str, Any]:
+        """Return the line of an element; just the file for what the model does not hold."""
+        element = self._by_id.get(id)
+        known = location_of(element) or Location()
+        physical: dict[str, Any] = {"artifactLocation": {"uri": _uri(Path(known.file or self._path))}}
+        if known.line is not None:
+            region = {"startLine": known.line}
+            physical["region"] = region if known.column is None else {**region, "startColumn": known.column}
+        location: dict[str, Any] = {"physicalLocation": physical}
+        if id:
+            location["logicalLocations"] = [self._name(id)]
+        return location
+
+    def _name(self, id: str) -> dict[str, str]:
+        element = self._by_id.get(id)
+        if element is None:
+            return {"name": id}
+        return {"name": element.name or id, "fullyQualifiedName": id, "kind": type(element).__name__}
+
+
+def to_junit(report: Report, path: Path) -> bytes:
+    """Return a report as JUnit XML: what is found fails, what is proved passes, what is unknown is skipped.
+
+    A note passes, with its message as output: as for the exit status of `dineros check`.
+
+    Parameters
+    ----------
+    report : Report
+        The report.
+    path : Path
+        The file of the model.
+    """
+    failing = [finding for finding in report.findings if finding.severity != "note"]
+    cases = len(report.findings) + len(report.proved) + len(report.unknown)
+    counts = {
+        "tests": str(cases),
+        "failures": str(len(failing)),
+        "errors": "0",
+        "skipped": str(len(report.unknown)),
+    }
+    root = etree.Element("testsuites", {"name": "dineros check", **counts})
+    suite = etree.SubElement(root, "testsuite", {"name": _clean(str(path)), **counts})
+
+    def case(name: str, kind: str) -> etree._Element:
+        attributes = {"classname": f"dineros.{kind}", "name": _clean(name), "file": _clean(path.as_posix())}
+        return etree.SubElement(suite, "testcase", attributes)
+
+    for finding in report.findings:
+        made = case(finding.message, finding.rule)
+        if finding.severity == "note":
+            etree.SubElement(made, "system-out").text = _clean(finding.message)
+            continue
+        failure = etree.SubElement(
+            made, "failure", {"type": finding.severity, "message": _clean(finding.message)}
+        )
+        failure.text = _clean(_details(finding))
+    for proved in report.proved:
+        case(proved, "proved")
+    for unknown in report.unknown:
+        made = case(unknown.question, "unknown")
+        etree.SubElement(made, "skipped", {"message": _clean(str(unknown))})
+    written: bytes = etree.tostring(root, xml_declaration=True, encoding="utf-8", pretty_print=True)
+    return written
+
+
+def _details(finding: Finding) -> str:
+    lines = [finding.message, f"elements: {', '.join(finding.elements)}"]
+    if finding.witness is not None:
+        steps = finding.witness.steps
+        lines += [f"{n + 1}. {_step_text(finding.witness, n)}{_change(step)}" for n, step in enumerate(steps)]
+    return "\n".join(lines)
+
+
+def _change(step: Step) -> str:
+    change = ", ".join(f"{place} {tokens:+}" for place, tokens in step.change.items())
+    return f" ({change})" if change else ""
+
+
+def _step_text(witness: Witness, number: int) -> str:
+    text = witness.steps[number].text
+    return f"for ever: {text}" if _repeats(witness, number) else text
+
+
+def _repeats(witness: Witness, number: int) -> bool:
+    return witness.loop is not None and number >= witness.loop
+
+
+def _clean(text: str) -> str:
+    """Return a text without the characters that XML cannot carry."""
+    return _NOT_XML.sub("\ufffd", text)
+
+
+def _uri(path: Path) -> str:
+    """Return a relative reference for a relative path, so that CI finds the file in its checkout."""
+    return path.as_uri() if path.is_absolute() else quote(path.as_posix())
+
+
+def _version() -> str:
+    try:
+        return version("dineros")
+    except PackageNotFoundError:
+        return "0"

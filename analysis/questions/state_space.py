@@ -1,0 +1,234 @@
+"""State spaces: the engine chosen, and everything that is counted in one object."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.memory import peak_memory
+
+if TYPE_CHECKING:
+    from dineros.analysis.explicit import Order
+    from dineros.analysis.nets.coverability import Pumping
+    from dineros.analysis.symbolic.order_cache import OrderCache
+    from dineros.analysis.tina import TinaCounts
+
+Engine = Literal["auto", "explicit", "symbolic", "tina"]
+DEFAULT_MEMORY = 2 << 30
+#: Nodes of the coverability tree that may be made to explain why a net is unbounded.
+COVERABILITY_NODES = 2_000
+
+
+@dataclass(frozen=True)
+class StateSpace:
+    """Exact figures of a state space; None where an engine cannot count something.
+
+    Attributes
+    ----------
+    places, transitions : int
+        Size of the net explored.
+    states, arcs, deadlocks : int or None
+        Reachable markings, arcs between them, markings that enable nothing; of an incomplete exploration,
+        what was seen.
+    max_tokens_in_place, max_tokens_in_marking : int or None
+        The largest number of tokens of a place, and of a whole marking.
+    engine : str
+        The engine that answered.
+    complete : bool
+        Whether these are all markings.
+    reason : str
+        Why not: memory, an unbounded net.
+    seconds : float
+        Wall-clock time, order search included.
+    peak_memory_bytes : int
+        Peak memory of the process so far.
+    pumping : Pumping or None
+        Where the net is unbounded: a sequence that makes places grow for ever. Then there are no counts:
+        there is no end of markings, and how many were seen says nothing.
+    """
+
+    places: int
+    transitions: int
+    states: int | None
+    arcs: int | None
+    deadlocks: int | None
+    max_tokens_in_place: int | None
+    max_tokens_in_marking: int | None
+    engine: str
+    complete: bool
+    reason: str
+    seconds: float
+    peak_memory_bytes: int
+    pumping: Pumping | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the figures for JSON."""
+        return {name: value for name, value in asdict(self).items() if name != "pumping"}
+
+
+def state_space(
+    net: CompiledNet,
+    engine: Engine = "auto",
+    memory: int = DEFAULT_MEMORY,
+    progress: Callable[[Any], None] | None = None,
+    orders: OrderCache | None = None,
+    order: Order = "breadth-first",
+) -> StateSpace:
+    """Count the state space of a net.
+
+    ``auto`` takes decision diagrams, and the explicit engine where bounds of places are not known.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    engine : {"auto", "explicit", "symbolic", "tina"}
+        Which engine; ``tina`` is TINA of LAAS, where it is on the PATH.
+    memory : int
+        Bytes it may take.
+    progress : callable, optional
+        Told now and then how far it is.
+    orders : OrderCache, optional
+        Where orders of levels are kept for the symbolic engine.
+    order : {"breadth-first", "depth-first"}
+        How the explicit engine goes.
+
+    Raises
+    ------
+    TinaError
+        TINA is not there, or failed.
+    BudgetError
+        Memory ran out before there was anything to count.
+    """
+    from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
+
+    began = time.perf_counter()
+    if engine == "tina":
+        return _tina(net, began)
+    if engine != "explicit":
+        try:
+            return _symbolic(net, memory, progress, began, orders)
+        except UnknownBoundError as error:
+            if engine == "symbolic":
+                return _nothing(net, "symbolic", str(error), began)
+        except LevelSizeError:
+            if engine == "symbolic":
+                raise
+    return _explicit(net, memory, progress, began, order)
+
+
+def differences(net: CompiledNet, counts: TinaCounts, memory: int) -> list[str]:
+    """Compare what TINA counted with an engine of ours; a line for each figure that differs.
+
+    Raises
+    ------
+    TinaError
+        The engine could not count all within its memory.
+    """
+    from dineros.analysis.tina import TinaError
+
+    space = state_space(net, memory=memory)
+    if not space.complete:
+        if not counts.is_bounded and "bound" in space.reason:
+            return []
+        raise TinaError(f"nothing to compare with: {space.reason}")
+    pairs = {
+        "states": (counts.states, space.states),
+        "arcs": (counts.arcs, space.arcs),
+        "deadlocks": (counts.deadlocks, space.deadlocks),
+    }
+    return [
+        f"{name}: {theirs} by tina, {ours} by the {space.engine} engine"
+        for name, (theirs, ours) in pairs.items()
+        if theirs is not None and ours is not None and theirs != ours
+    ]
+
+
+def _symbolic(
+    net: CompiledNet,
+    memory: int,
+    progress: Callable[[Any], None] | None,
+    began: float,
+    orders: OrderCache | None,
+) -> StateSpace:
+    from dineros.analysis.symbolic.engine import symbolic_state_space
+
+    space = symbolic_state_space(net, memory, progress, orders=orders)
+    if not space.complete:
+        return _nothing(net, "symbolic", space.reason, began)
+    return _of(
+        net,
+        (space.markings, space.arcs(), space.deadlocks()),
+        (max(space.largest_place(), default=0), space.largest_total()),
+        "symbolic",
+        "",
+        began,
+    )
+
+
+def _explicit(
+    net: CompiledNet, memory: int, progress: Callable[[Any], None] | None, began: float, order: Order
+) -> StateSpace:
+    from dineros.analysis.explicit import explore
+    from dineros.analysis.nets.coverability import coverability
+    from dineros.analysis.questions.reachability import Seen
+
+    def tell(markings: int, rate: float, size: int) -> None:
+        if progress is not None:
+            progress(Seen(markings, rate, size))
+
+    space = explore(net, memory=memory, progress=tell, order=order)
+    if space.pumping is not None:
+        # What the search came across is a proof; the coverability tree often has a shorter one.
+        others = coverability(net, COVERABILITY_NODES).pumping
+        pumping = min(
+            [space.pumping, *([others] if others else [])], key=lambda p: len(p.prefix) + len(p.suffix)
+        )
+        grown = ", ".join(net.places[place] for place in pumping.places)
+        reason = f"unbounded: {grown} can grow for ever"
+        return replace(_nothing(net, "explicit", reason, began), pumping=pumping)
+    return _of(
+        net,
+        (space.markings, space.arcs, space.deadlocks),
+        (max(space.largest_place, default=0), space.largest_total),
+        "explicit",
+        "" if space.complete else space.reason or "unknown",
+        began,
+    )
+
+
+def _tina(net: CompiledNet, began: float) -> StateSpace:
+    from dineros.analysis.tina import count
+
+    counts = count(net)
+    if not counts.is_bounded:
+        return _nothing(net, "tina", "unbounded", began)
+    return _of(net, (counts.states, counts.arcs, counts.deadlocks), (None, None), "tina", "", began)
+
+
+def _nothing(net: CompiledNet, engine: str, reason: str, began: float) -> StateSpace:
+    return _of(net, (None, None, None), (None, None), engine, reason, began)
+
+
+def _of(
+    net: CompiledNet,
+    counts: tuple[int | None, int | None, int | None],
+    tokens: tuple[int | None, int | None],
+    engine: str,
+    reason: str,
+    began: float,
+) -> StateSpace:
+    return StateSpace(
+        len(net.places),
+        len(net.transitions),
+        *counts,
+        *tokens,
+        engine,
+        not reason,
+        reason,
+        time.perf_counter() - began,
+        peak_memory(),
+    )

@@ -1,0 +1,122 @@
+"""What is never used: dead transitions read as unused topics, services and node nets (Alg. 2 and 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+
+from dineros.analysis.model.subject import Subject
+from dineros.analysis.witnesses.findings import Finding
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.elements import node_net_of, node_nets, transitions
+from dineros.transformations.flattening.traces import Link
+
+
+def unused_parts(subject: Subject, dead: Collection[int]) -> list[Finding]:
+    """Read the dead transitions of a net as parts of the model that are never used.
+
+    Parameters
+    ----------
+    subject : Subject
+        The net without signals, and without transitions whose clause can never be true.
+    dead : collection of int
+        Its transitions that no reachable marking enables.
+    """
+    model = subject.model
+    if not isinstance(model, sym.SystemModel):
+        return [
+            Finding("dead-transition", "warning", (name,), f"transition {name} can never fire")
+            for name in (subject.net.transitions[index] for index in sorted(dead))
+        ]
+    alive = _Alive(subject, dead)
+    return [
+        *_topics(model, alive),
+        *_services(model, alive),
+        *_node_nets(model, alive),
+        *_transitions(model, alive),
+    ]
+
+
+class _Alive:
+    """Which transitions that came of an element can fire."""
+
+    def __init__(self, subject: Subject, dead: Collection[int]) -> None:
+        self._by_source: dict[EObject, list[Link]] = {}
+        self._alive: set[str] = set()
+        for link in subject.links():
+            if isinstance(link.target, pn.Transition):
+                for source in link.sources:
+                    self._by_source.setdefault(source, []).append(link)
+                if subject.transition_index[link.target.id] not in dead:
+                    self._alive.add(link.target.id)
+
+    def any(self, source: EObject, roles: Iterable[str] | None = None) -> bool:
+        """Tell whether a transition that came of an element in one of the roles can fire."""
+        wanted = None if roles is None else set(roles)
+        return any(
+            link.target.id in self._alive
+            for link in self._by_source.get(source, ())
+            if wanted is None or link.role in wanted
+        )
+
+
+def _topics(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
+    for channel in model.channels:
+        if isinstance(channel, sym.TopicChannel) and not alive.any(channel, ["transport"]):
+            yield Finding(
+                "unused-topic", "warning", (channel.id,), f"topic {channel.topic} never carries a message"
+            )
+
+
+def _services(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
+    for channel in model.channels:
+        if not isinstance(channel, sym.ServiceChannel):
+            continue
+        if not alive.any(channel, ["t_req"]):
+            yield Finding(
+                "service-never-called", "warning", (channel.id,), f"service {channel.service} is never called"
+            )
+        elif not alive.any(channel, ["t_return"]):
+            yield Finding(
+                "service-never-returns", "error", (channel.id,), f"service {channel.service} never returns"
+            )
+
+
+def _node_nets(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
+    ports = _ports(model)
+    for node in node_nets(model):
+        own = [transition for transition in transitions(model) if node_net_of(transition) is node]
+        if not any(alive.any(part) for part in (*own, *ports.get(node, ()))):
+            yield Finding(
+                "dead-node-net", "error", (node.id,), f"node net {node.id} does nothing: all it has is dead"
+            )
+
+
+def _ports(model: sym.SystemModel) -> dict[sym.NodeNet, list[EObject]]:
+    """Return the ports of each node net; of a service's server, the channel stands for it."""
+    found: dict[sym.NodeNet, list[EObject]] = {}
+    for channel in model.channels:
+        pairs: list[tuple[EObject, pn.Place]] = []
+        if isinstance(channel, sym.TopicChannel):
+            pairs = [(port, port.place) for port in (*channel.publishers, *channel.subscribers)]
+        elif isinstance(channel, sym.ServiceChannel):
+            pairs = [(client, client.request) for client in channel.clients]
+            pairs.append((channel, channel.server.entry))
+        for part, place in pairs:
+            node = node_net_of(place)
+            if node is not None:
+                found.setdefault(node, []).append(part)
+    return found
+
+
+def _transitions(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
+    for transition in transitions(model):
+        if not alive.any(transition):
+            node = node_net_of(transition)
+            where = f" of node net {node.id}" if node is not None else ""
+            yield Finding(
+                "dead-transition",
+                "warning",
+                (transition.id,),
+                f"transition {transition.id}{where} can never fire",
+            )

@@ -1,0 +1,1 @@
+"""Symbolic engine: complete state spaces as decision diagrams."""

@@ -1,0 +1,345 @@
+"""Symbolic engine: complete state spaces as decision diagrams, any size, counted exactly."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.coverability import coverability
+from dineros.analysis.symbolic.counting import DiagramCounts
+from dineros.analysis.symbolic.level_order import OrderSearch
+from dineros.analysis.symbolic.levels import Encoding, UnknownBoundError, encode
+from dineros.analysis.symbolic.order_cache import OrderCache
+from dineros.analysis.symbolic.saturation import Diagram, DiagramMemoryError, Progress
+from dineros.analysis.symbolic.vector_sets import VectorSets
+
+DEFAULT_MEMORY = 2 << 30
+#: Rounds of (work of the order search, work of saturation), in cache misses: easy nets pay for little search,
+#: hard ones get more. Millions take a third of a second. No clock decides, so that every run is the same.
+#: The first round searches nothing: it takes the order of the FORCE heuristic as it is. The second one tries
+#: a handful of others, since a run that goes on for long under a bad order costs more than these do.
+ROUNDS = (
+    (0, 250_000),
+    (50_000, 400_000),
+    (300_000, 800_000),
+    (2_000_000, 2_500_000),
+    (6_000_000, 4_000_000),
+    (12_000_000, 6_000_000),
+    (12_000_000, 8_000_000),
+    (12_000_000, 15_000_000),
+    (24_000_000, 40_000_000),
+    (60_000_000, None),
+)
+#: How many rounds on is the work allowed to an order again that a search could not better.
+UNCHANGED_ROUNDS = 1
+#: The round from which on an order that costs too much on a smaller instance is not run.
+FIRST_DOUBT = 2
+#: Work allowed to an order that is known from an earlier run, before another one is searched for.
+KNOWN_ORDER_WORK = 30_000_000
+#: Work of a search from which on its order is worth keeping.
+WORTH_KEEPING = sum(work for work, _ in ROUNDS[:4])
+#: Orders tried with which memory runs out.
+MEMORY_TRIES = 2
+FIRST_CAP = 4
+LARGEST_CAP = 1 << 12
+
+
+@dataclass
+class SymbolicStateSpace:
+    """The reachable markings of a net as a decision diagram.
+
+    Attributes
+    ----------
+    net : CompiledNet
+    complete : bool
+        False when memory ended the run; then only `reason`, `order` and the figures of the run mean anything.
+    reason : str
+        Why it is incomplete.
+    markings : int
+        Number of reachable markings, exact.
+    order : tuple of tuple of str
+        Groups of places by level, bottom first.
+    nodes, peak_nodes : int
+        Nodes of the final diagram; most nodes held at any time.
+    memory : int
+        Bytes touched by node store, hash table and cache.
+    search_work : int
+        What the order search cost, in cache misses of saturation.
+    search_seconds, saturation_seconds : float
+        Time of the order search and of the successful saturation run.
+    """
+
+    net: CompiledNet
+    complete: bool
+    reason: str
+    encoding: Encoding
+    diagram: Diagram
+    search_work: int
+    search_seconds: float
+    saturation_seconds: float
+    markings: int = 0
+    nodes: int = 0
+    _counts: DiagramCounts | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        self.peak_nodes = self.diagram.peak_nodes
+        self.memory = self.diagram.bytes
+        places, levels = self.net.places, self.encoding.levels
+        self.order = tuple(tuple(places[p] for p in levels[k].places) for k in self.diagram.order)
+        if self.complete:
+            try:
+                self._counts = DiagramCounts(self.diagram)
+            except DiagramMemoryError:
+                self.complete, self.reason = False, "memory"
+                return
+            self.markings = self._counts.vectors()
+            self.nodes = self._counts.nodes
+
+    @property
+    def counts(self) -> DiagramCounts:
+        """The diagram, ready for counting.
+
+        Raises
+        ------
+        ValueError
+            If the state space is incomplete.
+        """
+        if self._counts is None:
+            raise ValueError(f"the state space is incomplete: {self.reason}")
+        return self._counts
+
+    def arcs(self) -> int:
+        """Number of arcs: pairs of a reachable marking and a transition enabled in it."""
+        return self.counts.in_boxes(self.event_masks())
+
+    def enabled(self, transition: str) -> int:
+        """Number of reachable markings that enable a transition (by name)."""
+        number = self.net.transitions.index(transition)
+        return self.counts.in_boxes(self.event_masks(number))
+
+    def deadlocks(self) -> int | None:
+        """Number of reachable markings that enable nothing; None when memory runs out."""
+        counts = self.counts
+        try:
+            dead = self.sets.without_boxes(self.diagram.root, self.event_masks())
+            if dead in (0, self.diagram.root):
+                return counts.vectors() if dead else 0
+            return DiagramCounts(self.diagram, dead).vectors()
+        except DiagramMemoryError:
+            return None
+
+    def satisfying(self, bounds: Mapping[str, tuple[int, int | None]]) -> int:
+        """Number of reachable markings whose named places hold between (fewest, most) tokens."""
+        guard = {}
+        for name, (low, high) in bounds.items():
+            place = self.net.places.index(name)
+            most = self.encoding.boxes.bounds[place]
+            guard[place] = (low, most if high is None else min(high, most))
+            if low > guard[place][1]:
+                return 0
+        return self.counts.in_boxes(self.encoding.masks(guard))
+
+    def largest_place(self) -> tuple[int, ...]:
+        """Largest number of tokens of each place, in the order of the net's places."""
+        seen = self.counts.seen()
+        levels, home = self.encoding.levels, self.encoding.level_of()
+        answer = [0] * len(self.net.places)
+        for k, level in enumerate(levels):
+            for at, place in enumerate(level.places):
+                answer[place] = max(level.states[i][at] for i in seen[k])
+        for place, rule in self.encoding.boxes.determined.items():
+            touched = {home[p] for p in rule.factors}
+            weights = self._weights(rule.factors)
+            if len(touched) == 1:
+                (k,) = touched
+                answer[place] = rule.constant + max(weights[k][i] for i in seen[k])
+            else:
+                answer[place] = rule.constant + self.counts.largest(weights)
+        return tuple(answer)
+
+    def largest_total(self) -> int:
+        """Largest number of tokens of a reachable marking."""
+        weights, constant = self.weights_of(dict.fromkeys(range(len(self.net.places)), 1))
+        return constant + self.counts.largest(weights)
+
+    def weights_of(self, factors: Mapping[int, int]) -> tuple[list[list[int]], int]:
+        """A weighted sum of tokens as weights of local states, ``[level][state]``, and a constant."""
+        kept: dict[int, int] = {}
+        constant = 0
+        for place, factor in factors.items():
+            rule = self.encoding.boxes.determined.get(place)
+            constant += factor * rule.constant if rule else 0
+            for p, k in (rule.factors if rule else {place: 1}).items():
+                kept[p] = kept.get(p, 0) + factor * k
+        return self._weights(kept), constant
+
+    def _weights(self, factors: Mapping[int, int]) -> list[list[int]]:
+        return [
+            [
+                sum(factors.get(p, 0) * n for p, n in zip(level.places, state, strict=True))
+                for state in level.states
+            ]
+            for level in self.encoding.levels
+        ]
+
+    def marking_of(self, vector: Sequence[int]) -> list[int]:
+        """Tokens of every place, from local states in the order of the encoding's levels."""
+        tokens: dict[int, int] = {}
+        for level, state in zip(self.encoding.levels, vector, strict=True):
+            tokens.update(zip(level.places, level.states[state], strict=True))
+        return self.encoding.boxes.full_marking(tokens)
+
+    @cached_property
+    def sets(self) -> VectorSets:
+        """Operations on sets of markings."""
+        return VectorSets(self.diagram)
+
+    def event_masks(self, transition: int | None = None) -> list[dict[int, Sequence[bool]]]:
+        """Markings that enable a transition, or any, as disjoint products (level -> flags)."""
+        return [
+            {k: [j >= 0 for j in table] for k, table in event.tables.items() if min(table) < 0}
+            for event in self.encoding.events
+            if transition is None or event.transition == transition
+        ]
+
+
+def symbolic_state_space(
+    net: CompiledNet,
+    memory: int = DEFAULT_MEMORY,
+    progress: Callable[[Progress], None] | None = None,
+    seed: int = 1,
+    order: Sequence[Sequence[str]] | None = None,
+    orders: OrderCache | None = None,
+) -> SymbolicStateSpace:
+    """Compute the complete state space of a net with decision diagrams.
+
+    Parameters
+    ----------
+    net
+        The net; its places must be bounded.
+    memory
+        Bytes that the diagram may take. Running into it gives a result with ``complete=False``.
+    progress
+        Called now and then; an exception raised in it ends the run.
+    seed
+        Of the order search.
+    order
+        A known order (`SymbolicStateSpace.order` of an earlier run on a net of the same structure), tried
+        first.
+    orders
+        Where orders are kept: one of a net of the same structure is tried first, and one that took long to
+        find is kept.
+
+    Raises
+    ------
+    UnknownBoundError
+        If the net is unbounded, or some place still grows at the largest cap tried; it names the places.
+    LevelSizeError
+        If places may hold so many tokens that their local states alone take more memory.
+
+    Examples
+    --------
+    >>> net = CompiledNet.build({"a": 2, "b": 0}, [("t", {"a": 1}, {"b": 1})])
+    >>> space = symbolic_state_space(net)
+    >>> space.markings, space.arcs(), space.deadlocks(), space.largest_place()
+    (3, 2, 1, (2, 2))
+    """
+    if order is None and orders is not None:
+        order = orders.order(net)
+    space = _with_bounds(net, memory, progress, seed, order)
+    if orders is not None and space.complete and space.search_work > WORTH_KEEPING:
+        orders.keep(net, space.order)
+    return space
+
+
+def _with_bounds(
+    net: CompiledNet,
+    memory: int,
+    progress: Callable[[Progress], None] | None,
+    seed: int,
+    order: Sequence[Sequence[str]] | None,
+) -> SymbolicStateSpace:
+    """Compute the state space; places whose bounds are not known get caps, raised until they are not met."""
+    gain = max((tokens for change in net.delta for tokens in change.values()), default=0)
+    caps: list[int] | None = None
+    while True:
+        try:
+            encoding = encode(net, caps, memory)
+        except UnknownBoundError:
+            covered = coverability(net)
+            if covered.pumping is not None:
+                raise UnknownBoundError([net.places[p] for p in covered.pumping.places]) from None
+            caps = [FIRST_CAP + int(tokens) for tokens in net.initial]
+            if covered.bounds is not None:
+                caps = [int(bound) + gain for bound in covered.bounds]
+            continue
+        space = _with_encoding(net, encoding, memory, progress, seed, order)
+        if caps is None or not space.complete:
+            return space
+        largest = space.largest_place()
+        capped = [
+            p for p, bound in enumerate(encoding.bounds) if bound is None and largest[p] + gain > caps[p]
+        ]
+        if not capped:
+            return space
+        if max(caps[p] for p in capped) >= LARGEST_CAP:
+            raise UnknownBoundError([net.places[p] for p in capped])
+        for p in capped:
+            caps[p] = 2 * caps[p] + gain
+
+
+def _with_encoding(
+    net: CompiledNet,
+    encoding: Encoding,
+    memory: int,
+    progress: Callable[[Progress], None] | None,
+    seed: int,
+    known: Sequence[Sequence[str]] | None,
+) -> SymbolicStateSpace:
+    began = time.perf_counter()
+    diagram = Diagram(encoding, range(len(encoding.levels)), memory)
+    search = OrderSearch(encoding, diagram.events, seed, memory // 8)
+    searched = seconds = 0.0
+    failures = 0
+    for order, limit in _attempts(search, _known_order(net, encoding, known)):
+        started = time.perf_counter()
+        searched += started - began
+        diagram.restart(order)
+        is_complete = diagram.run(progress, limit)
+        began = time.perf_counter()
+        seconds = began - started
+        failures += diagram.out_of_memory
+        if is_complete or failures == MEMORY_TRIES:
+            break
+    reason = "" if diagram.complete else "memory"
+    return SymbolicStateSpace(
+        net, diagram.complete, reason, encoding, diagram, search.work, searched, seconds
+    )
+
+
+def _attempts(search: OrderSearch, known: list[int] | None) -> Iterator[tuple[list[int], int | None]]:
+    """Orders worth a run, each with the work allowed to it: what is known, then ever more searched for."""
+    if known is not None:
+        yield known, KNOWN_ORDER_WORK
+    last = None
+    for number, (search_work, _) in enumerate(ROUNDS):
+        search.improve(search_work)
+        order = search.order
+        ahead = UNCHANGED_ROUNDS if order == last else 0
+        limit = ROUNDS[min(number + ahead, len(ROUNDS) - 1)][1]
+        if number < FIRST_DOUBT or limit is None or search.is_promising(limit):
+            last = order
+            yield order, limit
+
+
+def _known_order(
+    net: CompiledNet, encoding: Encoding, known: Sequence[Sequence[str]] | None
+) -> list[int] | None:
+    if known is None:
+        return None
+    by_places = {tuple(net.places[p] for p in level.places): k for k, level in enumerate(encoding.levels)}
+    order = [by_places.get(tuple(group), -1) for group in known]
+    return order if sorted(order) == list(range(len(encoding.levels))) else None

@@ -1,0 +1,1 @@
+"""Kernels on decision diagrams; importing one imports Numba."""

@@ -1,0 +1,313 @@
+"""Orders of the levels of a decision diagram, searched for per net.
+
+The size of a diagram, and even more the effort of saturation, hang on the order of its levels. The first
+order comes from the FORCE heuristic, with or without the semiflows of the net, and costs nothing to speak of;
+many nets need no other. Further candidates are made by FORCE from random starts, then improved by local
+moves. What a candidate costs is not estimated but measured: saturation itself runs on an instance of the same
+structure with all large markings and weights scaled down, which takes milliseconds and stops as soon as it
+exceeds the best effort so far.
+
+Local moves end in a local optimum, and which one hangs on the start. So a long search is made of several
+climbs from different starts; between their orders decides an instance that is scaled down less, since it
+tells more about the net itself but costs too much to measure every candidate on it.
+
+References
+----------
+F. A. Aloul, I. L. Markov, K. A. Sakallah, *FORCE: a fast and easy-to-implement variable-ordering heuristic*,
+GLSVLSI 2003.
+
+E. G. Amparore, S. Donatelli, M. Beccuti, G. Garbi, A. Miner, *Decision diagrams for Petri nets: a comparison
+of variable ordering algorithms*, Transactions on Petri Nets and Other Models of Concurrency XIII, 2018
+(FORCE-P).
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from dineros.analysis.nets.compiled import ArcTable, CompiledNet
+from dineros.analysis.symbolic.kernels.force import force
+from dineros.analysis.symbolic.levels import Encoding, encode_like
+from dineros.analysis.symbolic.relations import EventTables
+from dineros.analysis.symbolic.saturation import Diagram
+
+FORCE_ROUNDS = 60
+TRIAL_MEMORY = 1 << 28
+LEAST_TRIAL_MEMORY = 1 << 24
+TRIAL_CACHE = 1 << 16
+TRIAL_BUCKETS = 1 << 14
+#: Share of a climb's first search spent on making starts rather than on improving the best; at least so much.
+START_SHARE = 0.25
+START_WORK = 75_000
+#: Effort from which on an instance tells orders apart.
+LEAST_EFFORT = 300
+#: What making a candidate and setting it up costs, in cache misses of saturation.
+TRIAL_WORK = 1_000
+#: Effort allowed to the first starts, and how many starts are tried before it is doubled.
+FIRST_EFFORT = 2_000
+STARTS_PER_LIMIT = 12
+#: Work of a climb after which another one begins, how many there are, and how many times the largest marking
+#: is larger in the instance that decides between them.
+CLIMB_WORK = 8_000_000
+CLIMBS = 4
+DECIDING_FACTOR = 4
+#: Most that the effort on the net itself is taken to be larger than on that instance.
+LARGEST_GROWTH = 8
+
+
+def scaled_down(net: CompiledNet, largest: int) -> CompiledNet:
+    """The same net with every marking and weight above `largest` lowered to it."""
+
+    def scale(arcs: ArcTable) -> ArcTable:
+        return replace(arcs, weight=np.minimum(arcs.weight, largest))
+
+    return CompiledNet(
+        net.places,
+        net.transitions,
+        np.minimum(net.initial, largest),
+        scale(net.pre),
+        scale(net.post),
+        scale(net.inhibitor),
+    )
+
+
+class OrderSearch:
+    """A search for a good order that can be continued.
+
+    Parameters
+    ----------
+    encoding
+        Levels and events of the net.
+    events
+        Its events as arrays.
+    seed
+        Of the random moves: the same seed and work give the same order.
+    memory
+        Bytes that a trial may take.
+
+    Attributes
+    ----------
+    order : list of int
+        Best order so far, bottom first; that of FORCE while no candidate was finished.
+    work : int
+        What the search has cost so far, in cache misses of saturation.
+    """
+
+    def __init__(
+        self, encoding: Encoding, events: EventTables, seed: int = 1, memory: int = TRIAL_MEMORY
+    ) -> None:
+        self._encoding = encoding
+        self._events = events
+        self._seed = seed
+        self._memory = min(max(memory, LEAST_TRIAL_MEMORY), TRIAL_MEMORY)
+        self._climbs: list[_Climb] = []
+        self._best: _Climb | None = None
+        self._least: int | None = None
+        self.order = first_order(encoding, events)
+        self.work = 0
+
+    def improve(self, work: int) -> None:
+        """Search on, for about so many cache misses of saturation; no clock decides."""
+        if work == 0 or len(self.order) < 3:
+            return
+        climb = self._next_climb()
+        before = climb.work
+        climb.improve(work)
+        self.work += climb.work - before
+        if len(self._climbs) == 1:
+            self.order = climb.order
+        else:
+            self._decide(climb)
+
+    def is_promising(self, work: int) -> bool:
+        """Whether the best order may do with so many cache misses on the net itself.
+
+        An order that needs more than its share of them on the deciding instance is not worth a run.
+        """
+        largest, most = DECIDING_FACTOR * self._scaled[0], self._largest_marking
+        if most <= largest:
+            return True
+        self._deciding.restart(self.order)
+        finished = self._deciding.run(effort_limit=int(work / min((most / largest) ** 2, LARGEST_GROWTH)))
+        self.work += self._deciding.effort
+        return finished
+
+    def _next_climb(self) -> _Climb:
+        """Return the last climb while it is short, then a new one, then, when there are enough, the best."""
+        if self._climbs and self._climbs[-1].work < CLIMB_WORK:
+            return self._climbs[-1]
+        if len(self._climbs) == CLIMBS and self._best is not None:
+            return self._best
+        self._climbs.append(_Climb(self._scaled[1], self._events, self.order, self._seed + len(self._climbs)))
+        return self._climbs[-1]
+
+    def _decide(self, latest: _Climb) -> None:
+        """Choose between the climbs by the deciding instance."""
+        for climb in self._climbs if self._best is None else [latest]:
+            if climb.effort is None:
+                continue
+            self._deciding.restart(climb.order)
+            finished = self._deciding.run(effort_limit=self._least)
+            self.work += self._deciding.effort
+            if finished:
+                self._best, self._least, self.order = climb, self._deciding.effort, climb.order
+
+    @cached_property
+    def _scaled(self) -> tuple[int, Diagram]:
+        """The largest marking of the trials' instance, and that instance.
+
+        It is the smallest that tells orders apart: where hardly any effort is needed, the best is chance.
+        """
+        largest = 1
+        while True:
+            small = _scaled_down(self._encoding, largest)
+            trial = Diagram(small, range(len(small.levels)), self._memory, TRIAL_CACHE, TRIAL_BUCKETS)
+            trial.restart(self.order)
+            is_easy = trial.run(effort_limit=LEAST_EFFORT)
+            self.work += trial.effort + TRIAL_WORK
+            if not is_easy or largest >= self._largest_marking:
+                return largest, trial
+            largest *= 2
+
+    @cached_property
+    def _deciding(self) -> Diagram:
+        small = _scaled_down(self._encoding, DECIDING_FACTOR * self._scaled[0])
+        return Diagram(small, range(len(small.levels)), self._memory)
+
+    @property
+    def _largest_marking(self) -> int:
+        net = self._encoding.boxes.net
+        return max(int(part.max(initial=1)) for part in (net.initial, net.pre.weight, net.post.weight))
+
+
+def first_order(encoding: Encoding, events: EventTables) -> list[int]:
+    """Return what FORCE makes of the order of the encoding.
+
+    It keeps together what events touch, or that and the places of each semiflow: of these two orders, the
+    one in which events span less.
+    """
+    plain = force_order(events, range(len(encoding.levels)))
+    lengths = np.cumsum([len(flow) for flow in encoding.flows], dtype=np.int64)
+    flowing = np.arange(len(encoding.levels), dtype=np.int64)
+    force(
+        flowing,
+        np.concatenate([events.event_start, events.event_start[-1] + lengths]),
+        np.concatenate([events.event_level, *(np.array(flow, dtype=np.int64) for flow in encoding.flows)]),
+        FORCE_ROUNDS,
+    )
+    return min(plain, flowing.tolist(), key=lambda order: _span(events, order))
+
+
+def _span(events: EventTables, order: Sequence[int]) -> int:
+    """Return how far the lowest and the highest level of each event are apart, summed up."""
+    if events.event_level.size == 0:
+        return 0
+    position = np.empty(len(order), dtype=np.int64)
+    position[np.array(order)] = np.arange(len(order))
+    touched, start = position[events.event_level], events.event_start[:-1]
+    return int((np.maximum.reduceat(touched, start) - np.minimum.reduceat(touched, start)).sum())
+
+
+def force_order(events: EventTables, start: Sequence[int]) -> list[int]:
+    """Return the order that the FORCE heuristic makes of another one."""
+    order = np.array(start, dtype=np.int64)
+    force(order, events.event_start, events.event_level, FORCE_ROUNDS)
+    return [int(level) for level in order]
+
+
+def _scaled_down(encoding: Encoding, largest: int) -> Encoding:
+    """Return the encoding of the scaled-down net, or of the net itself where the levels do not fit that."""
+    try:
+        return encode_like(encoding, scaled_down(encoding.boxes.net, largest))
+    except ValueError:
+        return encoding
+
+
+class _Climb:
+    """Local moves from one start to a local optimum.
+
+    Attributes
+    ----------
+    order : list of int
+    effort : int or None
+        Effort of the order on the scaled-down instance; None while no candidate was finished.
+    work : int
+    """
+
+    def __init__(self, trial: Diagram, events: EventTables, order: list[int], seed: int) -> None:
+        self._trial = trial
+        self._events = events
+        self._random = random.Random(seed)
+        self._limit = FIRST_EFFORT
+        self._start, self._tried = order, 0
+        self._start_work: int | None = None
+        self.order = order
+        self.effort: int | None = None
+        self.work = 0
+
+    @cached_property
+    def _spans_of(self) -> list[list[list[int]]]:
+        """By level: the levels of each event that touches it."""
+        spans_of: list[list[list[int]]] = [[] for _ in self.order]
+        for span in self._events.levels_of_events:
+            for level in span:
+                spans_of[level].append(span)
+        return spans_of
+
+    def improve(self, work: int) -> None:
+        """Search on, for about so many cache misses of saturation; no clock decides."""
+        limit = self.work + work
+        if self._start_work is None:
+            self._start_work = max(int(work * START_SHARE), START_WORK)
+        self._find_start(min(self._start_work, limit), limit)
+        while self.work < limit:
+            self._try(self._neighbour())
+
+    def _find_start(self, share: int, limit: int) -> None:
+        """Random starts under a small limit of effort that doubles until one of them stays within it."""
+        while self.work < (share if self.effort is not None else limit):
+            self._try(self._start)
+            self._try(self._start[::-1])
+            self._start = list(range(len(self.order)))
+            self._random.shuffle(self._start)
+            self._start = force_order(self._events, self._start)
+            self._tried += 1
+            if self._tried % STARTS_PER_LIMIT == 0:
+                self._limit *= 2
+
+    def _try(self, order: list[int]) -> None:
+        limit = self._limit if self.effort is None else self.effort + 1
+        self._trial.restart(order)
+        finished = self._trial.run(effort_limit=limit)
+        self.work += self._trial.effort + TRIAL_WORK
+        if finished and (self.effort is None or self._trial.effort <= self.effort):
+            self.effort, self.order = self._trial.effort, list(order)
+
+    def _neighbour(self) -> list[int]:
+        """Return the best order with one level moved to a neighbour by events, or a block moved or turned."""
+        dice, order = self._random, list(self.order)
+        size = len(order)
+        kind = dice.random()
+        if kind < 0.6:
+            level = order.pop(dice.randrange(size))
+            spans = self._spans_of[level]
+            partner = dice.choice(dice.choice(spans)) if spans else dice.choice(order)
+            at = order.index(partner) + dice.randint(0, 1) if partner != level else dice.randrange(size)
+            order.insert(at, level)
+            return order
+        start, length = dice.randrange(size), dice.randint(2, 8)
+        block = order[start : start + length]
+        if kind < 0.85:
+            del order[start : start + length]
+            if dice.random() < 0.5:
+                block.reverse()
+            at = dice.randint(0, len(order))
+            order[at:at] = block
+        else:
+            order[start : start + length] = block[::-1]
+        return order

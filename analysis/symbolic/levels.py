@@ -1,0 +1,254 @@
+"""Levels of a decision diagram: small groups of places with their local states, and events as local tables.
+
+Places of a semiflow of constant one (a state machine with one token) share a level: at most one of them is
+marked, so k places need k + 1 local states instead of k levels. All other kept places get a level of their
+own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
+from operator import add
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dineros.analysis.nets.bounds import Bound, bounds_like, place_bounds
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.structure import PlaceInvariant, semiflows
+from dineros.analysis.symbolic.boxes import LARGEST_PRODUCT, Box, BoxNet, Event, box_net, drop_determined
+from dineros.metamodel.errors import BudgetError
+
+Int32Array = NDArray[np.int32]
+
+#: What a local state takes, with its entries in the tables of a few events.
+BYTES_OF_A_STATE = 300
+#: Bytes that levels may take however little memory is left for the diagram.
+ALWAYS_ALLOWED = 1 << 24
+#: Additional events allowed for each dropped place.
+LARGEST_GROWTH = 8
+
+
+@dataclass(frozen=True)
+class Level:
+    """A group of places and the combinations of tokens it can hold.
+
+    Attributes
+    ----------
+    places : tuple of int
+    states : tuple of tuple of int
+        Local states: tokens of the places, in their order.
+    initial : int
+        Index of the initial local state.
+    """
+
+    places: tuple[int, ...]
+    states: tuple[tuple[int, ...], ...]
+    initial: int
+
+
+@dataclass(frozen=True)
+class LocalEvent:
+    """An event: per level it touches, a table from local state to the next, -1 where it is not enabled."""
+
+    transition: int
+    tables: dict[int, tuple[int, ...]]
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """What the symbolic engine needs of a net, before any order of the levels.
+
+    Attributes
+    ----------
+    boxes : BoxNet
+    levels : tuple of Level
+    events : tuple of LocalEvent
+    bounds : tuple of (Bound or None)
+        By place.
+    flows : tuple of tuple of int
+        Levels that hold the places of a semiflow, where these are several.
+    """
+
+    boxes: BoxNet
+    levels: tuple[Level, ...]
+    events: tuple[LocalEvent, ...]
+    bounds: tuple[Bound | None, ...]
+    flows: tuple[tuple[int, ...], ...]
+
+    def level_of(self) -> dict[int, int]:
+        """Kept place -> level."""
+        return {place: index for index, level in enumerate(self.levels) for place in level.places}
+
+    def masks(self, guard: Box) -> list[dict[int, Sequence[bool]]]:
+        """A guard over any places as disjoint products of sets of local states (level -> flags)."""
+        home = self.level_of()
+        answers: list[dict[int, Sequence[bool]]] = []
+        for box in self.boxes.guard_boxes(guard):
+            masks: dict[int, Sequence[bool]] = {}
+            for k in {home[place] for place in box}:
+                level = self.levels[k]
+                asked = [(at, *box[p]) for at, p in enumerate(level.places) if p in box]
+                masks[k] = tuple(_holds(state, asked) for state in level.states)
+            answers.append(masks)
+        return answers
+
+
+def encode(net: CompiledNet, caps: Sequence[int | None] | None = None, memory: int | None = None) -> Encoding:
+    """Choose levels for a net and write its events over them.
+
+    Parameters
+    ----------
+    net
+        The net.
+    caps
+        Assumed largest number of tokens for places that no invariant bounds.
+    memory
+        Bytes that the levels may take; by default as many as they like.
+
+    Raises
+    ------
+    UnknownBoundError
+        If a place is bounded neither by an invariant nor by a cap; it names the places.
+    LevelSizeError
+        If places may hold so many tokens that their local states take more memory.
+    """
+    flows = semiflows(net)
+    bounds = place_bounds(net, flows)
+    values = [None if bound is None else bound.value for bound in bounds]
+    if caps is not None:
+        values = [cap if value is None else value for value, cap in zip(values, caps, strict=True)]
+    known = [value for value in values if value is not None]
+    if len(known) < len(values):
+        raise UnknownBoundError([net.places[p] for p, value in enumerate(values) if value is None])
+    exact = [flow for flow in flows if flow.exact]
+    boxes = drop_determined(box_net(net, known), (y for y in exact if len(y.weights) == 2), 0)
+    groups = _groups(boxes, [flow for flow in flows if flow.constant == 1])
+    alone = set(boxes.kept) - {place for group in groups for place in group}
+    boxes = drop_determined(boxes, exact, LARGEST_GROWTH, alone)
+    groups += [(place,) for place in boxes.kept if place in alone]
+    if memory is not None:
+        _require_few_states(net, known, [group[0] for group in groups if len(group) == 1], memory)
+    levels = tuple(_level(net, known, group) for group in groups)
+    home = {place: k for k, level in enumerate(levels) for place in level.places}
+    spans = (tuple(sorted({home[p] for p in boxes.over_kept(flow).weights})) for flow in exact)
+    shared = tuple(span for span in spans if len(span) > 1)
+    return Encoding(boxes, levels, tuple(_local_events(boxes, levels)), tuple(bounds), shared)
+
+
+def encode_like(encoding: Encoding, net: CompiledNet) -> Encoding:
+    """The encoding of another net of the same structure, with the same levels and the same places dropped.
+
+    Used for scaled-down instances, on which orders of levels are tried: a level means the same in both
+    encodings.
+    """
+    known = [value for value in bounds_like(net, encoding.bounds) if value is not None]
+    if len(known) < len(net.places):
+        raise ValueError("the weightings that bound the net do not bound the other one")
+    boxes = box_net(net, known)
+    for place, rule in encoding.boxes.determined.items():
+        weights = {place: 1, **{p: -factor for p, factor in rule.factors.items()}}
+        constant = sum(int(net.initial[p]) * weight for p, weight in weights.items())
+        smaller = boxes.drop(PlaceInvariant(weights, constant), place, LARGEST_PRODUCT)
+        if smaller is None:
+            raise ValueError(f"place {net.places[place]!r} cannot be dropped in the other net")
+        boxes = smaller
+    levels = tuple(_level(net, known, level.places) for level in encoding.levels)
+    return Encoding(boxes, levels, tuple(_local_events(boxes, levels)), encoding.bounds, encoding.flows)
+
+
+def _require_few_states(net: CompiledNet, bounds: Sequence[int], alone: Sequence[int], memory: int) -> None:
+    """Refuse levels that are larger than the memory, before they are made."""
+    if sum(bounds[place] + 1 for place in alone) * BYTES_OF_A_STATE > max(memory, ALWAYS_ALLOWED):
+        largest = max(alone, key=bounds.__getitem__)
+        raise LevelSizeError(
+            f"memory ran out: place {net.places[largest]!r} may hold {bounds[largest]} tokens, "
+            "more than a decision diagram has memory for",
+            hint="allow more with --memory, or search with --engine explicit where the command has it",
+        )
+
+
+def _groups(boxes: BoxNet, flows: Sequence[PlaceInvariant]) -> list[tuple[int, ...]]:
+    """Disjoint groups of places with at most one token together, largest first."""
+    free = set(boxes.kept)
+    groups: list[tuple[int, ...]] = []
+    # What is free of a flow only shrinks: a size that still holds when it comes up is the largest.
+    sizes = [(-len(flow.weights), number) for number, flow in enumerate(flows)]
+    heapify(sizes)
+    while sizes:
+        size, number = heappop(sizes)
+        group = tuple(sorted(free & flows[number].weights.keys()))
+        if len(group) < 2:
+            continue
+        if -len(group) != size:
+            heappush(sizes, (-len(group), number))
+            continue
+        groups.append(group)
+        free.difference_update(group)
+    return groups
+
+
+def _level(net: CompiledNet, bounds: Sequence[int], group: tuple[int, ...]) -> Level:
+    if len(group) == 1:
+        states: list[tuple[int, ...]] = [(tokens,) for tokens in range(bounds[group[0]] + 1)]
+    else:
+        states = [tuple(int(p == marked) for p in group) for marked in (-1, *group)]
+    initial = states.index(tuple(int(net.initial[p]) for p in group))
+    return Level(group, tuple(states), initial)
+
+
+def _holds(state: tuple[int, ...], asked: Iterable[tuple[int, int, int]]) -> bool:
+    """Whether a local state is within intervals: (position in the level, fewest, most)."""
+    return all(low <= state[at] <= high for at, low, high in asked)
+
+
+def _local_events(boxes: BoxNet, levels: Sequence[Level]) -> list[LocalEvent]:
+    home = {place: k for k, level in enumerate(levels) for place in level.places}
+    position = [{state: i for i, state in enumerate(level.states)} for level in levels]
+    tables: dict[_Local, tuple[int, ...]] = {}
+    events = []
+    for event in boxes.events:
+        touched = sorted({home[p] for p in (*event.guard, *event.change)})
+        parts = {k: _Local(k, *_part_of(event, levels[k])) for k in touched}
+        for part in parts.values():
+            if part not in tables:
+                tables[part] = _table(levels[part.level], position[part.level], part)
+        if all(max(tables[part]) >= 0 for part in parts.values()):
+            events.append(LocalEvent(event.transition, {k: tables[part] for k, part in parts.items()}))
+    return events
+
+
+class _Local(NamedTuple):
+    """What an event asks of a level, and what it changes there: (fewest, most) and gain by place."""
+
+    level: int
+    guard: tuple[tuple[int, int] | None, ...]
+    gain: tuple[int, ...]
+
+
+def _part_of(event: Event, level: Level) -> tuple[tuple[tuple[int, int] | None, ...], tuple[int, ...]]:
+    return tuple(map(event.guard.get, level.places)), tuple(event.change.get(p, 0) for p in level.places)
+
+
+def _table(level: Level, position: dict[tuple[int, ...], int], part: _Local) -> tuple[int, ...]:
+    asked = [(at, *interval) for at, interval in enumerate(part.guard) if interval is not None]
+    # A target outside the local states breaks a proved bound, so the guard elsewhere forbids it.
+    return tuple(
+        position.get(tuple(map(add, state, part.gain)), -1) if _holds(state, asked) else -1
+        for state in level.states
+    )
+
+
+class LevelSizeError(BudgetError):
+    """Places may hold more tokens than a decision diagram has memory for."""
+
+
+class UnknownBoundError(ValueError):
+    """Places that no invariant bounds."""
+
+    def __init__(self, places: list[str]) -> None:
+        super().__init__(f"no invariant bounds {', '.join(places)}")
+        self.places = places

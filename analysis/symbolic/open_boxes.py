@@ -1,0 +1,119 @@
+"""Which boxes may still hold a vector, level by level from the top: an automaton made as far as it is used.
+
+A *box* is a product of sets of local states. Going down a diagram, each local state closes the boxes that do
+not allow it. What lies below a node then hangs on the node and on the set of boxes that are still open, and
+nothing else; few such sets meet at one level where the boxes touch few levels each, as guards do. So all
+boxes together are taken out of a set in one walk (`diagram_kernels.exclude`), where taking out one after
+another would walk the upper levels once for each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dineros.analysis.symbolic.saturation import Diagram
+
+Int32Array = NDArray[np.int32]
+Int64Array = NDArray[np.int64]
+Masks = Mapping[int, Sequence[bool]]
+
+#: Entries of `OpenBoxes.following` besides sets: no box is left; a box holds the vector.
+NONE_LEFT, HELD = 0, -1
+NO_ROW = -1
+FIRST_ROOM = 64
+
+
+class OpenBoxes:
+    """Sets of open boxes, numbered from 1 as they are met; number 1 is the set at the top.
+
+    Parameters
+    ----------
+    diagram : Diagram
+        Its order says which level is on top.
+    boxes : sequence of mapping
+        Encoding level -> flag for each local state; levels not named are free. None is empty.
+
+    Attributes
+    ----------
+    state_class : int32 array
+        By ``diagram.base[level] + local state``: local states of a level that the same boxes allow have the
+        same number.
+    row : int64 array
+        By set: where its entries of `following` begin, ``NO_ROW`` while they are not known.
+    following : int32 array
+        By ``row[set] + class``: the set one level down, ``NONE_LEFT`` or ``HELD``.
+    """
+
+    def __init__(self, diagram: Diagram, boxes: Sequence[Masks]) -> None:
+        top = diagram.top
+        self.state_class: Int32Array = np.zeros(int(diagram.base[-1]) + 1, dtype=np.int32)
+        self.row: Int64Array = np.full(FIRST_ROOM, NO_ROW, dtype=np.int64)
+        self.following: Int32Array = np.zeros(FIRST_ROOM, dtype=np.int32)
+        self._used = 0
+        positions = [sorted(int(diagram.position[level]) for level in box) for box in boxes]
+        self._bottom = [touched[0] for touched in positions]
+        #: By level: boxes that begin there, boxes that touch it, and by class those that allow it.
+        self._begin: list[list[int]] = [[] for _ in range(top + 1)]
+        self._touch: list[frozenset[int]] = [frozenset()] * (top + 1)
+        self._allow: list[list[frozenset[int]]] = [[frozenset()] for _ in range(top + 1)]
+        touching: dict[int, list[int]] = {}
+        for number, touched in enumerate(positions):
+            self._begin[touched[-1]].append(number)
+            for level in touched:
+                touching.setdefault(level, []).append(number)
+        for level, numbers in touching.items():
+            self._touch[level] = frozenset(numbers)
+            self._allow[level] = self._classes(diagram, level, [(n, boxes[n]) for n in numbers])
+        self._lowest_top = min((touched[-1] for touched in positions), default=top + 1)
+        self._number: dict[tuple[int, frozenset[int]], int] = {}
+        self._sets: list[tuple[int, frozenset[int]]] = []
+        self._numbered(top, frozenset())
+
+    def __len__(self) -> int:
+        """Return how many sets were met."""
+        return len(self._sets)
+
+    def learn(self, number: int) -> None:
+        """Make the row of a set."""
+        level, still_open = self._sets[number - 1]
+        begun = still_open.union(self._begin[level])
+        untouched = begun - self._touch[level]
+        entries = []
+        for allowed in self._allow[level]:
+            left = untouched | (begun & allowed)
+            if any(self._bottom[box] == level for box in left):
+                entries.append(HELD)
+            elif not left and level <= self._lowest_top:
+                entries.append(NONE_LEFT)
+            else:
+                entries.append(self._numbered(level - 1, left))
+        while self._used + len(entries) > self.following.size:
+            self.following = np.concatenate([self.following, np.zeros_like(self.following)])
+        self.following[self._used : self._used + len(entries)] = entries
+        self.row[number] = self._used
+        self._used += len(entries)
+
+    def _numbered(self, level: int, still_open: frozenset[int]) -> int:
+        key = (level, still_open)
+        number = self._number.get(key)
+        if number is None:
+            self._sets.append(key)
+            number = self._number[key] = len(self._sets)
+            if number >= self.row.size:
+                self.row = np.concatenate([self.row, np.full_like(self.row, NO_ROW)])
+        return number
+
+    def _classes(
+        self, diagram: Diagram, level: int, boxes: Sequence[tuple[int, Masks]]
+    ) -> list[frozenset[int]]:
+        """Number the local states of a level by the boxes that allow them; return these boxes by class."""
+        encoding_level = diagram.order[level - 1]
+        numbers: dict[frozenset[int], int] = {}
+        start = int(diagram.base[level])
+        for state in range(int(diagram.width[level])):
+            allowed = frozenset(number for number, box in boxes if box[encoding_level][state])
+            self.state_class[start + state] = numbers.setdefault(allowed, len(numbers))
+        return list(numbers)

@@ -1,0 +1,101 @@
+"""Good orders of levels, kept in a file beside the model, so that a hard net is searched once.
+
+The file is ``.dineros/orders.json`` in the folder of the model. An order is kept for the *structure* of a
+net: its places, transitions and arcs, but neither its markings nor its weights, since an order that suits few
+objects suits many. When the structure changes, so does the key, and the order is not found any more.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from dineros.analysis.nets.compiled import CompiledNet
+
+if TYPE_CHECKING:
+    from dineros.metamodel.files.confined import ConfinedFolder
+
+Order = Sequence[Sequence[str]]
+
+PLACE = ".dineros/orders.json"
+#: Orders kept in a file; the oldest go first.
+MOST_ORDERS = 64
+#: Bytes of a file; it comes with the folder of the model, from whomever that is.
+SIZE_LIMIT = 4 << 20
+
+
+def structure_key(net: CompiledNet) -> str:
+    """Return a hash of a net's places, transitions and arcs, weights and markings left out."""
+    digest = hashlib.sha256()
+    digest.update(json.dumps([net.places, net.transitions]).encode())
+    for arcs in (net.pre, net.post, net.inhibitor):
+        digest.update(arcs.pointer.tobytes())
+        digest.update(arcs.place.tobytes())
+    return digest.hexdigest()
+
+
+@dataclass(frozen=True)
+class OrderCache:
+    """The orders kept beside one model.
+
+    Attributes
+    ----------
+    model : Path
+        The model's file.
+    """
+
+    model: Path
+
+    @property
+    def path(self) -> Path:
+        """The file with the orders."""
+        return self.model.parent / PLACE
+
+    def order(self, net: CompiledNet) -> Order | None:
+        """Return the order kept for a net of this structure; a file that cannot be read has none."""
+        order = self._read().get(structure_key(net))
+        good = isinstance(order, list) and all(
+            isinstance(group, list) and all(isinstance(place, str) for place in group) for group in order
+        )
+        return order if good else None
+
+    def keep(self, net: CompiledNet, order: Order) -> None:
+        """Keep an order; where the folder cannot be written, nothing happens."""
+        from dineros.metamodel.errors import ModelFileError
+
+        orders = self._read()
+        key = structure_key(net)
+        orders.pop(key, None)
+        orders[key] = [list(group) for group in order]
+        latest = dict(list(orders.items())[-MOST_ORDERS:])
+        content = _encoded(latest)
+        while len(content) > SIZE_LIMIT and latest:
+            latest.pop(next(iter(latest)))
+            content = _encoded(latest)
+        with suppress(ModelFileError):
+            self._folder.write(PLACE, content)
+
+    def _read(self) -> dict[str, Any]:
+        from dineros.metamodel.errors import DinerosError
+        from dineros.metamodel.json_text import decode_json
+
+        try:
+            found = decode_json(self._folder.read(PLACE, SIZE_LIMIT) or b"{}")
+        except DinerosError:
+            return {}
+        return found if isinstance(found, dict) else {}
+
+    @property
+    def _folder(self) -> ConfinedFolder:
+        from dineros.metamodel.files.confined import ConfinedFolder
+
+        return ConfinedFolder(self.model.parent)
+
+
+def _encoded(orders: dict[str, Any]) -> bytes:
+    return (json.dumps(orders) + "\n").encode()

@@ -1,0 +1,332 @@
+"""Sets of markings as nodes of a finished diagram: products of local states, sums of tokens, closures.
+
+Nodes that Python holds on to while something else is computed must be *pinned*, or garbage collection may
+free them: `Scope` does so.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from copy import copy
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from dineros.analysis.symbolic.kernels import diagrams as store
+from dineros.analysis.symbolic.kernels import saturation as machine
+from dineros.analysis.symbolic.open_boxes import Masks, OpenBoxes
+from dineros.analysis.symbolic.relations import EventTables, Relations
+from dineros.analysis.symbolic.saturation import FIRST_CLOSED_KEY, Diagram, DiagramMemoryError, Progress
+
+#: Most seconds between two calls of a callback, as far as single operations allow.
+SECONDS_UNTOLD = 0.1
+
+#: By diagram: the sets of transitions that steps were restricted to, numbered. Its cache tells them apart.
+_RESTRICTIONS: WeakKeyDictionary[Diagram, dict[frozenset[int], int]] = WeakKeyDictionary()
+
+
+class Scope:
+    """Pins nodes of a diagram while a block runs: always those given last to `hold`."""
+
+    def __init__(self, diagram: Diagram) -> None:
+        self._pinned = diagram.pinned
+
+    def __enter__(self) -> Scope:
+        self._mark = len(self._pinned)
+        return self
+
+    def hold(self, *nodes: int) -> None:
+        """Pin these nodes instead of those held so far."""
+        self._pinned[self._mark :] = nodes
+
+    def __exit__(self, *exception: object) -> None:
+        del self._pinned[self._mark :]
+
+
+class VectorSets:
+    """Operations on the sets of vectors of one finished diagram. Every set is the number of a node.
+
+    All methods raise `DiagramMemoryError` when memory runs out.
+
+    Parameters
+    ----------
+    diagram : Diagram
+        Its run is complete.
+    progress : callable, optional
+        Called now and then; an exception raised in it ends the operation under way.
+    """
+
+    def __init__(self, diagram: Diagram, progress: Callable[[Any], None] | None = None) -> None:
+        self.diagram = diagram
+        self.progress = progress
+        self._began = self._told = time.perf_counter()
+        self._restriction = 0
+        self._relations = _kinds(diagram.relations, diagram.events, diagram)
+        self._free = [1]
+        for level in range(1, diagram.top + 1):
+            self._free.append(diagram.node(level, [self._free[-1]] * int(diagram.width[level])))
+            diagram.pinned.append(self._free[-1])
+
+    def restricted(self, transitions: frozenset[int]) -> VectorSets:
+        """Return the same sets where the steps are those of some transitions only."""
+        diagram = self.diagram
+        events = tuple(event for event in diagram.encoding.events if event.transition in transitions)
+        tables = EventTables.of(replace(diagram.encoding, events=events))
+        numbers = _RESTRICTIONS.setdefault(diagram, {})
+        part = copy(self)
+        part.__dict__.pop("neighbours", None)
+        part._restriction = numbers.setdefault(transitions, len(numbers) + 1)
+        part._relations = _kinds(Relations.under(tables, diagram.position), tables, diagram)
+        return part
+
+    def union(self, *sets: int) -> int:
+        """Return what is in some of the sets."""
+        return self._fold(store.UNION, sets)
+
+    def intersection(self, left: int, right: int) -> int:
+        """Return what is in both sets."""
+        return self._combine(left, right, store.INTERSECTION)
+
+    def difference(self, left: int, right: int) -> int:
+        """Return what is in the first set only."""
+        return self._combine(left, right, store.DIFFERENCE)
+
+    def box(self, masks: Masks) -> int:
+        """Return all vectors of a product of sets of local states, reachable or not."""
+        diagram = self.diagram
+        if not masks:
+            return self._free[-1]
+        bottom = min(int(diagram.position[level]) for level in masks)
+        node = self._free[bottom - 1]
+        for at in range(bottom, diagram.top + 1):
+            mask = masks.get(diagram.order[at - 1])
+            width = int(diagram.width[at])
+            node = diagram.node(at, [node] * width if mask is None else [node if m else 0 for m in mask])
+        return node
+
+    def sums(self, weights: Sequence[Sequence[int]], low: int | None, high: int | None) -> int:
+        """Return all vectors whose sum of ``weights[encoding level][local state]`` is in an interval."""
+        diagram = self.diagram
+        rows = [weights[level] for level in diagram.order]
+        least, most = [0], [0]
+        for row in rows:
+            least.append(least[-1] + min(row))
+            most.append(most[-1] + max(row))
+
+        def decided(at: int, above: int) -> int | None:
+            fewest, largest = above + least[at], above + most[at]
+            if (low is not None and largest < low) or (high is not None and fewest > high):
+                return 0
+            if (low is None or fewest >= low) and (high is None or largest <= high):
+                return self._free[at]
+            return None
+
+        # Sums of the levels above for which it is open, from the top down; then nodes from the bottom up.
+        pending: list[set[int]] = [{0}]
+        for at in range(diagram.top, 0, -1):
+            self._tell()
+            open_sums = {above for above in pending[-1] if decided(at, above) is None}
+            pending[-1] = open_sums
+            pending.append({above + w for above in open_sums for w in rows[at - 1]})
+        pending.reverse()
+        below: dict[int, int] = {}
+        with Scope(diagram) as scope:
+            for at in range(1, diagram.top + 1):
+
+                def child(above: int, at: int = at, below: dict[int, int] = below) -> int:
+                    known = decided(at - 1, above)
+                    return below[above] if known is None else known
+
+                nodes: dict[int, int] = {}
+                for above in pending[at]:
+                    self._tell()
+                    nodes[above] = diagram.node(at, [child(above + w) for w in rows[at - 1]])
+                    scope.hold(*nodes.values(), *below.values())
+                below = nodes
+        known = decided(diagram.top, 0)
+        return below[0] if known is None else known
+
+    def without_boxes(self, states: int, boxes: Sequence[Masks]) -> int:
+        """Return what is in none of the boxes, all taken out in one walk (see `open_boxes`)."""
+        if states == 0 or not boxes:
+            return states
+        if not all(boxes):
+            return 0
+        diagram = self.diagram
+        boxes_left = OpenBoxes(diagram, boxes)
+        try:
+            while True:
+                self._tell()
+                result = int(
+                    store.exclude(
+                        states, 1, diagram.mem, diagram.heads, diagram.cache, diagram.control, diagram.free,
+                        diagram.base, diagram.scratch, diagram.pending, boxes_left.state_class,
+                        boxes_left.row, boxes_left.following, diagram.sets_of_boxes,
+                    )
+                )  # fmt: skip
+                if not diagram.control[store.FAILED]:
+                    return result
+                if diagram.control[store.FAILED] == store.UNKNOWN:
+                    diagram.control[store.FAILED] = 0
+                    boxes_left.learn(result)
+                else:
+                    diagram.make_room([states])
+        finally:
+            diagram.sets_of_boxes += len(boxes_left)
+
+    def single(self, vector: Sequence[int]) -> int:
+        """Return the set of one vector, given by its local states in the order of the encoding's levels."""
+        diagram = self.diagram
+        node = 1
+        for at in range(1, diagram.top + 1):
+            children = [0] * int(diagram.width[at])
+            children[vector[diagram.order[at - 1]]] = node
+            node = diagram.node(at, children)
+        return node
+
+    def some(self, states: int) -> int:
+        """Return a set of one vector of a set that is not empty."""
+        return self.single(self.some_vector(states))
+
+    def some_vector(self, states: int) -> list[int]:
+        """Return a vector of a set that is not empty: local states in the order of the encoding's levels."""
+        mem = self.diagram.mem
+        vector = [0] * self.diagram.top
+        for at in range(self.diagram.top, 0, -1):
+            first, size = int(mem[states + 2]), int(mem[states + 3])
+            children = mem[states + store.HEADER : states + store.HEADER + size]
+            chosen = int(np.flatnonzero(children)[-1])
+            vector[self.diagram.order[at - 1]] = first + chosen
+            states = int(children[chosen])
+        return vector
+
+    def contains(self, states: int, vector: Sequence[int]) -> bool:
+        """Whether a set has a vector (local states in the order of the encoding's levels)."""
+        self._tell()
+        mem = self.diagram.mem
+        for at in range(self.diagram.top, 0, -1):
+            if states == 0:
+                return False
+            child = vector[self.diagram.order[at - 1]] - int(mem[states + 2])
+            states = int(mem[states + store.HEADER + child]) if 0 <= child < int(mem[states + 3]) else 0
+        return states != 0
+
+    def closure(self, states: int, within: int, backwards: bool) -> int:
+        """Return what can be reached from a set, or can reach it, without leaving another one."""
+        with Scope(self.diagram) as scope:
+            scope.hold(within)
+            states = self.intersection(states, within)
+            if states == 0 or self.diagram.top == 0:
+                return states
+            return self._drive(states, within, (backwards, False), 0)
+
+    def last_part(self, states: int) -> tuple[int, bool]:
+        """Return a strongly connected part that no step within the set leaves; whether it is one marking.
+
+        The set must not be empty.
+        """
+        with Scope(self.diagram) as scope:
+            while True:
+                scope.hold(states)
+                start = self.some(states)
+                scope.hold(states, start)
+                ahead = self.closure(start, states, backwards=False)
+                scope.hold(ahead, start)
+                back = self.closure(start, ahead, backwards=True)
+                scope.hold(ahead, start, back)
+                states = self.difference(ahead, back)
+                if states == 0:
+                    return back, back == start
+
+    def image(self, states: int, within: int, backwards: bool) -> int:
+        """Return the successors, or predecessors, of a set that lie in another one."""
+        found = 0
+        with Scope(self.diagram) as scope:
+            for event in range(self.events):
+                scope.hold(states, within, found)
+                found = self.union(found, self.event_image(states, within, event, backwards))
+        return found
+
+    @property
+    def events(self) -> int:
+        """Number of events, those with the lowest top level first."""
+        return self._relations[False, False].event_relation.size - 1
+
+    @cached_property
+    def neighbours(self) -> list[list[int]]:
+        """By event: the events that share a level with it."""
+        relations = self._relations[False, False]
+        levels = []
+        for event in range(self.events):
+            relation, touched = int(relations.event_relation[event]), set()
+            while relation:
+                touched.add(int(relations.level[relation]))
+                relation = int(relations.next[relation])
+            levels.append(touched)
+        return [[e for e, there in enumerate(levels) if there & here] for here in levels]
+
+    def event_image(self, states: int, within: int, event: int, backwards: bool) -> int:
+        """Return the part in another set of the image of a set under one event, or under its reverse."""
+        if states == 0 or within == 0:
+            return 0
+        relation = int(self._relations[backwards, True].event_relation[event])
+        return self._drive(states, within, (backwards, True), relation)
+
+    def _drive(self, states: int, within: int, kind: tuple[bool, bool], relation: int) -> int:
+        self._tell()
+        diagram, relations = self.diagram, self._relations[kind]
+        top, control, frame = diagram.top, diagram.control, diagram.frame
+        frame[:] = 0
+        frame[top, machine.PHASE] = machine.FIRING if relation else machine.CLOSING
+        frame[top, machine.NODE] = states
+        frame[top, machine.CONSTRAINT] = within
+        frame[top, machine.RELATION] = relation
+        diagram.work[int(diagram.base[top]) :] = 0
+        number = 1 + 4 * self._restriction + 2 * kind[0] + kind[1]
+        control[store.FIRED_KEY] = number * (diagram.relations.level.size + 1)  # restrictions have fewer
+        control[store.CLOSED_KEY] = FIRST_CLOSED_KEY - number
+        control[store.STILL] = kind[1]
+        control[store.STACK] = top
+        control[store.HAVE] = 0
+        try:
+            if not diagram.drive(top, relations, self.progress):
+                raise DiagramMemoryError("memory ran out")
+            return int(control[store.RESULT])
+        finally:
+            frame[:] = 0
+            control[store.HAVE] = 0
+
+    def _fold(self, operation: int, sets: Sequence[int]) -> int:
+        result, *others = sets
+        with Scope(self.diagram) as scope:
+            for other in others:
+                scope.hold(result, *others)
+                result = self._combine(result, other, operation)
+        return result
+
+    def _combine(self, left: int, right: int, operation: int) -> int:
+        self._tell()
+        return self.diagram.combine(left, right, operation)
+
+    def _tell(self) -> None:
+        """Call `progress` now and then: many short operations may take as long as one long one."""
+        now, diagram = time.perf_counter(), self.diagram
+        if self.progress is not None and now - self._told > SECONDS_UNTOLD:
+            self._told = now
+            self.progress(Progress(diagram.nodes, diagram.bytes, now - self._began, diagram.top, diagram.top))
+
+
+def _kinds(forward: Relations, tables: EventTables, diagram: Diagram) -> dict[tuple[bool, bool], Relations]:
+    """Return events by (backwards, one event only); to fire one event, no fixed points are made."""
+    backward = Relations.under(tables.reversed(), diagram.position)
+    nothing = np.zeros_like(forward.event_start)
+    return {
+        (False, False): forward,
+        (True, False): backward,
+        (False, True): replace(forward, event_start=nothing),
+        (True, True): replace(backward, event_start=nothing),
+    }

@@ -1,0 +1,167 @@
+"""What the Net Analyzer answers: findings with witnesses, what is proved, and what stays unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from dineros.analysis.model.subject import Subject
+
+Severity = Literal["error", "warning", "note"]
+
+
+@dataclass(frozen=True)
+class Step:
+    """One firing of a witness.
+
+    Attributes
+    ----------
+    transition : str
+        Id of the transition in the flattened net.
+    text : str
+        What it means, in the words of the model.
+    change : dict of str to int
+        Tokens gained or lost, by id of the place.
+    """
+
+    transition: str
+    text: str
+    change: dict[str, int]
+
+
+@dataclass(frozen=True)
+class Witness:
+    """A firing sequence from the initial marking, replayed by the plain firing rule.
+
+    Attributes
+    ----------
+    steps : tuple of Step
+        The firings in order.
+    loop : int or None
+        Index of the first step that repeats for ever; None for a finite sequence.
+    subject : Subject or None
+        The net that it is a sequence of.
+    """
+
+    steps: tuple[Step, ...]
+    loop: int | None = None
+    subject: Subject | None = field(default=None, compare=False, repr=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the witness for JSON."""
+        steps = [
+            {"transition": step.transition, "text": step.text, "change": step.change} for step in self.steps
+        ]
+        return {"steps": steps, "loop": self.loop}
+
+
+def witness_of(subject: Subject, trace: Sequence[int], loop: int | None = None) -> Witness:
+    """Replay a sequence of transitions and return it as a witness.
+
+    Raises
+    ------
+    NetError
+        A transition is not enabled where the sequence fires it: a fault in an engine.
+    """
+    net = subject.net
+    marking = net.initial.tolist()
+    steps = []
+    for transition in trace:
+        marking = net.fire(transition, marking)
+        change = {net.places[place]: tokens for place, tokens in net.delta[transition].items()}
+        steps.append(Step(net.transitions[transition], subject.transition_text(transition), change))
+    return Witness(tuple(steps), loop, subject)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something that is wrong with a model.
+
+    Attributes
+    ----------
+    rule : str
+        What kind of fault it is, such as ``queue-overflow``.
+    severity : {"error", "warning", "note"}
+        How bad it is.
+    elements : tuple of str
+        Ids of the elements of the model concerned, the most specific first.
+    message : str
+        What is wrong, in the words of the model.
+    witness : Witness or None
+        How it comes about.
+    """
+
+    rule: str
+    severity: Severity
+    elements: tuple[str, ...]
+    message: str
+    witness: Witness | None = None
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A question that was not decided.
+
+    Attributes
+    ----------
+    question : str
+        What is not known.
+    reason : str
+        Why.
+    hint : str
+        What decides it, where that is known.
+    may_be_fault : bool
+        Whether the answer might be an error or a warning, or was asked for; else it might be a note at worst.
+    """
+
+    question: str
+    reason: str
+    hint: str = ""
+    may_be_fault: bool = True
+
+    def __str__(self) -> str:
+        return f"{self.question}: {self.reason}{f' ({self.hint})' if self.hint else ''}"
+
+
+@dataclass
+class Report:
+    """Everything found out about a model.
+
+    Attributes
+    ----------
+    findings : list of Finding
+        What is wrong.
+    proved : list of str
+        What is proved to hold.
+    unknown : list of Unknown
+        What could not be decided, and why.
+    """
+
+    findings: list[Finding] = field(default_factory=list)
+    proved: list[str] = field(default_factory=list)
+    unknown: list[Unknown] = field(default_factory=list)
+
+    def add(self, other: Report) -> None:
+        """Take over all that another report says."""
+        self.findings += other.findings
+        self.proved += other.proved
+        self.unknown += other.unknown
+
+    def to_dict(self, model: str) -> dict[str, Any]:
+        """Return the report for JSON, as `docs/command_line.md` describes it."""
+        return {
+            "model": model,
+            "findings": [
+                {
+                    "rule": finding.rule,
+                    "severity": finding.severity,
+                    "elements": list(finding.elements),
+                    "message": finding.message,
+                    "witness": finding.witness.to_dict() if finding.witness else None,
+                }
+                for finding in self.findings
+            ],
+            "proved": self.proved,
+            "unknown": [str(unknown) for unknown in self.unknown],
+        }

@@ -1,0 +1,97 @@
+"""Witnesses as traces: the records of `dineros.metamodel.records`, one per firing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from dineros.analysis.model.step_roles import StepRole, step_roles
+from dineros.analysis.model.subject import Subject
+from dineros.analysis.witnesses.findings import Witness
+from dineros.analysis.witnesses.first_cause import Cause, first_cause
+from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import pages
+from dineros.metamodel.records import Fire, Header, Record
+
+
+def witness_records(
+    witness: Witness,
+    *,
+    source: str,
+    settings: Sequence[str] = (),
+    asked: str | None = None,
+    verdict: str | None = None,
+    cause: Cause | None = None,
+) -> Iterator[Record]:
+    """Yield the records of a witness: a header, then its steps.
+
+    Parameters
+    ----------
+    witness : Witness
+        The firing sequence, with the net it is one of.
+    source : str
+        File of the model.
+    settings : sequence of str
+        How the model was changed.
+    asked, verdict : str, optional
+        What was asked, and the answer that the witness proves.
+    cause : Cause, optional
+        Where the outcome may have begun, if what was asked does not say it.
+    """
+    subject = witness.subject
+    assert subject is not None, "witness_of() made it"
+    cause = cause or first_cause(witness, asked, verdict)
+    yield _header(
+        subject,
+        witness,
+        Header(
+            sequence=0,
+            kind="witness",
+            model=str(subject.model.id),
+            source=source,
+            settings=list(settings),
+            property=asked,
+            verdict=verdict,
+            cause=None if cause is None else cause.first,
+            causes=[] if cause is None else list(cause.steps),
+            decided={} if cause is None else {text: list(span) for text, span in cause.decided.items()},
+        ),
+    )
+    roles = step_roles(subject.links())
+    for sequence, step in enumerate(witness.steps, 1):
+        role = roles.get(step.transition, StepRole(Fire))
+        yield role.kind(
+            sequence=sequence,
+            transition=step.transition,
+            change=step.change,
+            text=step.text,
+            **role.fields(),  # type: ignore[arg-type]  # what its kind has
+        )
+
+
+def _header(subject: Subject, witness: Witness, header: Header) -> Header:
+    net = None if subject.flattened is None else subject.flattened.net
+    marking = dict(zip(subject.net.places, subject.net.initial.tolist(), strict=True))
+    return replace(
+        header,
+        # The header is record 0, so step i is record i + 1.
+        loop=None if witness.loop is None else witness.loop + 1,
+        signals=None if net is None else _variant(str(net.signals)),
+        overflow=None if net is None else _variant(str(net.overflow)),
+        marking={place: tokens for place, tokens in marking.items() if tokens},
+        signals_initial=_initial_signals(subject.model),
+    )
+
+
+def _variant(literal: str) -> str:
+    """Return the name of a variant as options have it: `ioEnabled` is ``io-enabled``."""
+    return "".join(f"-{letter.lower()}" if letter.isupper() else letter for letter in literal)
+
+
+def _initial_signals(model: pn.Net) -> dict[str, bool]:
+    return {
+        signal.id: bool(signal.initial)
+        for page in pages(model)
+        if isinstance(page, sym.NodeNet)
+        for signal in page.signals
+    }

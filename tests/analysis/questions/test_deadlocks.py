@@ -1,0 +1,175 @@
+"""Deadlocks grouped by what waits for what, against a search over the whole graph."""
+
+from __future__ import annotations
+
+from hypothesis import HealthCheck, given, settings
+
+from case_study.build import build
+from dineros.analysis.model.subject import Subject, base_subject
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.questions.check import check
+from dineros.analysis.questions.deadlocks import DeadlockGroup, deadlock_groups, group_text
+from dineros.analysis.symbolic.engine import symbolic_state_space
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import flow
+from dineros.metamodel.settings import apply
+from tests.analysis import classic_nets as classic
+from tests.analysis.reference_search import reachability_graph, reference_search
+from tests.analysis.strategies import nets
+
+
+def groups_of(net: CompiledNet) -> list[DeadlockGroup]:
+    return deadlock_groups(Subject(pn.Net(id="net"), net), symbolic_state_space(net))
+
+
+@given(nets())
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+def test_groups_share_out_all_dead_markings(net: CompiledNet) -> None:
+    if reference_search(net, 1_000) is None:
+        return
+    dead = [marking for marking, after in reachability_graph(net).succ.items() if not after]
+    groups = groups_of(net)
+    assert sum(group.markings for group in groups) == len(dead)
+    for group in groups:
+        marking = net.initial.tolist()
+        for transition in group.trace:
+            marking = net.fire(transition, marking)
+        assert tuple(marking) in dead
+        for cause in group.causes:  # by the plain firing rule
+            assert cause.arrived
+            assert set(cause.missing) == {p for p, w in net.pre.row(cause.transition) if marking[p] < w}
+            assert set(cause.blocking) == {
+                p for p, w in net.inhibitor.row(cause.transition) if marking[p] >= w
+            }
+        if not group.causes and groups == [group] and len(dead) == 1:
+            moved = {p for p, tokens in enumerate(marking) if tokens > net.initial[p]}
+            assert not any(place in moved for t in range(len(net.transitions)) for place, _ in net.pre.row(t))
+
+
+def test_philosophers_wait_in_a_circle() -> None:
+    net = classic.philosophers(3)
+    left, right = groups_of(net)
+    names = {net.transitions[cause.transition] for cause in left.causes}
+    assert names in ({"left_eat0", "left_eat1", "left_eat2"}, {"right_eat0", "right_eat1", "right_eat2"})
+    assert {net.places[place] for cause in left.causes for place in cause.missing} == {
+        "fork0",
+        "fork1",
+        "fork2",
+    }
+    assert left.markings == right.markings == 1
+    assert len(left.trace) == len(right.trace) == 3
+
+
+def test_an_inhibitor_arc_holds_up() -> None:
+    net = CompiledNet.build(
+        {"a": 1, "b": 0, "c": 1, "d": 0}, [("t", {"a": 1}, {"b": 1}), ("u", {"b": 1}, {"d": 1}, {"c": 1})]
+    )
+    (group,) = groups_of(net)
+    text = group_text(Subject(pn.Net(id="net"), net), group)
+    assert text == "one marking enables nothing: u (is held up by: c)"
+
+
+def texts(model: sym.SystemModel) -> list[str]:
+    subject = base_subject(model)
+    groups = deadlock_groups(subject, symbolic_state_space(subject.net))
+    return [group_text(subject, group) for group in groups]
+
+
+def test_a_consequence_is_no_cause() -> None:
+    """Pick waits for a safe place, the controller for Pick: the sensor that never answers is why."""
+    model = build()
+    apply(model, "TSense.clause=Sensor & !Sensor")
+    assert texts(model) == [
+        "8 markings enable nothing: instance 1 of service SensorService answers client safety "
+        "(waits for: SensorExit of server instance 1)"
+    ]
+
+
+def test_a_finished_application_waits_for_nothing() -> None:
+    begin, middle, end = sym.Place(id="Begin", tokens=2), sym.Place(id="Middle"), sym.Place(id="End")
+    first, second = sym.Transition(id="First"), sym.Transition(id="Second")
+    node = sym.NodeNet(id="node", objects=[begin, middle, end, first, second])
+    flow(begin, first, middle, second, end)
+    model = sym.SystemModel(id="model", pages=[node])
+    assert texts(model) == ["one marking enables nothing: nothing waits, all that was begun has ended"]
+
+
+def test_a_finding_has_its_way_and_names_what_waits() -> None:
+    model = build()
+    apply(model, "TSense.clause=Sensor & !Sensor")
+    (finding,) = (found for found in check(model).findings if found.rule == "deadlock")
+    assert finding.elements == ("SensorService", "sorting")
+    assert finding.witness is not None
+    net = base_subject(model).net
+    marking = net.initial.tolist()
+    for step in finding.witness.steps:
+        marking = net.fire(net.transitions.index(step.transition), marking)
+    assert not any(net.is_enabled(t, marking) for t in range(len(net.transitions)))
+
+
+def test_many_causes_end_in_one_group() -> None:
+    """2^6 ways to end, each with places of its own that wait."""
+    places = {f"{kind}{i}": int(kind == "s") for i in range(6) for kind in ("s", "a", "b", "never")}
+    net = CompiledNet.build(
+        places,
+        [
+            transition
+            for i in range(6)
+            for transition in (
+                (f"a{i}", {f"s{i}": 1}, {f"a{i}": 1}),
+                (f"b{i}", {f"s{i}": 1}, {f"b{i}": 1}),
+                (f"wait_a{i}", {f"a{i}": 1, f"never{i}": 1}, {}),
+                (f"wait_b{i}", {f"b{i}": 1, f"never{i}": 1}, {}),
+            )
+        ],
+    )
+    groups = groups_of(net)
+    assert sum(group.markings for group in groups) == 64
+    assert [group.is_rest for group in groups] == [False] * (len(groups) - 1) + [True]
+    assert len(groups) == 25
+    assert "more markings enable nothing, such as one where wait_" in group_text(
+        Subject(pn.Net(id="net"), net), groups[-1]
+    )
+
+
+def test_a_model_without_channels_and_clauses_is_flattened() -> None:
+    """One node net, two loops, of which one is dead as marked."""
+    on, off, to_off, to_on = (
+        sym.Place(id="On", tokens=1),
+        sym.Place(id="Off"),
+        sym.Transition(id="ToOff"),
+        sym.Transition(id="ToOn"),
+    )
+    up, down, to_down, to_up = (
+        sym.Place(id="Up"),
+        sym.Place(id="Down"),
+        sym.Transition(id="ToDown"),
+        sym.Transition(id="ToUp"),
+    )
+    node = sym.NodeNet(id="node", objects=[on, off, to_off, to_on, up, down, to_down, to_up])
+    flow(on, to_off, off, to_on, on)
+    flow(up, to_down, down, to_up, up)
+    model = sym.SystemModel(id="model", pages=[node])
+    report = check(model)
+    assert [(found.rule, found.elements) for found in report.findings if found.severity != "note"] == [
+        ("dead-transition", ("ToDown",)),
+        ("dead-transition", ("ToUp",)),
+    ]
+    links = base_subject(model).links()
+    assert {link.target.id for link in links} >= {"On", "ToOff", "Down"}
+    assert all(link.sources for link in links)
+
+
+def test_a_clause_that_is_never_true_is_not_live() -> None:
+    first, second, again = sym.Place(id="A", tokens=1), sym.Place(id="B"), sym.Transition(id="Again")
+    back, never = sym.Transition(id="Back"), sym.Transition(id="Never")
+    node = sym.NodeNet(id="node", objects=[first, second, again, back, never])
+    node.signals.append(sym.InputSignal(id="S"))
+    flow(first, again, second, back, first)
+    flow(first, never, second)
+    model = sym.SystemModel(id="model", pages=[node])
+    apply(model, "Never.clause=S & !S")
+    report = check(model)
+    assert not any("live" in line for line in report.proved)
+    (finding,) = (found for found in report.findings if found.rule == "not-live")
+    assert "Never" in finding.message

@@ -1,0 +1,121 @@
+"""Imports run one way: between rooms, between the folders of a room, and among modules; for types too."""
+
+from __future__ import annotations
+
+import ast
+from collections import Counter
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import networkx as nx
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+ROOMS = {
+    "metamodel": set(),
+    "transformations": {"metamodel"},
+    "analysis": {"metamodel", "transformations"},
+    "generators": {"metamodel", "transformations"},
+    "runtime": {"metamodel"},
+    "views": {"metamodel", "analysis", "runtime"},
+    "cli": {"metamodel", "transformations", "analysis", "generators", "runtime", "views"},
+}
+"""Which other rooms each room may import; the table of CONTRIBUTING.md."""
+
+FOLDERS = {
+    "transformations": ["language", "rules", "flattening", "pictures"],
+    "analysis": [
+        "nets",
+        "reductions",
+        "explicit",
+        "symbolic",
+        "logic",
+        "model",
+        "witnesses",
+        "tina",
+        "questions",
+        "conformance",
+        "sweeps",
+    ],
+    "analysis/logic": ["language", "automata", "verdicts", "kernels", "graphs", "ltl", "ctl"],
+}
+"""The folders of a room or of a folder, in order: each imports only those before it."""
+
+MOST_MODULES = 15
+"""In a folder; more are hard to keep in view."""
+
+
+@cache
+def modules() -> dict[str, Path]:
+    """Return every module of the rooms, without the leading ``dineros.``, and its file."""
+    found = {}
+    for room in ROOMS:
+        for file in sorted((ROOT / room).rglob("*.py")):
+            parts = file.relative_to(ROOT).with_suffix("").parts
+            found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
+    return found
+
+
+def imported(file: Path) -> Iterator[str]:
+    """Yield the modules of ours that a file imports: at its head, inside functions, or for types only."""
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module is not None:
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        for name in names:
+            house, _, module = name.partition(".")
+            if house == "dineros":
+                yield module if module in modules() else module.rpartition(".")[0]
+
+
+@cache
+def imports() -> list[tuple[str, str]]:
+    return [(module, other) for module, file in modules().items() for other in imported(file)]
+
+
+def test_rooms_import_only_what_they_may() -> None:
+    between = {(module.split(".")[0], other.split(".")[0]) for module, other in imports()}
+    wrong = {(room, other) for room, other in between if room != other and other not in ROOMS[room]}
+    assert wrong == set()
+
+
+@pytest.mark.parametrize("place", FOLDERS)
+def test_every_module_stands_in_a_folder(place: str) -> None:
+    assert [file.name for file in (ROOT / place).glob("*.py")] == ["__init__.py"]
+    folders = [file.parent.name for file in (ROOT / place).glob("*/__init__.py")]
+    assert sorted(folders) == sorted(FOLDERS[place])
+
+
+@pytest.mark.parametrize("place", FOLDERS)
+def test_folders_import_only_folders_before_them(place: str) -> None:
+    above = place.replace("/", ".") + "."
+    inside = [
+        (module, module.removeprefix(above).split(".")[0], other, other.removeprefix(above).split(".")[0])
+        for module, other in imports()
+        if module.startswith(above) and other.startswith(above)
+    ]
+    order = FOLDERS[place]
+    wrong = [
+        f"{module} imports {other}"
+        for module, folder, other, folder_of_other in inside
+        if order.index(folder_of_other) > order.index(folder)
+    ]
+    assert inside and wrong == []
+
+
+@pytest.mark.parametrize("room", ["transformations", "analysis"])
+def test_no_module_imports_itself_through_others(room: str) -> None:
+    inside = [(one, other) for one, other in imports() if one.split(".")[0] == other.split(".")[0] == room]
+    circles = nx.strongly_connected_components(nx.DiGraph(inside))
+    assert [sorted(circle) for circle in circles if len(circle) > 1] == []
+
+
+@pytest.mark.parametrize("room", ["transformations", "analysis"])
+def test_folders_are_small(room: str) -> None:
+    sizes = Counter(file.parent for file in (ROOT / room).rglob("*.py") if file.name != "__init__.py")
+    assert [folder for folder, size in sizes.items() if size > MOST_MODULES] == []

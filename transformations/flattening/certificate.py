@@ -1,0 +1,134 @@
+"""The place invariants that the rules guarantee, added to every flattened net and checked on it.
+
+An invariant is a weighted sum of tokens that no firing changes. The check needs only the incidence
+matrix and the initial marking, so it is independent of the rules (Murata, Proc. IEEE 77(4), 1989, Sect. V).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from dineros.metamodel import pn, pnm, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.errors import DinerosError
+from dineros.transformations.language.engine import Engine
+from dineros.transformations.rules import services, signals
+from dineros.transformations.rules.notation import History, OverflowQueue
+
+
+class CertificateError(DinerosError):
+    """A flattened net lacks a place invariant that its rules guarantee: a fault in a rule."""
+
+
+def add_certificate(
+    net: pnm.PetriNetModel, engine: Engine, made: Mapping[EObject, EObject]
+) -> list[pnm.PlaceInvariant]:
+    """Add to a net the invariants of what the rules made; return them."""
+    certificate = [
+        *_queues(engine, made),
+        *_instances(engine, made),
+        *_clients(engine, made),
+        *_signals(engine, made),
+        *_disjunctions(engine, made),
+    ]
+    net.certificate.extend(certificate)
+    return certificate
+
+
+def _invariant(
+    name: str, value: int, terms: Iterable[tuple[EObject, int]], made: Mapping[EObject, EObject]
+) -> pnm.PlaceInvariant:
+    summands = []
+    for place, weight in terms:
+        image = made[place]
+        assert isinstance(image, pn.Place)
+        summands.append(pnm.InvariantTerm(place=image, weight=weight))
+    return pnm.PlaceInvariant(name=name, value=value, terms=summands)
+
+
+def _queues(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    seen: set[EObject] = set()
+    for _, queue in (*engine.groups(OverflowQueue), *engine.groups(History)):
+        load, capacity = queue["load"], queue["capacity"]
+        if load in seen:  # instances of a server page share a queue
+            continue
+        seen.add(load)
+        assert isinstance(load, pn.Place) and isinstance(capacity, pn.Place)
+        yield _invariant(f"{load.id} + {capacity.id}", capacity.tokens, [(load, 1), (capacity, 1)], made)
+
+
+def _instances(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    for application in engine.applications_of(services.S3):
+        active, inactive = application.made["active"], application.made["inactive"]
+        assert isinstance(active, pn.Place)
+        yield _invariant(f"{active.id} or inactive", 1, [(active, 1), (inactive, 1)], made)
+
+
+def _clients(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    for application in engine.applications_of(services.S1):
+        client = next(source for source in application.sources if isinstance(source, sym.ClientPort))
+        call = [application.made[role] for role in ("ready", "requests", "responses")]
+        call += [used.made["in_use"] for used in engine.applications_of(services.S2, [client])]
+        assert isinstance(call[0], pn.Place)
+        yield _invariant(f"{call[0].id} or one request under way", 1, [(place, 1) for place in call], made)
+
+
+def _signals(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    for application in engine.applications_of(signals.I4):
+        true, false = application.made["true"], application.made["false"]
+        assert isinstance(true, pn.Place)
+        yield _invariant(f"{true.id} or false", 1, [(true, 1), (false, 1)], made)
+
+
+def _disjunctions(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    values = {application.sources[0]: application.made for application in engine.applications_of(signals.I4)}
+    for application in engine.applications_of(signals.I1):
+        disjunction = next(source for source in application.sources if isinstance(source, sym.Disjunction))
+        place = application.made["true_literals"]
+        assert isinstance(place, pn.Place)
+        terms: list[tuple[EObject, int]] = [(place, 1)]
+        for literal in disjunction.literals:
+            terms.append((values[literal.signal]["false" if literal.negated else "true"], -1))
+        yield _invariant(f"{place.id} counts true literals", 0, terms, made)
+
+
+def check_certificate(net: pnm.PetriNetModel) -> None:
+    """Check every invariant of a net on its incidence matrix and initial marking.
+
+    Raises
+    ------
+    CertificateError
+        An invariant does not hold; the message names it and the transition or marking that breaks it.
+    """
+    change: dict[pn.Node, dict[pn.Node, int]] = {}
+    for page in net.pages:
+        for arc in page.arcs:
+            if arc.kind != pn.ArcKind.normal:
+                continue
+            into = isinstance(arc.target, pn.Place)
+            place, transition = (arc.target, arc.source) if into else (arc.source, arc.target)
+            row = change.setdefault(place, {})
+            row[transition] = row.get(transition, 0) + (arc.weight if into else -arc.weight)
+    for invariant in net.certificate:
+        _check(invariant, change)
+
+
+def _check(invariant: pnm.PlaceInvariant, change: Mapping[pn.Node, Mapping[pn.Node, int]]) -> None:
+    total = 0
+    effect: dict[pn.Node, int] = {}
+    for term in invariant.terms:
+        total += term.weight * term.place.tokens
+        for transition, tokens in change.get(term.place, {}).items():
+            effect[transition] = effect.get(transition, 0) + term.weight * tokens
+    if total != invariant.value:
+        raise CertificateError(
+            f"place invariant {invariant.name!r} is {total} at the start, not {invariant.value}",
+            hint="a rule makes a wrong initial marking",
+        )
+    for transition, tokens in effect.items():
+        if tokens:
+            raise CertificateError(
+                f"firing {transition.id} changes the place invariant {invariant.name!r} by {tokens}",
+                element=transition.id,
+                hint="a rule misses an arc or makes one too many",
+            )

@@ -1,0 +1,261 @@
+"""SyM to PNM: the rules, then references resolved and pages removed (paper, Sect. 5.5)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from dineros.metamodel import pn, pnm, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.calls import callers_first, server_pages, serving
+from dineros.metamodel.elements import arcs, nodes, resolve, transitions
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.files.reading import collector_paused
+from dineros.transformations.flattening.certificate import add_certificate, check_certificate
+from dineros.transformations.flattening.traces import Link, Trace
+from dineros.transformations.language.copying import deep_copy
+from dineros.transformations.language.engine import Engine, require_makers
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules import services
+from dineros.transformations.rules.catalogue import INSTANCE_RULES, OverflowVariant, SignalVariant, rules_of
+
+KEPT = "kept"
+"""Name in the trace for what is taken over from the system model as it is."""
+
+
+@dataclass(frozen=True)
+class Flattened:
+    """A flattened model.
+
+    Attributes
+    ----------
+    net : pnm.PetriNetModel
+        The plain net: one page, no references.
+    trace : Trace
+        Which rule made each of its elements from what.
+    """
+
+    net: pnm.PetriNetModel
+    trace: Trace
+
+
+@collector_paused()
+def flatten(
+    model: sym.SystemModel,
+    signals: SignalVariant = "input-enabled",
+    overflow: OverflowVariant = "weighted",
+    extra: Sequence[type[Rule]] = (),
+) -> Flattened:
+    """Flatten a system model; the model itself is not changed.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model.
+    signals : {"none", "fully-enabled", "input-enabled", "io-enabled"}
+        How signals may change.
+    overflow : {"weighted", "inhibitor"}
+        How a full queue drops: T5b or T5a.
+    extra : sequence of Rule
+        Rules to apply after the standard ones.
+
+    Raises
+    ------
+    ReferenceCycleError
+        References run in a circle.
+    CallCircleError
+        Services call each other in a circle, and none of it says how many instances it has.
+    CertificateError
+        The net lacks a place invariant that the rules guarantee.
+    RuleError
+        A rule fails.
+    """
+    standard = rules_of(signals, overflow)
+    require_makers([*INSTANCE_RULES, *standard, *extra])
+    working, images = deep_copy(model)
+    assert isinstance(working, sym.SystemModel)
+    working.pages.append(pnm.Sheet(id="the rules' sheet"))
+    engine = Engine(working)
+    prototypes = _instantiate(working, engine)
+    _override_instances(working, engine)
+    _join_transitions(working)
+    engine.run([*standard, *extra])
+
+    net = pnm.PetriNetModel(
+        id=model.id,
+        name=model.name,
+        systemModel=model.id,
+        signals=_literal(signals),
+        overflow=overflow,
+    )
+    made = _plain_net(working, net, set(images.values()))
+    trace = _trace(engine, {image: original for original, image in images.items()}, made)
+    add_certificate(net, engine, made)
+    check_certificate(net)
+    del prototypes  # the links of S4 needed them
+    return Flattened(net, trace)
+
+
+def _literal(variant: str) -> str:
+    """Return the name of a variant in the metamodel: ``io-enabled`` is `ioEnabled`."""
+    first, _, second = variant.partition("-")
+    return first + second.capitalize()
+
+
+def _instantiate(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
+    """Apply S4 to one service after the other, callers first, and take out what was copied.
+
+    So a service has all the clients of its callers' instances before its own instances are counted.
+    """
+    prototypes = []
+    pages = server_pages(working)
+    on_page: dict[pn.Page, dict[sym.ServiceChannel, list[sym.ClientPort]]] = {page: {} for page in pages}
+    for called in pages.values():
+        for client in called.clients:
+            caller = serving(client.request, pages)
+            if caller is not None:
+                on_page[caller.server.page].setdefault(called, []).append(client)
+    for channel in callers_first(working):
+        page = channel.server.page
+        for rule in INSTANCE_RULES if on_page[page] else (services.S4,):
+            engine.apply(rule, {rule.service: channel})
+        for called, clients in on_page[page].items():
+            for client in clients:
+                called.clients.remove(client)
+                engine.extents.discard(client)
+        if page.page is not None:
+            page.page.objects.remove(page)
+            engine.extents.discard(page)
+            prototypes.append(page)
+    for page in prototypes:
+        for part in page.eAllContents():
+            if isinstance(part, sym.Literal):
+                part.signal = None  # type: ignore[assignment]  # else the signal counts as used where there are no instances
+    return prototypes
+
+
+def _override_instances(working: sym.SystemModel, engine: Engine) -> None:
+    """Let the instances of a transition take its place in priorities."""
+    instances: dict[EObject, list[pn.Transition]] = {}
+    for application in engine.applications_of(services.S4):
+        for original, copied in engine.images[application.made["page"]].items():
+            if isinstance(copied, pn.Transition):
+                instances.setdefault(original, []).append(copied)
+    for transition in transitions(working):
+        for lower in list(transition.overrides):
+            transition.overrides.extend(instances.get(lower, ()))
+
+
+def _join_transitions(working: sym.SystemModel) -> None:
+    """Resolve references to transitions, so that rules about the arcs of a transition see all of them."""
+    for arc in arcs(working):
+        if isinstance(arc.source, pn.ReferenceTransition):
+            arc.source = resolve(arc.source)
+        if isinstance(arc.target, pn.ReferenceTransition):
+            arc.target = resolve(arc.target)
+
+
+def _plain_net(
+    working: sym.SystemModel, net: pnm.PetriNetModel, kept: set[EObject]
+) -> dict[EObject, pn.Element]:
+    """Fill the net with the places, transitions and arcs of the working model; return what became of each.
+
+    What is kept from the system model keeps its id.
+    """
+    taken = {net.id}
+    taken.update(element.id for element in (*nodes(working), *arcs(working)) if element in kept)
+    page = pn.Page(id=_fresh("net", taken), net=net)
+
+    def id_of(element: pn.Element) -> str:
+        return element.id if element in kept else _fresh(element.id, taken)
+
+    made: dict[EObject, pn.Element] = {}
+    for node in nodes(working):
+        if isinstance(node, pn.Place):
+            made[node] = pn.Place(id=id_of(node), name=node.name, tokens=node.tokens)
+        elif isinstance(node, pn.Transition):
+            made[node] = pn.Transition(id=id_of(node), name=node.name)
+    page.objects.extend(made.values())  # type: ignore[arg-type]
+    for original, copied in list(made.items()):
+        if isinstance(original, pn.Transition) and isinstance(copied, pn.Transition):
+            copied.overrides.extend(
+                lower for other in original.overrides if isinstance(lower := made.get(other), pn.Transition)
+            )
+    joined = []
+    for arc in arcs(working):
+        joint = pn.Arc(id=id_of(arc), weight=arc.weight, kind=arc.kind)
+        joint.source = _image(arc, arc.source, made)
+        joint.target = _image(arc, arc.target, made)
+        made[arc] = joint
+        joined.append(joint)
+    page.arcs.extend(joined)
+    return made
+
+
+def _image(arc: pn.Arc, end: pn.Node, made: dict[EObject, pn.Element]) -> pn.Node:
+    found = made.get(resolve(end))
+    if not isinstance(found, pn.Node):
+        raise DinerosError(
+            f"arc {arc.id} ends at {end.id}, which leads into a server page from outside",
+            element=arc.id,
+            hint="only the elements of a server page may use its places",
+        )
+    return found
+
+
+def _fresh(id: str, taken: set[str]) -> str:
+    """Return an id that nothing else has; the second ``a-b`` becomes ``a-b~2``."""
+    fresh, number = id, 1
+    while fresh in taken:
+        number += 1
+        fresh = f"{id}~{number}"
+    taken.add(fresh)
+    return fresh
+
+
+def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, pn.Element]) -> Trace:
+    """Collect the links from elements of the system model to elements of the net."""
+    links: list[Link] = []
+    # What server instances have: copies of the elements of their page, and of the clients on it.
+    instances: dict[EObject, tuple[EObject, int]] = {}
+    numbers = (len(engine.applications) + number for number in range(len(made)))
+    for application in engine.applications:
+        sources: dict[EObject, None] = {}
+        index = client_index = None
+        for source in application.sources:
+            if isinstance(source, int):
+                index = source
+            elif source in instances:
+                original, index = instances[source]
+                sources[original] = None
+                if isinstance(original, sym.ClientPort):
+                    client_index = index
+            elif source in origins:
+                sources[origins[source]] = None
+        for role, element in application.elements():
+            copies = engine.images.get(element)
+            if isinstance(element, sym.ClientPort):
+                copies = {application.sources[-1]: element}
+            if copies is not None and index is not None:
+                for original, copied in copies.items():
+                    instances[copied] = (origins[original], index)
+            if element in made:
+                links.append(
+                    Link(
+                        application.rule.__name__,
+                        role,
+                        application.number,
+                        tuple(sources),
+                        index,
+                        made[element],
+                        client_index,
+                    )
+                )
+    linked = {link.target for link in links}
+    for element, target in made.items():
+        if target in linked:
+            continue
+        original, instance = instances.get(element) or (origins[element], None)
+        rule = KEPT if instance is None else services.S4.__name__
+        links.append(Link(rule, type(target).__name__.lower(), next(numbers), (original,), instance, target))
+    return Trace(links)

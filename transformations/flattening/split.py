@@ -1,0 +1,222 @@
+"""SyM to RTMs: one runtime model per node net, ports as information on its places (paper, Sect. 5.4)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import TypedDict
+
+from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.calls import instance_counts
+from dineros.metamodel.elements import elements, node_net_of, node_nets
+from dineros.metamodel.errors import DinerosError
+from dineros.transformations.language.copying import deep_copy
+from dineros.transformations.rules.topics import DISPATCHER_LIMIT
+
+_RUNTIME_CLASSES: dict[type[EObject], type[EObject]] = {pn.Place: rtm.Place, sym.Place: rtm.Place}
+
+
+class CoverageError(DinerosError):
+    """The runtime models do not cover the system model exactly once."""
+
+
+def split(model: sym.SystemModel) -> list[rtm.RuntimeModel]:
+    """Split a system model into one runtime model per node net, in model order; the model is not changed.
+
+    Pages that span several node nets are copied into each. Everything else of the model, the ports of its
+    channels included, is in exactly one runtime model, and this is checked.
+
+    Raises
+    ------
+    CoverageError
+        An element stands in no node net, or is reached from another one.
+    CallCircleError
+        Services call each other in a circle, and none of it says how many instances it has.
+    """
+    split_models = []
+    counts = instance_counts(model)
+    copies: Counter[EObject] = Counter()
+    for node in node_nets(model):
+        runtime_model, images = _runtime_model(model, node, counts)
+        split_models.append(runtime_model)
+        copies.update(list(images))
+        _require_closed(node, images)
+    _require_covered(model, copies)
+    return split_models
+
+
+def _runtime_model(
+    model: sym.SystemModel, node: sym.NodeNet, counts: dict[sym.ServiceChannel, int]
+) -> tuple[rtm.RuntimeModel, dict[EObject, EObject]]:
+    outer = list(_outer_pages(node))
+    others = {
+        part
+        for page, inner in zip(outer[1:], outer, strict=False)
+        for part in (*page.objects, *page.arcs)
+        if part is not inner
+    }
+    top, images = deep_copy(outer[-1], omit=others, classes=_RUNTIME_CLASSES)
+    copied = images[node]
+    assert isinstance(top, pn.Page) and isinstance(copied, sym.NodeNet)
+    runtime_model = rtm.RuntimeModel(
+        id=f"{model.id}.{node.id}", name=node.name, systemModel=model.id, pages=[top], node=copied
+    )
+    if model.tokenType is not None:
+        token_type, _ = deep_copy(model.tokenType)
+        assert isinstance(token_type, sym.TokenType)
+        runtime_model.tokenType = token_type
+    for channel in model.channels:
+        for place, port in _ports(channel, node, images, counts):
+            place.ports.append(port)
+    return runtime_model, images
+
+
+def _outer_pages(node: sym.NodeNet) -> Iterator[pn.Page]:
+    """Yield a node net and the pages around it, inner before outer."""
+    page: pn.Page | None = node
+    while page is not None:
+        yield page
+        page = page.page
+
+
+def _ports(
+    channel: sym.Channel,
+    node: sym.NodeNet,
+    images: dict[EObject, EObject],
+    counts: dict[sym.ServiceChannel, int],
+) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
+    """Yield the ports of a channel in a node net, each with the place that it belongs to."""
+    if isinstance(channel, sym.TopicChannel):
+        yield from _topic_ports(channel, node, images)
+    elif isinstance(channel, sym.ServiceChannel):
+        yield from _service_ports(channel, images, counts)
+
+
+def _topic_ports(
+    channel: sym.TopicChannel, node: sym.NodeNet, images: dict[EObject, EObject]
+) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
+    for publisher in channel.publishers:
+        place = images.get(publisher.place)
+        if isinstance(place, rtm.Place):
+            yield (
+                place,
+                rtm.PublisherPort(
+                    **_interface(channel), topic=channel.topic, limit=publisher.limit, qos=_quality(channel)
+                ),
+            )
+    limits = [dispatcher.limit for dispatcher in channel.dispatchers if dispatcher.node is node]
+    for subscriber in channel.subscribers:
+        place = images.get(subscriber.place)
+        if isinstance(place, rtm.Place):
+            yield (
+                place,
+                rtm.SubscriberPort(
+                    **_interface(channel),
+                    topic=channel.topic,
+                    limit=subscriber.limit,
+                    dispatcherLimit=limits[0] if limits else DISPATCHER_LIMIT,
+                    qos=_quality(channel),
+                ),
+            )
+
+
+def _service_ports(
+    channel: sym.ServiceChannel, images: dict[EObject, EObject], counts: dict[sym.ServiceChannel, int]
+) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
+    for client in channel.clients:
+        place, response = images.get(client.request), images.get(client.response)
+        if isinstance(place, rtm.Place) and isinstance(response, rtm.Place):
+            yield (
+                place,
+                rtm.ClientPort(
+                    **_interface(channel), service=channel.service, client=client.client, response=response
+                ),
+            )
+    server = channel.server
+    entry, exit_, page = images.get(server.entry), images.get(server.exit), images.get(server.page)
+    if isinstance(entry, rtm.Place) and isinstance(exit_, rtm.Place) and isinstance(page, pn.Page):
+        yield (
+            entry,
+            rtm.ServerPort(
+                **_interface(channel),
+                service=channel.service,
+                exit=exit_,
+                page=page,
+                # A server that nobody calls yet is a server: one instance, not none.
+                instances=max(1, counts[channel]),
+            ),
+        )
+
+
+class _Interface(TypedDict):
+    channel: str
+    type: str | None
+    mappings: list[sym.FieldMapping]
+
+
+def _interface(channel: sym.Channel) -> _Interface:
+    """Return what every port says about its channel."""
+    mappings = []
+    for mapping in channel.mappings:
+        copied, _ = deep_copy(mapping)
+        assert isinstance(copied, sym.FieldMapping)
+        mappings.append(copied)
+    return {"channel": channel.id, "type": channel.type, "mappings": mappings}
+
+
+def _quality(channel: sym.TopicChannel) -> sym.QualityOfService | None:
+    if channel.qos is None:
+        return None
+    copied, _ = deep_copy(channel.qos)
+    assert isinstance(copied, sym.QualityOfService)
+    return copied
+
+
+def _require_closed(node: sym.NodeNet, images: dict[EObject, EObject]) -> None:
+    """Refuse arcs and references that lead out of a node net."""
+    for original in images:
+        ends: tuple[EObject | None, ...] = ()
+        if isinstance(original, pn.Arc):
+            ends = (original.source, original.target)
+        elif isinstance(original, (pn.ReferencePlace, pn.ReferenceTransition)):
+            ends = (original.target,)
+        elif isinstance(original, sym.Literal):
+            ends = (original.signal,)
+        for end in ends:
+            if end not in images:
+                other = node_net_of(end)
+                raise CoverageError(
+                    f"{original!r} of {node.id} leads to {end!r} in {other.id if other else 'no node net'}",
+                    element=node.id,
+                    hint="node nets meet only through channels",
+                )
+
+
+def _require_covered(model: sym.SystemModel, copies: Counter[EObject]) -> None:
+    """Check that every element is in one runtime model; pages around node nets may be in several."""
+    for element in elements(model):
+        if element is model or element is model.tokenType or isinstance(element, sym.Channel):
+            continue
+        if isinstance(element, pn.Page) and node_net_of(element) is None:
+            continue
+        if copies[element] != 1:
+            raise CoverageError(
+                f"{element!r} is in {copies[element]} runtime models",
+                element=element.id,
+                hint="everything but channels stands in exactly one node net",
+            )
+    for port in _port_places(model):
+        if copies[port] != 1:
+            raise CoverageError(f"the port at {port!r} is in {copies[port]} runtime models", element=port.id)
+
+
+def _port_places(model: sym.SystemModel) -> Iterator[pn.Place]:
+    for channel in model.channels:
+        if isinstance(channel, sym.TopicChannel):
+            for topic_port in (*channel.publishers, *channel.subscribers):
+                yield topic_port.place
+        elif isinstance(channel, sym.ServiceChannel):
+            yield from (channel.server.entry, channel.server.exit)
+            for client in channel.clients:
+                yield from (client.request, client.response)

@@ -1,0 +1,41 @@
+"""The rule language and the engine that runs rules; neither knows Petri nets. See `docs/rule_language.md`."""
+
+from dineros.transformations.language.creation import Copy, ForAll, Fragment, New, image
+from dineros.transformations.language.engine import Engine
+from dineros.transformations.language.errors import RuleError
+from dineros.transformations.language.expressions import Expression, Path
+from dineros.transformations.language.functions import (
+    ancestor,
+    count,
+    either,
+    enclosing,
+    first,
+    number,
+    position,
+)
+from dineros.transformations.language.patterns import Absent, Index, Made, Node
+from dineros.transformations.language.rule import Rule
+
+__all__ = [
+    "Absent",
+    "Copy",
+    "Engine",
+    "Expression",
+    "ForAll",
+    "Fragment",
+    "Index",
+    "Made",
+    "New",
+    "Node",
+    "Path",
+    "Rule",
+    "RuleError",
+    "ancestor",
+    "count",
+    "either",
+    "enclosing",
+    "first",
+    "image",
+    "number",
+    "position",
+]

@@ -1,0 +1,243 @@
+"""A rule: a left-hand side to match and a right-hand side to make (paper, Sect. 5.5).
+
+An element on both sides is kept, one on the right-hand side only is created, one on the left-hand side
+only is deleted. A rule is a class; it is checked against the metamodels when it is defined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, ClassVar
+
+from dineros.metamodel.errors import near_matches, with_article
+from dineros.transformations.language.creation import Copy, ForAll, Fragment, Maker, New
+from dineros.transformations.language.errors import RuleError, UnknownRoleError, rule_line
+from dineros.transformations.language.expressions import Expression, Text, Variable
+from dineros.transformations.language.patterns import Absent, Context, Index, Made, Node
+
+
+class RuleType(type):
+    """Makes a misspelt role (``T1.plaec``) an error that names near matches."""
+
+    def __getattr__(cls, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        known = [role for role, value in vars(cls).items() if isinstance(value, (Variable, Fragment))]
+        raise UnknownRoleError(
+            f"dangling lookup: {cls.__name__} has no {name!r}",
+            location=rule_line(),
+            hint=near_matches(name, known) or f"it has {', '.join(known)}",
+        )
+
+
+class Rule(Maker, metaclass=RuleType):
+    """Base class of rules.
+
+    Attributes
+    ----------
+    lhs : sequence of Node, Made or Index
+        What to match.
+    rhs : sequence of Node, Made, Index, New, Copy or ForAll
+        What there is afterwards.
+    where : sequence of Expression
+        Conditions that a match must fulfil.
+    absent : sequence of Absent
+        Patterns that must not match in addition.
+    """
+
+    rhs: ClassVar[Sequence[Variable | ForAll]] = ()
+    where: ClassVar[Sequence[Expression]] = ()
+    absent: ClassVar[Sequence[Absent]] = ()
+    created: ClassVar[dict[str, New | Copy]] = {}
+    """What the right-hand side makes, by role, `ForAll` aside."""
+    for_all: ClassVar[list[ForAll]] = []
+    deleted: ClassVar[list[Node]] = []
+    context: ClassVar[list[Context]] = []
+    """The context nodes it uses."""
+
+    def __init_subclass__(cls, **kwargs: object) -> None:
+        super().__init_subclass__(**kwargs)
+        names = {
+            name: value
+            for base in reversed(cls.__mro__)
+            for name, value in vars(base).items()
+            if not name.startswith("_")
+        }
+        _require_lists(cls)
+        _name(cls, names)
+        _bind(cls, names)
+        cls.created = {
+            role: element for role, element in _roles(names).items() if _contains(cls.rhs, element)
+        }
+        cls.for_all = [item for item in cls.rhs if isinstance(item, ForAll)]
+        cls.deleted = [node for node in cls.lhs if isinstance(node, Node) and not _contains(cls.rhs, node)]
+        cls.context = []
+        _check(cls, names)
+
+
+_LISTS: dict[str, tuple[type, ...]] = {
+    "lhs": (Node, Made, Index),
+    "rhs": (Node, Made, Index, New, Copy, ForAll),
+    "where": (Expression,),
+    "absent": (Absent,),
+}
+
+
+def _require_lists(cls: type[Rule]) -> None:
+    """Refuse sides and conditions that are no lists of what belongs there."""
+    for name, kinds in _LISTS.items():
+        items = getattr(cls, name)
+        if not isinstance(items, (list, tuple)):
+            raise RuleError(f"{cls.__name__}.{name} is no list", location=rule_line(), hint="put it into [ ]")
+        for item in items:
+            if not isinstance(item, kinds):
+                group = isinstance(item, (Fragment, list, tuple))
+                raise RuleError(
+                    f"{cls.__name__}.{name} cannot hold {_shown(cls, item)}",
+                    location=getattr(item, "location", None) or rule_line(),
+                    hint="write * in front of it" if group else f"it holds {_words(kinds)}",
+                )
+
+
+def _shown(cls: type[Rule], item: object) -> str:
+    """Return the name that a rule has for something, or what it is."""
+    names = [name for name, value in vars(cls).items() if value is item]
+    return names[0] if names else with_article(type(item).__name__)
+
+
+def _words(kinds: tuple[type, ...]) -> str:
+    return ", ".join(kind.__name__ for kind in kinds)
+
+
+def _contains(items: Iterable[object], wanted: object) -> bool:
+    return any(item is wanted for item in items)
+
+
+def _roles(names: dict[str, Any]) -> dict[str, New | Copy]:
+    """Return everything the class body makes, by role; members of groups as ``queue.load``."""
+    roles: dict[str, New | Copy] = {}
+    for name, value in names.items():
+        if isinstance(value, (New, Copy)):
+            roles[name] = value
+        elif isinstance(value, Fragment):
+            roles.update({f"{name}.{role}": element for role, element in value.elements().items()})
+        elif isinstance(value, list) and name not in ("lhs", "rhs"):
+            roles.update(
+                {f"{name}{number}": item for number, item in enumerate(value, 1) if isinstance(item, New)}
+            )
+    return roles
+
+
+def _name(cls: type[Rule], names: dict[str, Any]) -> None:
+    for name, value in names.items():
+        if isinstance(value, Fragment):
+            value.symbol, value.rule = name, cls
+            missing = sorted(set(value.roles) - set(value.elements()) - set(value.shared()))
+            if missing:
+                raise RuleError(
+                    f"{type(value).__name__} does not make {', '.join(missing)}", location=value.location
+                )
+        elif isinstance(value, Variable) and not value.symbol:
+            value.symbol = name
+    for role, element in _roles(names).items():
+        if element.rule not in (None, cls):
+            raise RuleError(
+                f"{cls.__name__}.{role} belongs to {element.rule.__name__}",
+                location=rule_line(),
+                hint=f"look it up: Made({element.rule.__name__}.{element.symbol}, of=...)",
+            )
+        element.symbol, element.rule = role, cls
+
+
+def _texts(cls: type[Rule], names: dict[str, Any]) -> Iterator[Text]:
+    elements: list[New | Copy] = list(_roles(names).values())
+    for item in cls.rhs:
+        if isinstance(item, ForAll):
+            elements.extend(item.created())
+    for element in elements:
+        if isinstance(element, Copy):
+            yield element.id
+        else:
+            yield from (value for value in element.features.values() if isinstance(value, Text))
+
+
+def _bind(cls: type[Rule], names: dict[str, Any]) -> None:
+    visible = {name: value for name, value in names.items() if isinstance(value, Expression)}
+    for item in cls.rhs:
+        if isinstance(item, ForAll):
+            visible |= {node.symbol: node for node in item.nodes if node.symbol}
+    for text in _texts(cls, names):
+        text.bind(visible)
+
+
+def _check(cls: type[Rule], names: dict[str, Any]) -> None:
+    """Refuse what could only fail when the rule runs."""
+    bound: set[Variable] = set()
+    bound.update(cls.lhs)
+    for node in cls.lhs:
+        _require_bound(cls, conditions_of(node), bound, node)
+    for condition in cls.where:
+        _require_bound(cls, condition.variables(), bound, condition)
+    for pattern in cls.absent:
+        inner = bound | set(pattern.nodes)
+        for extra in pattern.nodes:
+            _require_bound(cls, conditions_of(extra), inner, extra)
+        for condition in pattern.where:
+            _require_bound(cls, condition.variables(), inner, condition)
+    made = set(bound)
+    for item in cls.rhs:
+        if isinstance(item, ForAll):
+            _check_for_all(cls, item, made)
+        elif isinstance(item, (New, Copy)):
+            for expression in item.uses():
+                _require_bound(cls, expression.variables(), made, item)
+            made.add(item)
+        elif not _contains(cls.lhs, item):
+            raise RuleError(f"{cls.__name__}: {item} is not on the left-hand side", location=item.location)
+    repeated = [element for item in cls.for_all for element in item.created()]
+    for role, element in _roles(names).items():
+        if not _contains(cls.rhs, element) and not _contains(repeated, element):
+            raise RuleError(
+                f"{cls.__name__}: {role} is not on the right-hand side", location=element.location
+            )
+
+
+def _check_for_all(cls: type[Rule], item: ForAll, made: set[Variable]) -> None:
+    inner = made | set(item.nodes)
+    for node in item.nodes:
+        _require_bound(cls, conditions_of(node), inner, node)
+    for condition in item.where:
+        _require_bound(cls, condition.variables(), inner, condition)
+    for element in item.make:
+        if isinstance(element, ForAll):
+            _check_for_all(cls, element, inner)
+        else:
+            for expression in element.uses():
+                _require_bound(cls, expression.variables(), inner, element)
+            inner.add(element)
+
+
+def _require_bound(
+    cls: type[Rule], variables: Iterable[Variable], bound: set[Variable], user: Expression
+) -> None:
+    for variable in variables:
+        if isinstance(variable, Context):
+            if not _contains(cls.context, variable):
+                cls.context.append(variable)
+        elif variable not in bound:
+            raise RuleError(
+                f"{cls.__name__}: {user} uses {variable}, which is not matched or made before it",
+                location=user.location,
+                hint="list it in lhs, or earlier in rhs",
+            )
+
+
+def conditions_of(node: Variable) -> Iterator[Variable]:
+    """Yield the variables that a pattern node's own conditions speak about."""
+    if isinstance(node, Node):
+        yield from node.conditions()
+    elif isinstance(node, Made):
+        for source in node._of:
+            yield from source.variables()
+    elif isinstance(node, Index):
+        yield from node._upto.variables()

@@ -1,0 +1,104 @@
+"""How an element came to be, and what came of it: the trace of a flattening, asked by id."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.elements import elements
+from dineros.metamodel.errors import UnknownElementError, near_matches
+from dineros.transformations.flattening.flatten import KEPT
+from dineros.transformations.flattening.traces import Link, Trace
+from dineros.transformations.rules.catalogue import name_of
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What the trace says about an id.
+
+    Attributes
+    ----------
+    origin : Link or None
+        How the element of the flattened net with this id was made; None where it has none.
+    source : pn.Element or None
+        The element of the system model with this id.
+    results : list of Link
+        What was made because of `source`, or in it.
+    """
+
+    origin: Link | None
+    source: pn.Element | None
+    results: list[Link]
+
+
+def explain(id: str, model: sym.SystemModel, trace: Trace) -> Explanation:
+    """Return how the element with an id came to be and what came of it, in both models.
+
+    Raises
+    ------
+    UnknownElementError
+        Neither model has an element of this id.
+    """
+    origin = next((link for link in trace if link.target.id == id), None)
+    source = next((element for element in elements(model) if element.id == id), None)
+    if origin is None and source is None:
+        known = {**dict.fromkeys(e.id for e in elements(model)), **dict.fromkeys(k.target.id for k in trace)}
+        raise UnknownElementError(
+            f"no element of either model has the id {id!r}", hint=near_matches(id, known)
+        )
+    return Explanation(origin, source, [] if source is None else list(_results(source, trace)))
+
+
+def _results(source: pn.Element, trace: Trace) -> Iterator[Link]:
+    """Yield what was made from an element, a port of it or a part of its clause, each once."""
+    causes: set[EObject] = {source}
+    if isinstance(source, (sym.Channel, sym.Transition)):
+        causes.update(source.eAllContents())
+    for link in trace:
+        if any(cause in causes for cause in link.sources):
+            yield link
+
+
+def told(element: EObject) -> str:
+    """Return what people call an element of a system model, also where it has no id of its own."""
+    kind = _words(type(element).__name__)
+    if isinstance(element, sym.ClientPort):
+        return f"{kind} {element.client}"
+    if isinstance(element, sym.TopicPort):
+        return f"{kind} at {element.place.id}"
+    identity = getattr(element, "id", None)
+    if identity:
+        return f"{kind} {identity}"
+    container = element.eContainer()
+    if container is None:
+        return kind
+    if isinstance(element, (sym.InputClause, sym.ServerPort)):
+        return f"{kind} of {told(container)}"
+    feature = element.eContainmentFeature()
+    number = f" {list(getattr(container, feature.name)).index(element) + 1}" if feature.many else ""
+    return f"{kind}{number} of {told(container)}"
+
+
+def origin_text(link: Link) -> str:
+    """Return how an element was made, in one line."""
+    kind = _words(type(link.target).__name__)
+    sources = ", ".join(_told(source, link) for source in link.sources)
+    instance = f", server instance {link.index}" if link.index is not None else ""
+    if link.rule == KEPT:
+        return f"{kind} kept from the system model"
+    made = f"{kind} made by {name_of(link.rule)} as {link.role}"
+    return f"{made} from {sources}{instance}" if sources else f"{made} from what other rules made"
+
+
+def _told(source: EObject, link: Link) -> str:
+    """Return what people call a source; a client on a server page with its instance."""
+    if isinstance(source, sym.ClientPort) and link.client_index is not None:
+        return f"{told(source)} of server instance {link.client_index}"
+    return told(source)
+
+
+def _words(name: str) -> str:
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()

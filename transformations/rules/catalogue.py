@@ -1,0 +1,137 @@
+"""All rules of the paper by family, in its order; how rules are called, and in which order they run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from dineros.metamodel.errors import UnknownElementError, near_matches
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules import services, signals, topics
+
+
+@dataclass(frozen=True)
+class Family:
+    """Rules that belong together.
+
+    Attributes
+    ----------
+    name : str
+        One word: ``topics``.
+    title : str
+        What the rules do.
+    section : str
+        Where the paper has them.
+    rules : tuple of Rule
+        In the paper's order.
+    """
+
+    name: str
+    title: str
+    section: str
+    rules: tuple[type[Rule], ...]
+
+
+FAMILIES = (
+    Family(
+        "topics",
+        "Topics: publisher, dispatcher and subscriber queues",
+        "Sect. 5.5.1, Fig. 8",
+        (
+            topics.T1,
+            topics.T2,
+            topics.T2History,
+            topics.T2Instance,
+            topics.T3,
+            topics.T4,
+            topics.T5a,
+            topics.T5b,
+        ),
+    ),
+    Family(
+        "services",
+        "Services: server instances and the clients' calls",
+        "Sect. 5.5.3, Fig. 10",
+        (services.S1, services.S2, services.S3, services.S4, services.S4Client),
+    ),
+    Family(
+        "signals",
+        "Signals: values, clauses, and when they may change",
+        "Sect. 5.5.4, Fig. 11 and 12",
+        (
+            signals.I1,
+            signals.I2,
+            signals.I3,
+            signals.I4,
+            signals.I5FullyEnabled,
+            signals.I5InputEnabled,
+            signals.I6InputEnabled,
+            signals.I5IoEnabled,
+            signals.I6IoEnabled,
+        ),
+    ),
+)
+
+SignalVariant: TypeAlias = Literal["none", "fully-enabled", "input-enabled", "io-enabled"]
+OverflowVariant: TypeAlias = Literal["weighted", "inhibitor"]
+
+_INPUT_ENABLED = [signals.I4, signals.I5InputEnabled, signals.I6InputEnabled]
+_COUNT_LITERALS = [signals.I1, signals.I2, signals.I3]
+_IO_ENABLED = [signals.I5IoEnabled, signals.I6IoEnabled]
+
+SIGNAL_RULES: dict[SignalVariant, list[type[Rule]]] = {
+    "none": [],
+    "fully-enabled": [signals.I4, signals.I5FullyEnabled, *_COUNT_LITERALS],
+    "input-enabled": [*_INPUT_ENABLED, *_COUNT_LITERALS],
+    "io-enabled": [*_INPUT_ENABLED, *_IO_ENABLED, *_COUNT_LITERALS],
+}
+OVERFLOW_RULES: dict[OverflowVariant, type[Rule]] = {"weighted": topics.T5b, "inhibitor": topics.T5a}
+INSTANCE_RULES: list[type[Rule]] = [services.S4, services.S4Client]
+TOPIC_RULES: list[type[Rule]] = [
+    topics.T1,
+    topics.T2,
+    topics.T2History,
+    topics.T2Instance,
+    topics.T3,
+    topics.T4,
+]
+SERVICE_RULES: list[type[Rule]] = [services.S3, services.S1, services.S2]
+
+
+def name_of(rule: type[Rule] | str) -> str:
+    """Return what people call a rule: ``T2``, and ``I5-input-enabled`` for the class `I5InputEnabled`."""
+    name = rule if isinstance(rule, str) else rule.__name__
+    numbered = re.fullmatch(r"([A-Z]\d)([A-Z]\w*)", name)
+    if numbered is None:
+        return name
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", numbered[2])
+    return f"{numbered[1]}-{words.lower()}"
+
+
+def summary_of(rule: type[Rule]) -> str:
+    """Return the first line of what a rule says about itself, without the full stop."""
+    return (rule.__doc__ or "").strip().partition("\n")[0].rstrip(".")
+
+
+def find_rule(name: str, families: Sequence[Family] = FAMILIES) -> type[Rule]:
+    """Return the rule of a name, whichever way its letters are written.
+
+    Raises
+    ------
+    UnknownElementError
+        There is none; the hint names near matches.
+    """
+    rules = [rule for family in families for rule in family.rules]
+    for rule in rules:
+        if name.lower() in (name_of(rule).lower(), rule.__name__.lower()):
+            return rule
+    known = [name_of(rule) for rule in rules]
+    hint = near_matches(name, known) or f"known are {', '.join(known)}"
+    raise UnknownElementError(f"there is no rule {name!r}", hint=hint)
+
+
+def rules_of(signals: SignalVariant, overflow: OverflowVariant) -> list[type[Rule]]:
+    """Return the rules of a variant, in the order they run; those of `INSTANCE_RULES` run before them."""
+    return [*SERVICE_RULES, *TOPIC_RULES, OVERFLOW_RULES[overflow], *SIGNAL_RULES[signals]]

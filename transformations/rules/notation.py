@@ -1,0 +1,170 @@
+"""Shorthands of the Petri-net rules: places, transitions, arcs, and the overflow queue, written once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from dineros.metamodel import pn, pnm
+from dineros.metamodel.base import EObject
+from dineros.transformations.language.creation import Fragment, New
+from dineros.transformations.language.errors import LANGUAGE
+from dineros.transformations.language.expressions import Expression, Text, as_expression
+from dineros.transformations.language.patterns import Context, Made
+
+LANGUAGE.add(__name__)
+
+SHEET = Context(pnm.Sheet)
+"""The page that gets what the rules make."""
+
+
+def place(id: str, tokens: object = 0) -> New:
+    """Make a place."""
+    return New(pn.Place, page=SHEET, id=id, tokens=tokens)
+
+
+def transition(id: str) -> New:
+    """Make a transition."""
+    return New(pn.Transition, page=SHEET, id=id)
+
+
+def arc(source: Expression, target: Expression, weight: object = 1) -> New:
+    """Make a normal arc."""
+    return _arc(source, target, weight, "normal", "")
+
+
+def read(source: Expression, target: Expression, weight: object = 1) -> New:
+    """Make a read arc from a place to a transition."""
+    return _arc(source, target, weight, "read", "-read")
+
+
+def inhibit(source: Expression, target: Expression, weight: object = 1) -> New:
+    """Make an inhibitor arc from a place to a transition."""
+    return _arc(source, target, weight, "inhibitor", "-inhibitor")
+
+
+def _arc(source: Expression, target: Expression, weight: object, kind: str, suffix: str) -> New:
+    id = Text("{source.id}-{target.id}" + suffix, source=source, target=target)
+    return New(
+        pn.Arc, page=SHEET, id=id, source=source, target=target, weight=as_expression(weight), kind=kind
+    )
+
+
+class History(Fragment):
+    """The places of a bounded queue, and the transition where what waits leaves it.
+
+    Parameters
+    ----------
+    id : str
+        Prefix of the ids of its elements; may hold placeholders.
+    limit : Expression
+        Its capacity.
+    sinks : sequence of Expression
+        Places that get a token for each token that leaves.
+    """
+
+    roles: Mapping[str, type[EObject]] = {
+        "load": pn.Place,
+        "capacity": pn.Place,
+        "leave": pn.Transition,
+    }
+    load: Expression
+    capacity: Expression
+    leave: Expression
+
+    def __init__(self, id: str, *, limit: Expression, sinks: Sequence[Expression] = ()) -> None:
+        super().__init__()
+        self.load = place(f"{id}.Load")
+        self.capacity = place(f"{id}.Capacity", tokens=limit)
+        self.leave = transition(f"{id}.out")
+        self.arcs = [
+            arc(self.load, self.leave),
+            arc(self.leave, self.capacity),
+            *(arc(self.leave, sink) for sink in sinks),
+        ]
+
+
+class OverflowQueue(Fragment):
+    """Bounded queue that drops what arrives while it is full (paper, Fig. 8).
+
+    Parameters
+    ----------
+    id : str
+        Prefix of the ids of its elements; may hold placeholders.
+    source : Expression
+        The place whose tokens enter.
+    limit : Expression, optional
+        Its capacity.
+    sinks : sequence of Expression
+        Places that get a token for each token that leaves.
+    history : Made, optional
+        A `History` made before, which tokens of several sources enter; then it has limit and sinks.
+    """
+
+    roles: Mapping[str, type[EObject]] = {
+        "load": pn.Place,
+        "capacity": pn.Place,
+        "enter": pn.Transition,
+        "leave": pn.Transition,
+        "drop": pn.Transition,
+    }
+    load: Expression
+    capacity: Expression
+    enter: New
+    leave: Expression
+    drop: New
+
+    def __init__(
+        self,
+        id: str,
+        *,
+        source: Expression,
+        limit: Expression | None = None,
+        sinks: Sequence[Expression] = (),
+        history: Made | None = None,
+    ) -> None:
+        super().__init__()
+        if history is None:
+            assert limit is not None
+            self.load = place(f"{id}.Load")
+            self.capacity = place(f"{id}.Capacity", tokens=limit)
+        else:
+            self.load, self.capacity, self.leave = history.load, history.capacity, history.leave
+        self.enter = transition(f"{id}.in")
+        if history is None:
+            self.leave = transition(f"{id}.out")
+        self.drop = transition(f"{id}.drop")
+        self.arcs = [arc(source, self.enter), arc(self.capacity, self.enter), arc(self.enter, self.load)]
+        if history is None:
+            self.arcs += [
+                arc(self.load, self.leave),
+                arc(self.leave, self.capacity),
+                *(arc(self.leave, sink) for sink in sinks),
+            ]
+        self.arcs.append(arc(source, self.drop))
+
+
+class SignalChange(Fragment):
+    """The two transitions that set and clear a signal (paper, Fig. 11 and 12).
+
+    Parameters
+    ----------
+    to_true, to_false : str
+        Ids of the transitions; may hold placeholders.
+    true, false : Expression
+        The places that tell the signal's value.
+    """
+
+    roles = {"to_true": pn.Transition, "to_false": pn.Transition}
+    to_true: New
+    to_false: New
+
+    def __init__(self, to_true: str, to_false: str, *, true: Expression, false: Expression) -> None:
+        super().__init__()
+        self.to_true = transition(to_true)
+        self.to_false = transition(to_false)
+        self.arcs = [
+            arc(false, self.to_true),
+            arc(self.to_true, true),
+            arc(true, self.to_false),
+            arc(self.to_false, false),
+        ]

@@ -1,0 +1,136 @@
+"""Services: server instances and the clients' calls (rules S1 to S4; paper, Fig. 10).
+
+S4 runs for one service after the other, callers first: a client on a server page becomes one client per
+instance (S4-client), so that an answer comes back to the instance that asked, and so that the service that
+is called counts them all.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.transformations.language.creation import Copy, New, image
+from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language.functions import count, either, enclosing
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.notation import arc, place, transition
+
+
+def instances(service: Node) -> Expression:
+    """Return the number of server instances: by default one per client."""
+    return either(service.instances, count(service.clients))
+
+
+class S4(Rule):
+    """A copy of the server page for each instance; what it reaches by references outside is shared."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.ServerPort, channel=service)
+    instance = Index(upto=instances(service))
+
+    page = Copy(
+        server.page,
+        into=server.page.page.objects,
+        named=pn.Element,
+        id="{service.id}[{instance}].{original.id}",
+    )
+
+    lhs = [service, server, instance]
+    rhs = [*lhs, page]
+
+
+class S4Client(Rule):
+    """A client of its own for each instance of the server page that a client stands on."""
+
+    service = Node(sym.ServiceChannel)
+    server = Node(sym.ServerPort, channel=service)
+    instance = Index(upto=instances(service))
+    page = Made(S4.page, of=[service, instance])
+    called = Node(sym.ServiceChannel)
+    original = Node(sym.ClientPort, channel=called)
+    around = Node(pn.Page, of=enclosing(original.request, pn.Page))
+
+    client = New(
+        sym.ClientPort,
+        channel=called,
+        client="{service.id}[{instance}].{original.client}",
+        request=image(original.request, page),
+        response=image(original.response, page),
+    )
+
+    where = [around == server.page]
+    lhs = [service, server, instance, page, called, around, original]
+    rhs = [*lhs, client]
+
+
+class S3(Rule):
+    """Whether an instance is working."""
+
+    service = Node(sym.ServiceChannel)
+    instance = Index(upto=instances(service))
+
+    active = place("{service.id}[{instance}].active")
+    inactive = place("{service.id}[{instance}].inactive", tokens=1)
+
+    lhs = [service, instance]
+    rhs = [*lhs, active, inactive]
+
+
+class S1(Rule):
+    """A client's blocking call: one request under way."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    request = Node(pn.Place, of=client.request)
+    response = Node(pn.Place, of=client.response)
+
+    ready = place("{service.id}.client.{client.client}.ready", tokens=1)
+    requests = place("{service.id}.client.{client.client}.requests")
+    responses = place("{service.id}.client.{client.client}.responses")
+    t_req = transition("{service.id}.client.{client.client}.req")
+    t_res = transition("{service.id}.client.{client.client}.res")
+    arcs = [
+        arc(request, t_req),
+        arc(ready, t_req),
+        arc(t_req, requests),
+        arc(responses, t_res),
+        arc(t_res, response),
+        arc(t_res, ready),
+    ]
+
+    lhs = [service, client, request, response]
+    rhs = [*lhs, ready, requests, responses, t_req, t_res, *arcs]
+
+
+class S2(Rule):
+    """Each client may be served by each instance."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    instance = Index(upto=instances(service))
+    requests = Made(S1.requests, of=client)
+    responses = Made(S1.responses, of=client)
+    active = Made(S3.active, of=[service, instance])
+    inactive = Made(S3.inactive, of=[service, instance])
+    page = Made(S4.page, of=[service, instance])
+    entry = Node(pn.Place, of=image(service.server.entry, page))
+    exit = Node(pn.Place, of=image(service.server.exit, page))
+
+    in_use = place("{service.id}.client.{client.client}.inUse[{instance}]")
+    t_call = transition("{service.id}.client.{client.client}.call[{instance}]")
+    t_return = transition("{service.id}.client.{client.client}.return[{instance}]")
+    arcs = [
+        arc(requests, t_call),
+        arc(inactive, t_call),
+        arc(t_call, entry),
+        arc(t_call, active),
+        arc(t_call, in_use),
+        arc(exit, t_return),
+        arc(active, t_return),
+        arc(in_use, t_return),
+        arc(t_return, responses),
+        arc(t_return, inactive),
+    ]
+
+    lhs = [service, client, instance, requests, responses, active, inactive, page, entry, exit]
+    rhs = [*lhs, in_use, t_call, t_return, *arcs]

@@ -1,0 +1,139 @@
+"""Topics: publisher, dispatcher and subscriber queues (rules T1 to T5b; paper, Fig. 8)."""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.transformations.language.creation import image
+from dineros.transformations.language.functions import ancestor, either, enclosing, first
+from dineros.transformations.language.patterns import Absent, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.notation import History, OverflowQueue, arc, inhibit, place, transition
+from dineros.transformations.rules.services import S4
+
+DISPATCHER_LIMIT = 16
+"""Capacity of a dispatcher queue for which the model says nothing (paper, Sect. 5.5.2)."""
+
+
+class T1(Rule):
+    """The topic itself, between the nodes."""
+
+    channel = Node(sym.TopicChannel)
+
+    topic = place("{channel.id}")
+    transport = transition("{channel.id}.transport")
+    arcs = [arc(topic, transport)]
+
+    lhs = [channel]
+    rhs = [*lhs, topic, transport, *arcs]
+
+
+class T2(Rule):
+    """Overflowing send queue of each publisher port."""
+
+    channel = Node(sym.TopicChannel)
+    port = Node(sym.PublisherPort, channel=channel)
+    source = Node(pn.Place, of=port.place)
+    topic = Made(T1.topic, of=channel)
+
+    queue = OverflowQueue(
+        "{channel.id}.publisher.{source.id}", source=source, limit=port.limit, sinks=[topic]
+    )
+
+    around = Node(pn.Page, of=enclosing(port.place, pn.Page))
+    server = Node(sym.ServerPort, page=around)
+    absent = [Absent(around, server)]
+    lhs = [channel, port, source, topic]
+    rhs = [*lhs, *queue]
+
+
+class T2History(Rule):
+    """Send queue of a publisher port on a server page: one for all instances."""
+
+    channel = Node(sym.TopicChannel)
+    port = Node(sym.PublisherPort, channel=channel)
+    around = Node(pn.Page, of=enclosing(port.place, pn.Page))
+    server = Node(sym.ServerPort, page=around)
+    topic = Made(T1.topic, of=channel)
+
+    queue = History("{channel.id}.publisher.{port.place.id}", limit=port.limit, sinks=[topic])
+
+    lhs = [channel, port, around, server, topic]
+    rhs = [*lhs, *queue]
+
+
+class T2Instance(Rule):
+    """Each instance of a server page writes to the publisher's one send queue, or loses its message."""
+
+    channel = Node(sym.TopicChannel)
+    port = Node(sym.PublisherPort, channel=channel)
+    history = Made(T2History.queue, of=port)
+    around = Node(pn.Page, of=enclosing(port.place, pn.Page))
+    server = Node(sym.ServerPort, page=around)
+    page = Made(S4.page, of=server)
+    source = Node(pn.Place, of=image(port.place, page))
+
+    queue = OverflowQueue("{channel.id}.publisher.{source.id}", source=source, history=history)
+
+    lhs = [channel, port, around, server, history, page, source]
+    rhs = [*lhs, *queue]
+
+
+class T3(Rule):
+    """Overflowing dispatcher queue of each subscribing node net."""
+
+    channel = Node(sym.TopicChannel)
+    node = Node(sym.NodeNet, of=ancestor(channel.subscribers.place, sym.NodeNet))
+    transport = Made(T1.transport, of=channel)
+
+    received = place("{channel.id}.dispatcher.{node.id}.In")
+    queue = OverflowQueue(
+        "{channel.id}.dispatcher.{node.id}",
+        source=received,
+        limit=either(first(channel.dispatchers, node=node).limit, DISPATCHER_LIMIT),
+    )
+    arcs = [arc(transport, received)]
+
+    lhs = [channel, node, transport]
+    rhs = [*lhs, received, *arcs, *queue]
+
+
+class T4(Rule):
+    """Overflowing callback queue of each subscriber port."""
+
+    channel = Node(sym.TopicChannel)
+    port = Node(sym.SubscriberPort, channel=channel)
+    node = Node(sym.NodeNet, of=ancestor(port.place, sym.NodeNet))
+    sink = Node(pn.Place, of=port.place)
+    dispatcher = Made(T3.queue, of=[channel, node])
+
+    received = place("{channel.id}.subscriber.{sink.id}.In")
+    queue = OverflowQueue(
+        "{channel.id}.subscriber.{sink.id}", source=received, limit=port.limit, sinks=[sink]
+    )
+    arcs = [arc(dispatcher.leave, received)]
+
+    lhs = [channel, port, node, sink, dispatcher]
+    rhs = [*lhs, received, *arcs, *queue]
+
+
+class T5a(Rule):
+    """A queue drops while it has no capacity left: inhibitor arc, for nets that people read."""
+
+    queue = Made(OverflowQueue)
+    arcs = [inhibit(queue.capacity, queue.drop)]
+
+    lhs = [queue]
+    rhs = [*lhs, *arcs]
+
+
+class T5b(Rule):
+    """A queue drops while its load is its capacity: normal arcs, for nets that tools reduce."""
+
+    queue = Made(OverflowQueue)
+    arcs = [
+        arc(queue.load, queue.drop, weight=queue.capacity.tokens),
+        arc(queue.drop, queue.load, weight=queue.capacity.tokens),
+    ]
+
+    lhs = [queue]
+    rhs = [*lhs, *arcs]
