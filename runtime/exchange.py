@@ -183,6 +183,10 @@ class Exchange:
         else:
             self._traffic.lost(port, queue, count)
 
+    def refuse(self, port: Port, error: Exception) -> None:
+        """Count something that came and is no message; the first is recorded."""
+        self._traffic.refuse(port.channel, port.channel, error)
+
     def requested(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Take a request."""
         self._servers[port].requested(message, answer)
