@@ -18,6 +18,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.json_text import decode_json
 from dineros.runtime.ros.messages import Codec
 from dineros.runtime.ros.quality import companion_depth, companion_quality
 from dineros.runtime.ros.recognition import Recognition, content_of
@@ -69,17 +70,12 @@ def read_announcement(text: str) -> Announcement:
         It is none.
     """
     try:
-        said = json.loads(text)
-        content = base64.b64decode(said["content"], validate=True)
-    except (ValueError, TypeError, KeyError, RecursionError):
-        said, content = None, b""
-    if (
-        not isinstance(said, dict)
-        or not isinstance(said.get("id"), str)
-        or type(said.get("alone", False)) is not bool
-    ):
-        raise AnnouncementError("an announcement without id and content")
-    return Announcement(said["id"], content, said.get("alone", False))
+        match decode_json(text):
+            case {"id": str(id), "content": str(content), "alone": bool(is_alone)}:
+                return Announcement(id, base64.b64decode(content, validate=True), is_alone)
+    except (DinerosError, ValueError):
+        pass
+    raise AnnouncementError("no id and content of a message are announced")
 
 
 class Announcer:

@@ -147,11 +147,12 @@ def test_announcements_are_read_as_they_are_written() -> None:
         '{"id": "a/b/1"}',
         '{"id": 1, "content": ""}',
         '{"id": "a/b/1", "content": null}',
-        '{"id": "a/b/1", "content": "?"}',
-        '{"id": "a/b/1", "content": "\u00fc"}',
+        '{"id": "a/b/1", "content": ""}',
+        '{"id": "a/b/1", "content": "?", "alone": true}',
+        '{"id": "a/b/1", "content": "\u00fc", "alone": true}',
         '{"id": "a/b/1", "content": "", "alone": 1}',
     ],
 )
 def test_what_announces_nothing_is_refused(said: str) -> None:
-    with pytest.raises(AnnouncementError, match="without id and content"):
+    with pytest.raises(AnnouncementError, match="no id and content"):
         read_announcement(said)
