@@ -183,9 +183,10 @@ class Exchange:
         else:
             self._traffic.lost(port, queue, count)
 
-    def refuse(self, port: Port, error: Exception) -> None:
+    def refuse(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
         """Count something that came and is no message; the first is recorded."""
-        self._traffic.refuse(port.channel, port.channel, error)
+        name = port.topic if isinstance(port, SubscriberPort) else port.service
+        self._traffic.refuse(port.channel, name, error)
 
     def requested(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Take a request."""

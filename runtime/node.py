@@ -397,7 +397,7 @@ class Node:
         """Have a request sent again."""
         self._post(lambda: self.exchange.failed(port, message_id, reason))
 
-    def refused(self, port: Port, error: Exception) -> None:
+    def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
         """Have it counted that something came that is no message."""
         self._post(lambda: self.exchange.refuse(port, error))
 

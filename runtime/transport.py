@@ -257,7 +257,7 @@ class Receiver(Protocol):
     def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
         """Learn that a request timed out or was not sent: it is recorded and sent again with the same id."""
 
-    def refused(self, port: Port, error: Exception) -> None:
+    def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
         """Learn that something came that is no message; it is counted, and the first is recorded."""
 
     def dropped(self, port: Port, queue: Queue, count: int) -> None:
@@ -297,10 +297,10 @@ def check_of(transport: Transport, port: Port) -> Check | None:
 
 @runtime_checkable
 class Repeating(Protocol):
-    """A transport whose queues outlive its nodes: what was sent before a restart fills none of them."""
+    """A transport that tells what was sent before a restart from what is sent for the first time."""
 
     def publish_again(self, port: PublisherPort, message: Message) -> object:
-        """Send a message that was sent before; receivers that had it ignore it."""
+        """Send a message that was sent before to those who tell by its id whether they had it."""
 
 
 class Transport(Protocol):

@@ -15,10 +15,12 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.json_text import decode_json
+from dineros.metamodel.message_ids import parse_id
 from dineros.runtime.ros.messages import Codec
 from dineros.runtime.ros.quality import companion_depth, companion_quality
 from dineros.runtime.ros.recognition import Recognition, content_of
@@ -163,11 +165,13 @@ class Listener:
         refused: Callable[[Exception], None],
     ) -> None:
         from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+        from rclpy.exceptions import InvalidHandle
         from rclpy.serialization import deserialize_message
         from std_msgs.msg import String
 
         self._node, self._name, self._interface, self._decode = node, name, interface, codec.decode
         self._deserialise, self._senders = deserialize_message, senders
+        self._gone: type[Exception] = InvalidHandle  # what it says once it is closed
         self._announced, self._refused = announced, refused
         depth = companion_depth(limit)
         self._recognition: Recognition[Arrival] = Recognition(
@@ -185,6 +189,7 @@ class Listener:
     def _hear(self, announcement: Any, info: Mapping[str, Any]) -> None:
         try:
             id, content, is_alone = read_announcement(announcement.data)
+            parse_id(id)
             data = self._decode(self._deserialise(content, self._interface)).data
         except Exception as error:  # anybody can say anything, and ROS raises what it likes
             self._refused(error)
@@ -206,9 +211,10 @@ class Listener:
 
     def _catch_up(self) -> None:
         """Hear what has been announced, and the executor has not come to yet."""
-        handle = self._subscription.handle
-        while (taken := handle.take_message(self._subscription.msg_type, False)) is not None:
-            self._hear(*taken)
+        subscription = self._subscription
+        with suppress(self._gone), subscription.handle:
+            while (taken := subscription.handle.take_message(subscription.msg_type, False)) is not None:
+                self._hear(*taken)
 
     def _patience(self) -> float:
         announcing = self._node.count_publishers(self._name)
@@ -230,10 +236,13 @@ class Listener:
             self._timer.reset()
 
     def _look(self) -> None:
+        timer = self._timer
+        if timer is None:  # it is being closed
+            return
         self._catch_up()
         self._recognition.look()
         if not self._recognition.is_waiting:
-            self._timer.cancel()
+            timer.cancel()
 
     def close(self) -> None:
         """Hear no more; what waits for its announcement comes no more."""
