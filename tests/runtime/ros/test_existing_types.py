@@ -28,6 +28,15 @@ def configure(net):
         time.sleep(0.3)
 """
 
+SLOW_LISTENER = """
+import time
+
+def configure(net):
+    @net.handler("TNote")
+    def note(firing):
+        time.sleep(0.2)
+"""
+
 DEADLY = """
 import os, signal, time
 from pathlib import Path
@@ -105,9 +114,13 @@ while rclpy.ok():
 """
 
 
-def system() -> sym.SystemModel:
+def system(word_count: int = WORDS, limit: int = 10) -> sym.SystemModel:
     """Return a talker and a listener on a topic, a caller and a switch on a service; all words are equal."""
-    words, say, said = sym.Place(id="Words", tokens=WORDS), sym.Transition(id="TSay"), sym.Place(id="Said")
+    words, say, said = (
+        sym.Place(id="Words", tokens=word_count),
+        sym.Transition(id="TSay"),
+        sym.Place(id="Said"),
+    )
     talker = sym.NodeNet(id="talker", objects=[words, say, said])
     flow(words, say, said)
     heard, note, noted = sym.Place(id="Heard"), sym.Transition(id="TNote"), sym.Place(id="Noted")
@@ -140,8 +153,8 @@ def system() -> sym.SystemModel:
                 topic="/words",
                 type="std_msgs/msg/Int64",
                 mappings=[sym.FieldMapping(part="message", messageField="data", tokenField="number")],
-                publishers=[sym.PublisherPort(place=said, limit=10)],
-                subscribers=[sym.SubscriberPort(place=heard, limit=10)],
+                publishers=[sym.PublisherPort(place=said, limit=limit)],
+                subscribers=[sym.SubscriberPort(place=heard, limit=limit)],
             ),
             sym.ServiceChannel(
                 id="Switched",
@@ -158,11 +171,15 @@ def system() -> sym.SystemModel:
     )
 
 
+def lay_out(model: sym.SystemModel, ros: Ros) -> None:
+    for part in split(model):
+        save(part, ros.folder / f"{part.node.id}.rtm.xmi")
+
+
 @pytest.fixture
 def plain(ros: Ros) -> Ros:
     """The nodes of `system`, to be started."""
-    for part in split(system()):
-        save(part, ros.folder / f"{part.node.id}.rtm.xmi")
+    lay_out(system(), ros)
     return ros
 
 
@@ -235,6 +252,18 @@ def test_both_killed(plain: Ros) -> None:
     time.sleep(1.0)
     assert numbers(plain, "listener", "take") == ALL
     assert judged(plain, listener, talker).status == "conforms"
+
+
+def test_a_full_queue_loses_what_it_says(plain: Ros) -> None:
+    """A burst for a slow listener with a queue of 5: each word is taken once, or counted as lost."""
+    lay_out(system(word_count=60, limit=5), plain)
+    plain.node("listener", handlers=SLOW_LISTENER)
+    plain.node("talker", {"expected_subscribers.Spoken": 1})
+    plain.wait(lambda: "60" in numbers(plain, "listener", "take"), "the last word")
+    time.sleep(1.0)
+    takes, drops = numbers(plain, "listener", "take"), plain.records("listener", "drop")
+    assert {record["queue"] for record in drops} == {"subscriber"}
+    assert len(takes) == len(set(takes)) == 60 - sum(record["count"] for record in drops)
 
 
 def test_strangers_see_no_difference(plain: Ros) -> None:
