@@ -202,9 +202,7 @@ class Listener:
         """Take a message of the topic or service itself, sent at a time in nanoseconds."""
         arrival = Arrival(self._decode(ros_message), sent, more)
         content = content_of(arrival.message.data)
-        if self._recognition.recognise(content, sent, arrival):
-            return
-        self._catch_up()
+        self._catch_up()  # an older announcement of equal content must not take the place of its own
         if not self._recognition.recognise(content, sent, arrival):
             self._recognition.hold(content, sent, arrival)
             self._look_later()
