@@ -183,6 +183,11 @@ class Exchange:
         else:
             self._traffic.lost(port, queue, count)
 
+    def refuse(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
+        """Count something that came and is no message; the first is recorded."""
+        name = port.topic if isinstance(port, SubscriberPort) else port.service
+        self._traffic.refuse(port.channel, name, error)
+
     def requested(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Take a request."""
         self._servers[port].requested(message, answer)

@@ -131,7 +131,7 @@ class LocalNetwork:
     def _spread(self, topic: str, queue: _PublisherQueue) -> None:
         """Take a message from a publisher's queue to the dispatcher of every subscribing node."""
         message = queue.waiting.popleft()
-        if queue.port.durability == "transientLocal":
+        if queue.port.is_kept:
             queue.history.append(message)
             while len(queue.history) > queue.port.limit:
                 queue.history.popleft()
@@ -216,7 +216,7 @@ class LocalNetwork:
                 dispatcher = dispatchers[ports.node] = _Dispatcher(receiver, [subscriber])
                 for queue in self._publishers.get(subscriber.channel, {}).values():
                     dispatcher.history.extend(queue.again)
-                    if subscriber.durability == "transientLocal":
+                    if subscriber.is_kept:
                         dispatcher.history.extend(queue.history)
             for client in ports.clients:
                 self._clients[_client_key(client)] = _Client(receiver, client)

@@ -397,6 +397,10 @@ class Node:
         """Have a request sent again."""
         self._post(lambda: self.exchange.failed(port, message_id, reason))
 
+    def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
+        """Have it counted that something came that is no message."""
+        self._post(lambda: self.exchange.refuse(port, error))
+
     def dropped(self, port: Port, queue: Queue, count: int) -> None:
         """Have messages counted and recorded that a full queue lost."""
         self._post(lambda: self.exchange.lost(port, queue, count))

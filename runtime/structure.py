@@ -268,15 +268,13 @@ class _Reading:
                     continue
                 common = (port.channel, port.type or None, _mappings(port))
                 if isinstance(port, rtm.PublisherPort):
-                    ends = (place.id, self._copies(place))
-                    publishers.append(
-                        transport.PublisherPort(*common, port.topic, *ends, port.limit, *_quality(port))
-                    )
+                    ends = (port.topic, place.id, port.limit)
+                    made = (*_quality(port), self._copies(place))
+                    publishers.append(transport.PublisherPort(*common, *ends, *made))
                 elif isinstance(port, rtm.SubscriberPort):
-                    limits = (port.limit, port.dispatcherLimit)
-                    subscribers.append(
-                        transport.SubscriberPort(*common, port.topic, place.id, *limits, *_quality(port))
-                    )
+                    ends = (port.topic, place.id, port.limit)
+                    quality = (*_quality(port), port.dispatcherLimit)
+                    subscribers.append(transport.SubscriberPort(*common, *ends, *quality))
                 elif isinstance(port, rtm.ClientPort):
                     clients.append(transport.ClientPort(*common, port.service, *self._client(port, number)))
                 elif isinstance(port, rtm.ServerPort):
@@ -385,7 +383,7 @@ def _quality(port: rtm.PublisherPort | rtm.SubscriberPort) -> tuple[str, str]:
     """Return reliability and durability.
 
     Where the model does not say, nothing is lost when a node is down for a while. An existing type is that of
-    programs outside of the model, which have ROS's defaults: they hear no transient-local subscriber.
+    programs outside of the model, which have ROS's defaults: no transient-local subscriber hears them.
     """
     if port.qos is None:
         return "reliable", "transientLocal" if port.type is None else "volatile"

@@ -28,8 +28,6 @@ class Publisher:
     def send_again(self) -> None:
         """Publish again what the queue held when its process ended; receivers ignore what they have had.
 
-        Messages of an existing ROS type carry no ids: nobody could tell that they come again.
-
         Raises
         ------
         SendError
@@ -37,7 +35,7 @@ class Publisher:
         """
         transport = self._traffic.joined
         again = transport.publish_again if isinstance(transport, Repeating) else transport.publish
-        for message in tuple(self.history) if self.port.type is None else ():
+        for message in tuple(self.history):
             try:
                 again(self.port, message)
             except Exception as error:

@@ -39,7 +39,7 @@ class Traffic:
     drops : Counter
         Messages lost, by channel and queue.
     refused : Counter
-        Messages that were not taken, by channel: no plausible id, or data that does not fit.
+        Messages that were not taken, by channel: no plausible id, or an announcement of none.
     """
 
     def __init__(self, engine: Engine, loop: Loop, observer: Observer, run: str) -> None:
@@ -73,20 +73,24 @@ class Traffic:
         self.numbers[place] = self.numbers.get(place, 0) + 1
 
     def plausible(self, channel: str, name: str, message_id: str) -> bool:
-        """Return whether a message has a plausible id, or none; others are counted, the first is said.
-
-        Whoever sends one such message can send millions: no more than one line and record tells of them.
-        """
+        """Return whether a message has a plausible id, or none; others are refused."""
         try:
             parse_id(message_id)
         except MessageIdError as error:
-            self.refused[channel] += 1
-            if self.refused[channel] == 1:
-                text = f"a message of {name} is dropped: {error}; others like it are only counted"
-                LOG.error("%s", text)
-                self.tell_error(text, None)
+            self.refuse(channel, name, error)
             return False
         return True
+
+    def refuse(self, channel: str, name: str, error: Exception) -> None:
+        """Count a message that is not taken; the first is said.
+
+        Whoever sends one such message can send millions: no more than one line and record tells of them.
+        """
+        self.refused[channel] += 1
+        if self.refused[channel] == 1:
+            text = f"a message of {name} is dropped: {error}; others like it are only counted"
+            LOG.error("%s", text)
+            self.tell_error(text, None)
 
     def arriving(self, name: str, data: Data) -> Token | None:
         """Return the token of what arrives; None: it does not fit the token type, which is recorded."""

@@ -107,48 +107,63 @@ class Port:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PublisherPort(Port):
-    """Tokens of a place are published on a topic.
+class TopicPort(Port):
+    """One end of a topic.
 
     Attributes
     ----------
+    topic : str
+        Its name.
     place : str
         The place in the model.
-    places : tuple of str
-        The place as it runs: on a server page once for each server instance. They share the queue.
     limit : int
-        Capacity of the publisher's queue, the depth of its history.
+        Capacity of the queue.
     reliability : {"reliable", "bestEffort"}
     durability : {"volatile", "transientLocal"}
+        With an existing type, that of programs which know nothing of DiNeROS.
     """
 
     topic: str
     place: str
-    places: tuple[str, ...]
     limit: int
     reliability: str
     durability: str
 
+    @property
+    def is_kept(self) -> bool:
+        """Whether publishers keep their last messages for subscribers that come back."""
+        if self.type is None:
+            return self.durability == "transientLocal"
+        return self.reliability == "reliable"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SubscriberPort(Port):
-    """Messages of a topic become tokens of a place.
+class PublisherPort(TopicPort):
+    """Tokens of a place are published on a topic; the limit is the depth of its history.
 
     Attributes
     ----------
-    limit : int
-        Capacity of the subscriber's queue. The node itself keeps to it: what arrives while `limit` messages
-        wait for the node is dropped, counted and recorded.
+    places : tuple of str
+        The place as it runs: on a server page once for each server instance. They share the queue.
+    """
+
+    places: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SubscriberPort(TopicPort):
+    """Messages of a topic become tokens of a place.
+
+    The node itself keeps to the limit: what arrives while so many messages wait for it is dropped, counted
+    and recorded.
+
+    Attributes
+    ----------
     dispatcher_limit : int
         Capacity of the queue that all subscribers of the node to this topic share.
     """
 
-    topic: str
-    place: str
-    limit: int
     dispatcher_limit: int
-    reliability: str
-    durability: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -242,6 +257,9 @@ class Receiver(Protocol):
     def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
         """Learn that a request timed out or was not sent: it is recorded and sent again with the same id."""
 
+    def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
+        """Learn that something came that is no message; it is counted, and the first is recorded."""
+
     def dropped(self, port: Port, queue: Queue, count: int) -> None:
         """Learn that a full queue lost messages outside of `publish` and `message_arrived`."""
 
@@ -279,10 +297,10 @@ def check_of(transport: Transport, port: Port) -> Check | None:
 
 @runtime_checkable
 class Repeating(Protocol):
-    """A transport whose queues outlive its nodes: what was sent before a restart fills none of them."""
+    """A transport that tells what was sent before a restart from what is sent for the first time."""
 
     def publish_again(self, port: PublisherPort, message: Message) -> object:
-        """Send a message that was sent before; receivers that had it ignore it."""
+        """Send a message that was sent before to those who tell by its id whether they had it."""
 
 
 class Transport(Protocol):

@@ -54,7 +54,7 @@ def begin_within(replay: Replay, checkpoints: Checkpoints) -> None:
     Raises
     ------
     DinerosError
-        A channel has a message type of its own: without ids, nobody knows what was under way.
+        A channel has an existing message type: if its messages had no ids, nobody knows what was under way.
     """
     net = replay.net
     for node, checkpoint in checkpoints.items():
@@ -63,7 +63,7 @@ def begin_within(replay: Replay, checkpoints: Checkpoints) -> None:
     for channel in net.model.channels:
         if channel.id in net.typed_channels:
             raise DinerosError(
-                f"the traces begin within the run, and channel {channel.id} has messages without ids",
+                f"the traces begin within the run, and channel {channel.id} may have messages without ids",
                 hint="keep all parts of the traces",
             )
         if isinstance(channel, sym.TopicChannel):

@@ -170,7 +170,7 @@ class ConformanceNet:
 
     @cached_property
     def typed_channels(self) -> set[str]:
-        """Channels with a message type of their own, whose messages have no ids."""
+        """Channels with an existing message type: programs that give no ids may send there, too."""
         return {channel.id for channel in self.model.channels if channel.type}
 
     @cached_property

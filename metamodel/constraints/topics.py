@@ -28,14 +28,16 @@ def topic_has_subscriber(channel: sym.TopicChannel, index: Index) -> Outcome:
 
 @constraint(
     "messages of {it} are lost when a node goes on after a restart: {found}",
-    fix="drop its quality of service: the default is reliable, transientLocal, with the limits as depth",
+    fix="drop its quality of service: by default nothing is lost, and the limits are the depth",
     severity="warning",
-    guard=lambda channel, index: channel.type is None and channel.qos is not None,
+    guard=lambda channel, index: (
+        channel.qos is not None and (channel.type is None or len(channel.publishers) > 0)
+    ),
 )
 def topic_survives_restarts(channel: sym.TopicChannel, index: Index) -> Outcome:
     """A topic keeps its last messages for subscribers that come back, and sends again what was lost."""
     assert channel.qos is not None
-    if channel.qos.durability == sym.Durability.volatile:
+    if channel.type is None and channel.qos.durability == sym.Durability.volatile:
         return "it is volatile, so that nothing is kept for a subscriber that is down"
     return channel.qos.reliability == sym.Reliability.reliable or "it is bestEffort"
 

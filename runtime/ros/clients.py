@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from dineros.runtime.ros.codecs import Codecs
+from dineros.runtime.ros.companions import REQUESTS, Announcer
 from dineros.runtime.ros.messages import Codec
 from dineros.runtime.ros.quality import service_quality
 from dineros.runtime.ros.session import LOG, RosError
@@ -56,6 +57,7 @@ class _Client:
     entity: Any
     requests: Codec
     responses: Codec
+    announcer: Announcer | None
     call: _Call | None = None
 
 
@@ -98,7 +100,11 @@ class Clients:
         from rclpy.clock_type import ClockType
 
         interface, requests, responses = codecs.service(port)
+        announcer = None
         try:
+            if port.type is not None:
+                name = f"{self._node.resolve_service_name(port.service)}/{REQUESTS}"
+                announcer = Announcer(self._node, name, 1)
             entity = self._node.create_client(
                 interface,
                 port.service,
@@ -107,7 +113,7 @@ class Clients:
             )
         except Exception as error:
             raise RosError(f"the service {port.service!r} cannot be asked: {error}") from error
-        self._clients[port.channel, port.client] = _Client(port, entity, requests, responses)
+        self._clients[port.channel, port.client] = _Client(port, entity, requests, responses, announcer)
         if self._timer is None:
             self._timer = self._node.create_timer(
                 self._timeout,
@@ -138,6 +144,8 @@ class Clients:
 
     def _send(self, client: _Client, call: _Call) -> None:
         request = client.requests.encode(call.message)
+        if client.announcer is not None:
+            client.announcer.announce(call.message.id, request)
         call.look = 0.0
         future = client.entity.call_async(request)
         call.attempts.append(future)
@@ -221,4 +229,6 @@ class Clients:
             self._node.destroy_timer(timer)
         for client in self._clients.values():
             self._node.destroy_client(client.entity)
+            if client.announcer is not None:
+                client.announcer.close()
         self._clients.clear()

@@ -1,7 +1,7 @@
 """Tokens as messages of existing ROS interfaces: the model maps their fields to those of tokens.
 
 So a net talks to nodes that know nothing of it. Fields that no mapping names keep the interface's default on
-the way out, and the token's default on the way in. Messages carry no id.
+the way out, and the token's default on the way in. Messages have no field for an id: `companions` tell it.
 """
 
 from __future__ import annotations

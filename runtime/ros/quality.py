@@ -49,6 +49,20 @@ def signal_quality(*, is_kept: bool) -> Any:
     return QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE, durability=durability)
 
 
+def companion_depth(limit: int) -> int:
+    """Return the depth of a companion topic: what waits on the topic itself is always announced."""
+    return 2 * max(1, limit) + 16
+
+
+def companion_quality(depth: int) -> Any:
+    """Return the QoS profile of a companion topic, by which messages of existing types are announced."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+    return QoSProfile(
+        depth=depth, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
+    )
+
+
 def service_quality() -> Any:
     """Return the QoS profile of services."""
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy

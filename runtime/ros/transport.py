@@ -8,21 +8,25 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, cast
 
 from dineros.metamodel.ros_names import resource_names
 from dineros.runtime.ros.clients import Clients
 from dineros.runtime.ros.codecs import Codecs
+from dineros.runtime.ros.companions import MESSAGES, REQUESTS, Announcer, Listener
+from dineros.runtime.ros.messages import Codec
 from dineros.runtime.ros.parameters import (
     DISCOVERY_TIMEOUT,
     REQUEST_TIMEOUT,
     declare,
     subscriber_parameters,
 )
-from dineros.runtime.ros.quality import LossCounter, service_quality, topic_quality
+from dineros.runtime.ros.quality import SERVICE_DEPTH, LossCounter, service_quality, topic_quality
 from dineros.runtime.ros.session import LOG, RosError, Session
 from dineros.runtime.ros.signals import RosSignals
 from dineros.runtime.transport import (
+    Answer,
     Check,
     ClientPort,
     Message,
@@ -33,6 +37,16 @@ from dineros.runtime.transport import (
     ServerPort,
     SubscriberPort,
 )
+
+
+@dataclass(frozen=True)
+class _Outlet:
+    """A publisher, and what announces its messages where they have no field for an id."""
+
+    encode: Callable[[Message], Any]
+    publisher: Any
+    announcer: Announcer | None
+    has_ids: bool
 
 
 class RclpyTransport:
@@ -50,7 +64,7 @@ class RclpyTransport:
         self._seen = seen or {}
         self._session = session
         self._is_open = False
-        self._publishers: dict[tuple[str, str], tuple[Callable[[Message], Any], Any]] = {}
+        self._publishers: dict[tuple[str, str], _Outlet] = {}
         self._entities: list[tuple[Callable[[Any], Any], Any]] = []
         self._clients: Clients | None = None
         self._signals: RosSignals | None = None
@@ -93,6 +107,11 @@ class RclpyTransport:
 
     def _add_publisher(self, node: Any, port: PublisherPort, codecs: Codecs) -> None:
         interface, codec = codecs.topic(port)
+        announcer = None
+        if port.type is not None and port.is_kept:
+            name = f"{node.resolve_topic_name(port.topic)}/{MESSAGES}"
+            announcer = _made(name, lambda: Announcer(node, name, port.limit))
+            self._own(Announcer.close, announcer)
         publisher = self._own(
             node.destroy_publisher,
             _made(
@@ -105,7 +124,8 @@ class RclpyTransport:
                 ),
             ),
         )
-        self._publishers[port.channel, port.place] = (codec.encode, publisher)
+        has_ids = port.type is None or announcer is not None
+        self._publishers[port.channel, port.place] = _Outlet(codec.encode, publisher, announcer, has_ids)
         self._checks[port] = codec.check
 
     def _add_subscriber(self, node: Any, port: SubscriberPort, codecs: Codecs, receiver: Receiver) -> None:
@@ -115,14 +135,21 @@ class RclpyTransport:
         counter = LossCounter(self._seen.get(f"{port.channel}/{port.place}"))
         decode, arrived = codec.decode, receiver.message_arrived
 
-        def take(ros_message: Any, info: Any) -> None:
+        def accept(message: Message, info: Mapping[str, Any]) -> None:
             if self._is_open:
-                message = decode(ros_message)
                 sequence = info["publication_sequence_number"]
                 if again := counter.lost_at_restart(message.id, sequence):
                     receiver.dropped(port, "restart", again)
                 lost = counter.lost_before(message.id, sequence, subscription.get_publisher_count)
                 arrived(port, message, lost)
+
+        group = MutuallyExclusiveCallbackGroup()
+        if port.type is not None and port.is_kept:
+            take, group = self._with_companion(node, port, interface, codec, receiver, accept)
+        else:
+
+            def take(ros_message: Any, info: Mapping[str, Any]) -> None:
+                accept(decode(ros_message), info)
 
         subscription = self._own(
             node.destroy_subscription,
@@ -133,11 +160,72 @@ class RclpyTransport:
                     port.topic,
                     take,
                     topic_quality(port),
-                    callback_group=MutuallyExclusiveCallbackGroup(),
+                    callback_group=group,
                     qos_overriding_options=_overridable(port.place),
                 ),
             ),
         )
+
+    def _with_companion(
+        self,
+        node: Any,
+        port: SubscriberPort,
+        interface: Any,
+        codec: Codec,
+        receiver: Receiver,
+        accept: Callable[[Message, Mapping[str, Any]], None],
+    ) -> tuple[Callable[[Any, Mapping[str, Any]], None], Any]:
+        """Listen to what publishers announce; return what takes the messages of the topic, and its group."""
+        topic = node.resolve_topic_name(port.topic)
+        counter = LossCounter()
+
+        def publishers() -> int:
+            return int(node.count_publishers(topic))
+
+        def strange(message: Message, lost: int) -> None:
+            if self._is_open:
+                receiver.message_arrived(port, message, lost)
+
+        listener = self._listen(
+            node,
+            port,
+            f"{topic}/{MESSAGES}",
+            port.limit,
+            interface,
+            codec,
+            receiver,
+            senders=publishers,
+            announced=accept,
+            known=lambda message, lost: None,
+            strange=strange,
+        )
+
+        def take(ros_message: Any, info: Mapping[str, Any]) -> None:
+            if self._is_open:
+                lost = counter.lost_before("", info["publication_sequence_number"], publishers)
+                listener.arrived(ros_message, int(info["source_timestamp"]), lost)
+
+        return take, listener.group
+
+    def _listen(
+        self,
+        node: Any,
+        port: SubscriberPort | ServerPort,
+        name: str,
+        limit: int,
+        interface: Any,
+        codec: Codec,
+        receiver: Receiver,
+        **callbacks: Any,
+    ) -> Listener:
+        def refused(error: Exception) -> None:
+            if self._is_open:
+                receiver.refused(port, error)
+
+        listener = _made(
+            name, lambda: Listener(node, name, limit, interface, codec, refused=refused, **callbacks)
+        )
+        return cast("Listener", self._own(Listener.close, listener))
 
     def _add_server(self, node: Any, port: ServerPort, codecs: Codecs, receiver: Receiver) -> None:
         from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -148,6 +236,27 @@ class RclpyTransport:
         def hand_on(request: Any, response: Any) -> Any:
             return request
 
+        def requested(message: Message, answer: Answer) -> None:
+            if self._is_open:
+                receiver.request_arrived(port, message, answer)
+
+        group, listener = MutuallyExclusiveCallbackGroup(), None
+        if port.type is not None:
+            service_name = node.resolve_service_name(port.service)
+            listener = self._listen(
+                node,
+                port,
+                f"{service_name}/{REQUESTS}",
+                SERVICE_DEPTH,
+                interface.Request,
+                requests,
+                receiver,
+                senders=lambda: int(node.count_clients(service_name)),
+                announced=lambda message, info: None,
+                known=requested,
+                strange=requested,
+            )
+            group = listener.group
         service = self._own(
             node.destroy_service,
             _made(
@@ -157,7 +266,7 @@ class RclpyTransport:
                     port.service,
                     hand_on,
                     qos_profile=service_quality(),
-                    callback_group=MutuallyExclusiveCallbackGroup(),
+                    callback_group=group,
                 ),
             ),
         )
@@ -173,8 +282,10 @@ class RclpyTransport:
                     except Exception as error:
                         LOG.error("the response to %s of %s is not sent: %s", message.id, port.service, error)
 
-            if self._is_open:
-                receiver.request_arrived(port, requests.decode(request), answer)
+            if listener is None:
+                requested(requests.decode(request), answer)
+            elif self._is_open:
+                listener.arrived(request, int(header.source_timestamp), answer)
 
         # The executor calls this with what the callback returned, expecting the response at once. An async
         # callback would keep this executor busy until its response is there (rclpy before 7.1.9).
@@ -198,14 +309,24 @@ class RclpyTransport:
                 time.sleep(0.01)
 
     def _subscribers(self, port: PublisherPort) -> int:
-        _, publisher = self._publishers[port.channel, port.place]
-        return int(publisher.get_subscription_count())
+        return int(self._publishers[port.channel, port.place].publisher.get_subscription_count())
 
     def publish(self, port: PublisherPort, message: Message) -> bool:
         """Publish a message; ROS overwrites the oldest of a full queue, and the subscribers see the gap."""
-        encode, publisher = self._publishers[port.channel, port.place]
-        publisher.publish(encode(message))
+        outlet = self._publishers[port.channel, port.place]
+        ros_message = outlet.encode(message)
+        if outlet.announcer is not None:
+            outlet.announcer.announce(message.id, ros_message)
+        outlet.publisher.publish(ros_message)
         return True
+
+    def publish_again(self, port: PublisherPort, message: Message) -> None:
+        """Publish a message that was published before, for those who can tell by its id."""
+        outlet = self._publishers[port.channel, port.place]
+        if outlet.announcer is not None:
+            outlet.announcer.announce(message.id, outlet.encode(message), is_alone=True)
+        elif outlet.has_ids:
+            outlet.publisher.publish(outlet.encode(message))
 
     def request(self, port: ClientPort, message: Message) -> None:
         """Ask a service, as soon as it is there; a time-out is told to the receiver."""

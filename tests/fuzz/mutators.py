@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Sequence
+from copy import deepcopy
 from random import Random
 from typing import Any
 
@@ -250,13 +251,13 @@ def mutate_json(random: Random, seeds: Sequence[bytes]) -> bytes:
 def _changed(random: Random, value: Any, raw: list[str]) -> Any:
     places = _places(value)
     if not places:
-        return random.choice(_JSON_VALUES)
+        return deepcopy(random.choice(_JSON_VALUES))  # it is changed, perhaps put into itself
     holder, key = random.choice(places)
     match random.randrange(8):
         case 0:
             del holder[key]
         case 1:
-            holder[key] = random.choice(_JSON_VALUES)
+            holder[key] = deepcopy(random.choice(_JSON_VALUES))
         case 2:
             other, name = random.choice(places)
             holder[key] = json.loads(json.dumps(other[name]))

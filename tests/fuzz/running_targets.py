@@ -117,6 +117,16 @@ def message(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     return seeds.MESSAGES, attempt
 
 
+def announcement(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
+    """Read what is announced of a message of an existing ROS type."""
+    from dineros.runtime.ros.companions import read_announcement
+
+    def attempt(content: bytes) -> Outcome:
+        return refused_or(lambda: read_announcement(content.decode("utf-8", "replace")))
+
+    return seeds.ANNOUNCEMENTS, attempt
+
+
 def payload(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     """Read a payload of a bridge, and hand it to the one for MQTT as its client does."""
     from dineros.runtime.bridges.mqtt import MqttSignals

@@ -121,6 +121,10 @@ MESSAGES = [
     b'{"id": "waiter@5f0c/Served/12", "lost": 3, "data": {}}',
     b'{"id": "", "lost": 0, "data": {"dish": ""}}',
 ]
+ANNOUNCEMENTS = [
+    b'{"id": "ada@5f0c/Arrived/12", "content": "AAEAAAEAAAA=", "alone": false}',
+    b'{"id": "", "content": "", "alone": true}',
+]
 PAYLOADS = [b"true", b"OFF", b'{"value": true}', b'{"value": "on"}', b'{"Red": true, "Button": "off"}']
 REQUESTS = [
     b"PUT /signals/Button HTTP/1.1\nHost: localhost\nContent-Type: application/json\n\ntrue",

@@ -13,7 +13,7 @@ from random import Random
 
 from tests.fuzz import mutators, seeds
 from tests.fuzz.judging import REFUSED, Outcome, refused_or, run_command
-from tests.fuzz.running_targets import journal, live_page, message, mqtt, payload, rest_request
+from tests.fuzz.running_targets import announcement, journal, live_page, message, mqtt, payload, rest_request
 
 Attempt = Callable[[bytes], Outcome]
 MEMORY = ("--memory", "600M")
@@ -335,6 +335,7 @@ KINDS = {
     "orders": Kind(_orders, mutators.mutate_json),
     "sweep journal": Kind(_sweep_journal, mutators.mutate_json_lines),
     "message": Kind(message, mutators.mutate_json, share=200),
+    "announcement": Kind(announcement, mutators.mutate_json, share=200),
     "payload": Kind(payload, mutators.mutate_words, share=200),
     "MQTT": Kind(mqtt, mutators.mutate_words, share=10),
     "request": Kind(rest_request, mutators.mutate_words),

@@ -118,8 +118,10 @@ def test_a_message_that_comes_again_is_ignored() -> None:
     assert taken == ["a/said/1", "a/said/2", "b/said/1", "", ""]  # who gives no ids is not recognised
 
 
-def test_a_restarted_subscriber_gets_what_it_missed_once() -> None:
-    model = talk(6, durability="transientLocal")
+@pytest.mark.parametrize("type", [None, "std_msgs/msg/Empty"])
+def test_a_restarted_subscriber_gets_what_it_missed_once(type: str | None) -> None:
+    model = talk(6, durability="volatile" if type else "transientLocal")
+    model.channels[0].type = type
     network, talker, listener, _ = pair(model)
     for _ in range(3):
         talker.step()

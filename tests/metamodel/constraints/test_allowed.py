@@ -56,6 +56,14 @@ def test_topic_names(name: str) -> None:
     assert constraints_violated(small.net) == []
 
 
+def test_a_volatile_topic_of_an_existing_type() -> None:
+    """Nodes of DiNeROS lose nothing all the same; other programs hear no transient-local subscriber."""
+    small = system()
+    assert small["chatter"].type is not None
+    small["chatter"].qos = sym.QualityOfService(durability="volatile")
+    assert constraints_violated(small.net) == []
+
+
 def test_several_subscribers_and_responses_on_one_place() -> None:
     small = system()
     page = sym.CallbackPage(id="inbox", page=small["talker"])

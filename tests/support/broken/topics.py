@@ -42,7 +42,7 @@ def untyped(small: Small) -> sym.TopicChannel:
     "topic-survives-restarts",
     "messages of topic channel 'chatter' are lost when a node goes on after a restart: it is volatile, so "
     "that nothing is kept for a subscriber that is down",
-    "drop its quality of service: the default is reliable, transientLocal, with the limits as depth",
+    "drop its quality of service: by default nothing is lost, and the limits are the depth",
 )
 def volatile_topic(small: Small) -> None:
     untyped(small).qos = sym.QualityOfService()
@@ -51,10 +51,10 @@ def volatile_topic(small: Small) -> None:
 @CASES.breaks(
     "topic-survives-restarts",
     "messages of topic channel 'chatter' are lost when a node goes on after a restart: it is bestEffort",
-    "drop its quality of service: the default is reliable, transientLocal, with the limits as depth",
+    "drop its quality of service: by default nothing is lost, and the limits are the depth",
 )
 def best_effort_topic(small: Small) -> None:
-    untyped(small).qos = sym.QualityOfService(durability="transientLocal", reliability="bestEffort")
+    small["chatter"].qos = sym.QualityOfService(reliability="bestEffort")
 
 
 @CASES.breaks(
