@@ -14,7 +14,7 @@ from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import save
 from dineros.metamodel.records import read_trace, traces_of_runs
-from dineros.transformations.split import split
+from dineros.transformations.flattening.split import split
 from tests.runtime.ros.conftest import PATIENCE, Process, Ros
 
 WORDS = 6
