@@ -39,6 +39,7 @@ demo: install ## Run the case study
 test: install ## Run every check, then the tests
 	@echo "Lint (ruff check)" && $(python) -m ruff check --quiet $(checked)
 	@echo "Format (ruff format --check)" && $(python) -m ruff format --quiet --check $(checked) || { echo "make format mends this"; exit 1; }
+	@echo "Browser code (biome check, tsc --strict)" && tools/check-browser
 	@echo "Types (mypy --strict)" && $(python) tools/typecheck.py --no-error-summary
 	@echo "Generated code (dineros.metamodel.generate --check)" && $(python) -m dineros.metamodel.generate --check
 ifneq ($(wildcard mkdocs.yml),)
@@ -54,6 +55,7 @@ regenerate: install ## Generate the typed API from the .ecore files
 format: install ## Format the code, mend what ruff can
 	@$(python) -m ruff check --fix $(checked)
 	@$(python) -m ruff format $(checked)
+	@tools/check-browser --write
 
 .PHONY: benchmark
 benchmark: install ## Run every benchmark
@@ -80,5 +82,5 @@ audit: install $(maintenance)/.installed ## Ask for known holes in what is insta
 
 .PHONY: clean
 clean: ## Remove .venv and everything built
-	@rm -rf .venv build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	@rm -rf .venv node_modules build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +

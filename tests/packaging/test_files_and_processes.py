@@ -27,6 +27,7 @@ OTHERWISE_OPENED = {
     "runtime/ros/memory.py": "shared memory; links are not followed",
     "runtime/ros/wheels.py": "files of the installed ROS 2",
     "views/live/remembering.py": "the state of the user, readable for nobody else",
+    "views/javascript/modules.py": "our scripts",
     "views/javascript/server.py": "our scripts",
     "views/nets/page.py": "our scripts and styles",
     "views/nets/svg.py": "our styles",

@@ -74,7 +74,8 @@ class Layouter:
         Parameters
         ----------
         scripts : sequence of str
-            Files of `dineros.views` that are loaded before, once in a process.
+            Files of `dineros.views` that are loaded before, once in a process. Those in ``static/`` are
+            modules: what they export is global then, and what they import from is loaded with them.
         function : str
             An expression of JavaScript.
         *arguments

@@ -19,12 +19,16 @@ from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from dineros.views.javascript.frames import receive, send
+from dineros.views.javascript.modules import linked
 
 if TYPE_CHECKING:
     from py_mini_racer import MiniRacer
 
 DIES = "DINEROS_LAYOUTER"
 """With the value ``dies`` in the environment, every request ends the process by SIGSEGV: for tests."""
+
+MODULES = "static/"
+"""Where the files are modules; what one exports is global here."""
 
 # What ELK expects of a browser: a global object, and timers, which need not wait here.
 _BROWSER = """
@@ -88,7 +92,10 @@ def _engine(scripts: tuple[str, ...]) -> MiniRacer:
     engine = MiniRacer()
     engine.eval(_BROWSER + _SERVE)
     for name in scripts:
-        engine.eval(files("dineros.views").joinpath(name).read_text(encoding="utf-8"))
+        if name.startswith(MODULES):
+            engine.eval(f"Object.assign(globalThis, {linked(name.removeprefix(MODULES))})")
+        else:
+            engine.eval(files("dineros.views").joinpath(name).read_text(encoding="utf-8"))
     return engine
 
 

@@ -7,20 +7,7 @@ from typing import Any
 
 from dineros.views.javascript.client import evaluate
 
-SCRIPTS = (
-    "net_stored.js",
-    "net_order.js",
-    "net_pieces.js",
-    "net_blocks.js",
-    "net_lines.js",
-    "net_captions.js",
-    "net_drawn.js",
-    "net_layout.js",
-    "net_renderer.js",
-)
-"""What lays nets out and draws them, here and in browsers, besides ELK."""
-
-_FILES = ("vendor/elk/elk.bundled.js", *(f"static/{name}" for name in SCRIPTS))
+_FILES = ("vendor/elk/elk.bundled.js", "static/net/elk.js")
 
 
 def is_there() -> bool:
@@ -43,24 +30,5 @@ def layout_by_elk(view: dict[str, Any]) -> dict[str, Any]:
     LayouterError
         Its process is not there, has ended, or took too long.
     """
-    result: dict[str, Any] = evaluate(
-        _FILES, "(view) => NetLayout.layout(view, globalThis.netElk ??= new ELK())", view
-    )
+    result: dict[str, Any] = evaluate(_FILES, "layoutByElk", view)
     return result
-
-
-def visible_by_script(view: dict[str, Any]) -> dict[str, Any]:
-    """Return the visible part of a view as pages in a browser compute it."""
-    result: dict[str, Any] = evaluate(_FILES, "NetLayout.visible", view)
-    return result
-
-
-def around_by_script(view: dict[str, Any], ids: list[str], steps: int) -> dict[str, Any]:
-    """Return the neighbourhood of some elements as pages in a browser compute it."""
-    result: dict[str, Any] = evaluate(_FILES, "NetLayout.around", view, ids, steps)
-    return result
-
-
-def markup_by_script(positioned: dict[str, Any], marking: dict[str, int]) -> str:
-    """Return the SVG of a positioned net as pages in a browser draw it."""
-    return str(evaluate(_FILES, "NetRenderer.markup", positioned, marking))

@@ -1,6 +1,7 @@
 """Shapes of nodes and collapsed boxes: their size and their SVG, around the point (0, 0).
 
-Tokens are not part of a glyph, since they change; `dineros.views.nets.svg` and `net_renderer.js` draw them.
+Tokens are not part of a glyph, since they change: `dineros.views.nets.svg` and `static/net/renderer.js` draw
+them.
 """
 
 from __future__ import annotations

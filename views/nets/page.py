@@ -12,14 +12,13 @@ from typing import Any
 from jinja2 import Template
 from markupsafe import Markup
 
-from dineros.views.nets.elk import SCRIPTS
+from dineros.views.javascript.modules import linked
 from dineros.views.nets.legend import legend_svg
 from dineros.views.nets.model import ViewModel
 from dineros.views.nets.placing import layout
 from dineros.views.policy import content_policy
 
-_STYLES = ("net.css", "net_page.css")
-_SCRIPTS = (*SCRIPTS, "net_pan.js", "net_page.js")
+_STYLES = ("net.css", "page.css")
 _KEYS = (
     ("/ or f", "search"),
     ("arrows, + and -", "move, zoom; also by dragging and the wheel"),
@@ -48,8 +47,8 @@ def to_html(view: ViewModel) -> str:
         The view cannot be laid out.
     """
     places, transitions = (sum(node.kind == kind for node in view.nodes) for kind in ("place", "transition"))
-    script = "\n" + "".join(map(_static, _SCRIPTS))
-    template = Template(_static("net_page.html.j2"), autoescape=True, keep_trailing_newline=True)
+    script = linked("net/page.js")
+    template = Template(_static("page.html.j2"), autoescape=True, keep_trailing_newline=True)
     page: str = template.render(
         title=view.title,
         kind=f"{view.kind}, {places} places, {transitions} transitions",
@@ -66,7 +65,7 @@ def to_html(view: ViewModel) -> str:
 
 
 def _static(name: str) -> str:
-    return (files("dineros.views") / "static" / name).read_text(encoding="utf-8")
+    return (files("dineros.views") / "static" / "net" / name).read_text(encoding="utf-8")
 
 
 def _data(value: Any) -> Markup:

@@ -1,4 +1,4 @@
-"""The visible part of a view: collapsed boxes hide what is in them; on pages `NetLayout.visible` does so."""
+"""The visible part of a view: collapsed boxes hide their content. On pages `static/net/shown.js` does so."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Sheets whose elements an editor arranged keep that arrangement: the rules of `net_stored.js`, for Graphviz.
+"""Sheets whose elements an editor arranged keep that arrangement, also with Graphviz.
 
-A sheet is a page, or the whole picture. A test holds both to the same rules.
+A sheet is a page, or the whole picture. A test holds this and `static/net/stored.js` to the same rules.
 """
 
 from __future__ import annotations

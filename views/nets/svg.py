@@ -1,4 +1,4 @@
-"""Positioned nets as SVG. `net_renderer.js` makes the same markup in browsers; a test compares the two."""
+"""Positioned nets as SVG. `static/net/renderer.js` makes the same markup in browsers: a test compares."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _shown(positioned: Mapping[str, Any], id: str) -> str:
 @cache
 def stylesheet(theme: Theme) -> str:
     """Return the style of a theme, without variables: not every program that shows SVG knows them."""
-    text = (files("dineros.views") / "static" / "net.css").read_text(encoding="utf-8")
+    text = (files("dineros.views") / "static" / "net" / "net.css").read_text(encoding="utf-8")
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
     themes = re.findall(r"[^{}]*\{\s*--net-[^}]*\}", text)  # light, then what differs in dark
     values: dict[str, str] = {}

@@ -1,33 +1,15 @@
-"""The browser code of the Trace Visualizer, which draws its figures as well."""
+"""Style and frame of the Trace Visualizer's pages."""
 
 from __future__ import annotations
 
 from functools import cache
 from importlib.resources import files
 
-DRAWING = ("data", "scale", "surface", "draw", "causes", "rows", "figure")
-"""What draws, in the order it is loaded; needs no browser."""
-
-PAGE = ("view", "labels", "detail", "net_pane", "conditions", "breakpoints", "tools", "keys", "page")
-"""What makes it a page."""
-
-
-@cache
-def script(*names: str) -> str:
-    """Return scripts of `static/trace`, one after the other."""
-    return "\n".join(_read(f"trace/{name}.js") for name in names)
-
-
-@cache
-def net_script() -> str:
-    """Return the script that draws nets."""
-    return _read("net_renderer.js")
-
 
 @cache
 def style() -> str:
     """Return the style sheet of the page."""
-    return _read("net.css") + _read("trace/trace.css")
+    return _read("net/net.css") + _read("trace/trace.css")
 
 
 @cache

@@ -7,7 +7,6 @@ from typing import Any, Literal
 
 from dineros.metamodel.errors import DinerosError
 from dineros.views.javascript.client import evaluate, say_once
-from dineros.views.traces.assets import DRAWING
 from dineros.views.traces.plain import plain_figure
 
 Theme = Literal["light", "dark"]
@@ -30,8 +29,8 @@ def trace_svg(views: Sequence[dict[str, Any]], theme: Theme = "light", **options
     """
     try:
         figure: str = evaluate(
-            [f"static/trace/{name}.js" for name in DRAWING],
-            "DinerosTrace.figure",
+            ["static/trace/figure.js"],
+            "figure",
             list(views),
             {"theme": theme, **options},
         )

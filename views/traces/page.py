@@ -8,8 +8,9 @@ from typing import Any
 from jinja2 import Environment
 from markupsafe import Markup
 
+from dineros.views.javascript.modules import linked
 from dineros.views.policy import content_policy
-from dineros.views.traces.assets import DRAWING, PAGE, net_script, script, style, template
+from dineros.views.traces.assets import style, template
 
 
 def trace_page(content: dict[str, Any], *, title: str) -> str:
@@ -23,8 +24,8 @@ def trace_page(content: dict[str, Any], *, title: str) -> str:
     title : str
         Title of the page.
     """
-    scripts = _scripts()
-    return _page(content, title, scripts, content_policy([scripts]))
+    script = linked("trace/main.js")
+    return _page(content, title, script, content_policy([script]))
 
 
 def live_page(connect: str) -> tuple[str, str]:
@@ -35,21 +36,16 @@ def live_page(connect: str) -> tuple[str, str]:
     connect : str
         Where the page may connect to.
     """
-    scripts = _scripts("live")
-    return _page({"live": True}, "live", scripts, None), content_policy([scripts], connect=connect)
+    script = linked("trace/live.js")
+    return _page({}, "live", script, None), content_policy([script], connect=connect)
 
 
-def _scripts(*more: str) -> str:
-    parts = [net_script(), script(*DRAWING, *PAGE), script(*more), "DinerosTrace.start();"]
-    return "\n".join(["", *parts, ""])
-
-
-def _page(content: dict[str, Any], title: str, scripts: str, policy: str | None) -> str:
+def _page(content: dict[str, Any], title: str, script: str, policy: str | None) -> str:
     data = json.dumps(content, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     return (
         Environment(autoescape=True)
         .from_string(template())
         .render(
-            policy=policy, title=title, style=Markup(style()), script=Markup(scripts), content=Markup(data)
+            policy=policy, title=title, style=Markup(style()), script=Markup(script), content=Markup(data)
         )
     )

@@ -135,7 +135,7 @@ def test_who_looks_elsewhere_is_left_there(tmp_path: Path, visit: NewVisit, serv
     add(page, "request")
     page.keyboard.press("Home")
     append(tmp_path / "run", second + third)
-    wait_until(page, "dinerosTrace.breakpoints.steps().length === 2")
+    wait_until(page, "dinerosTrace.breakpoints.steps.length === 2")
     assert page.evaluate("dinerosTrace.cursor") == 0
     page.keyboard.press(".")
     assert page.evaluate("dinerosTrace.cursor") == hits(page)[0]

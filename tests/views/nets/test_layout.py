@@ -12,8 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import load
+from dineros.views.javascript.client import evaluate
 from dineros.views.nets import around, collapse, layout, view_of
-from dineros.views.nets.elk import layout_by_elk, visible_by_script
+from dineros.views.nets.elk import layout_by_elk
 from dineros.views.nets.graphviz import layout_by_graphviz
 from dineros.views.nets.shown import visible
 from tests.support.layouter import needs_layouter
@@ -80,7 +81,7 @@ def test_collapsed_boxes_hide_their_content(collapsed: list[str] | None) -> None
 def test_python_and_pages_agree_on_what_is_visible() -> None:
     for collapsed in ([], ["executor"], ["Safety", "PickServer", "RobotControllerL"], None):
         view = json.loads(json.dumps(collapse(view_of(case_study()), collapsed).to_json()))
-        assert visible(view) == visible_by_script(view)
+        assert visible(view) == evaluate(["static/net/shown.js"], "visible", view)
 
 
 @needs_layouter

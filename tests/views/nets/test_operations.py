@@ -12,6 +12,7 @@ from dineros.metamodel import elements, pn, sym
 from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.errors import DinerosError, UnknownElementError
 from dineros.metamodel.settings import apply
+from dineros.views.javascript.client import evaluate
 from dineros.views.nets import (
     ViewModel,
     around,
@@ -23,7 +24,6 @@ from dineros.views.nets import (
     view_of,
     with_badges,
 )
-from dineros.views.nets.elk import around_by_script
 from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
 from tests.views.nets.samples import case_study
@@ -76,7 +76,8 @@ def test_python_and_pages_agree_on_neighbourhoods(data: st.DataObject) -> None:
     ids = data.draw(st.lists(st.sampled_from(known), min_size=1, max_size=3, unique=True))
     steps = data.draw(st.integers(0, 4))
     expected = json.loads(json.dumps(around(view, ids, steps).to_json()))
-    assert around_by_script(view.to_json(), ids, steps) == expected
+    found = evaluate(["static/net/shown.js"], "around", view.to_json(), ids, steps)
+    assert found == expected
 
 
 def test_only_large_views_are_collapsed_by_themselves() -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from dineros.views.javascript.modules import linked
 from dineros.views.nets import ViewModel, collapse, compare, save_picture, view_of
 from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
@@ -241,11 +242,12 @@ def test_names_cannot_become_markup(visit: Visits, tmp_path: Path) -> None:
 def test_marking_signals_and_highlights_change_without_drawing_anew(visit: Visits, study_page: Path) -> None:
     page = opened(visit(), study_page)
     result = page.evaluate(
-        """() => {
+        f"const {{ DrawnNet }} = {linked('net/renderer.js')};"
+        """
           const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
           document.body.append(svg);
           const positioned = JSON.parse(document.getElementById("positioned").textContent);
-          const picture = NetRenderer.draw(svg, positioned, {marking: {Safe: 7}});
+          const picture = new DrawnNet(svg, positioned, {Safe: 7});
           const tokens = (id) => picture.element(id).querySelector(".tokens");
           const dots = (id) => tokens(id).textContent || tokens(id).querySelectorAll("circle").length;
           const before = [dots("Safe"), dots("Safe@PickServer"), dots("Unsafe")];
@@ -255,10 +257,10 @@ def test_marking_signals_and_highlights_change_without_drawing_anew(visit: Visit
           picture.highlight(["TStop", "TPick-Safe@PickServer", "nobody"]);
           const marked = [...svg.querySelectorAll(".marked")].map((one) => one.dataset.id);
           picture.highlight([]);
-          return {before, after: [dots("Safe"), dots("Safe@PickServer"), dots("Unsafe"), dots("StateGet")],
+          ({before, after: [dots("Safe"), dots("Safe@PickServer"), dots("Unsafe"), dots("StateGet")],
             same: group === picture.element("Safe"), marked, left: svg.querySelectorAll(".marked").length,
-            danger: picture.element("Danger").getAttribute("class")};
-        }"""
+            danger: picture.element("Danger").getAttribute("class")});
+        """
     )
     assert result == {
         "before": ["7", "7", 1],

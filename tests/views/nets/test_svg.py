@@ -10,8 +10,8 @@ import pytest
 from lxml import etree
 
 from dineros.metamodel.errors import DinerosError
+from dineros.views.javascript.client import evaluate
 from dineros.views.nets import compare, layout, to_png, to_svg, view_of, with_badges
-from dineros.views.nets.elk import markup_by_script
 from dineros.views.nets.legend import legend_svg
 from dineros.views.nets.measures import text_width, wrap
 from dineros.views.nets.svg import markup
@@ -52,7 +52,9 @@ def test_python_and_pages_draw_the_same(name: str) -> None:
     view = with_badges(compare(view_of(talker()), view), {view.nodes[0].id: "1"})
     positioned = layout(view)
     marking = {node.id: number for number, node in enumerate(view.nodes)}
-    assert markup(positioned, marking) == markup_by_script(positioned, marking)
+    assert markup(positioned, marking) == evaluate(
+        ["static/net/renderer.js"], "netMarkup", positioned, marking
+    )
 
 
 def test_names_clauses_and_channels_can_be_read(picture: dict[str, Any]) -> None:

@@ -42,7 +42,7 @@ def listed(page: Page) -> list[str]:
 def hits(page: Page, text: str = "") -> list[int]:
     found: list[int] = page.evaluate(
         "(text) => text ? dinerosTrace.breakpoints.watches.find((one) => one.condition.text === text).hits"
-        " : dinerosTrace.breakpoints.steps()",
+        " : dinerosTrace.breakpoints.steps",
         text,
     )
     return found
@@ -221,7 +221,7 @@ def test_breakpoints_on_20_000_steps(tmp_path: Path, visit: NewVisit) -> None:
     assert len(hits(page, "signal(Danger)")) == 2_500
     took = page.evaluate(
         "(() => { const before = performance.now(), { breakpoints } = dinerosTrace;"
-        " breakpoints.add(DinerosTrace.parseCondition('SensorRes >= 1'));"
+        " breakpoints.field.value = 'SensorRes >= 1'; breakpoints.submit();"
         " breakpoints.jump(1); dinerosTrace.view.paint();"
         " return (performance.now() - before) / 1000; })()"
     )

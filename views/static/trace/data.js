@@ -1,162 +1,239 @@
 // A trace in memory: its steps, what happened on each lane, and the marking after any step.
-(function (T) {
-  "use strict";
 
-  const EVERY = 256; // steps between two kept markings
+/** @import { FilledLane, Growth, Lane, Literal, Mark, Step, View } from "./types.js" */
+/** @typedef {Map<number, number>} Marking  tokens by number of the place */
 
-  /** Index of the last element <= value in a sorted array, or -1. */
-  T.lastAtMost = function (sorted, value) {
-    let low = 0, high = sorted.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (sorted[middle] <= value) low = middle + 1; else high = middle;
+const EVERY = 256; // steps between two kept markings
+
+/**
+ * Index of the last element <= value in a sorted array, or -1.
+ *
+ * @type {(sorted: ArrayLike<number>, value: number) => number}
+ */
+export function lastAtMost(sorted, value) {
+  let low = 0;
+  let high = sorted.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (sorted[middle] <= value) low = middle + 1;
+    else high = middle;
+  }
+  return low - 1;
+}
+
+export class Data {
+  /** @type {Step[]} */
+  steps = [];
+  /** Seconds from the first step, never falling. @type {number[]} */
+  times = [];
+  /** @type {number | null} */
+  start = null;
+  /** @type {FilledLane[]} */
+  lanes = [];
+  /** Numbers of transitions that fire. @type {Set<number | undefined>} */
+  fired = new Set();
+  /** Steps with a lost message or an error. @type {number[]} */
+  alarms = [];
+
+  /** @param {View} view */
+  constructor(view) {
+    this.view = view;
+    this.nodes = view.nodes;
+    this.places = view.places;
+    this.transitions = view.transitions;
+    this.texts = view.texts;
+    this.loop = view.loop;
+    this.cause = view.cause;
+    this.causal = new Set(view.cause?.steps);
+    this.own = new Set(view.modelPlaces);
+    /** @type {Marking} */
+    this.last = new Map(view.initial);
+    this.kept = [new Map(this.last)];
+    for (const lane of view.lanes) this.addLane(lane);
+    for (const step of view.steps) this.addStep(step);
+  }
+
+  get length() {
+    return this.steps.length;
+  }
+
+  get timed() {
+    return this.start !== null;
+  }
+
+  /** @param {Lane} lane */
+  addLane(lane) {
+    this.lanes.push({ ...lane, index: this.lanes.length, at: [], marks: [], calls: [] });
+  }
+
+  /** @param {Step} step */
+  addStep(step) {
+    const index = this.steps.length;
+    this.steps.push(step);
+    const before = index ? this.times[index - 1] : 0;
+    if (step.w !== undefined) {
+      this.start ??= step.w;
+      this.times.push(Math.max(step.w - this.start, before));
+    } else this.times.push(before);
+    if (step.e === "fire") this.fired.add(step.t);
+    if (step.e === "drop" || step.e === "error") this.alarms.push(index);
+    for (const [lane, ...mark] of step.m ?? []) addMark(this.lanes[lane], index, mark);
+    this.change(this.last, index);
+    if (index % EVERY === EVERY - 1) this.kept.push(new Map(this.last));
+  }
+
+  /** @param {Growth} growth */
+  append(growth) {
+    this.nodes.push(...(growth.nodes ?? []));
+    this.places.push(...(growth.places ?? []));
+    this.transitions.push(...(growth.transitions ?? []));
+    this.texts.push(...(growth.texts ?? []));
+    for (const lane of growth.lanes ?? []) this.addLane(lane);
+    for (const step of growth.steps) this.addStep(step);
+  }
+
+  /** The trace as it is now. @type {() => View} */
+  snapshot() {
+    const { nodes, places, transitions, texts, steps } = this;
+    const lanes = this.lanes.map(({ index: _, at: _at, marks: _marks, calls: _calls, ...lane }) => lane);
+    return { ...this.view, nodes, places, transitions, texts, steps, lanes };
+  }
+
+  /**
+   * @param {Marking} marking
+   * @param {number} index
+   */
+  change(marking, index) {
+    const change = this.steps[index].c ?? [];
+    for (let i = 0; i < change.length; i += 2)
+      marking.set(change[i], (marking.get(change[i]) ?? 0) + change[i + 1]);
+  }
+
+  /** The marking after a step; -1 is before the first. @type {(step: number) => Marking} */
+  marking(step) {
+    const kept = Math.min(Math.floor((step + 1) / EVERY), this.kept.length - 1);
+    const marking = new Map(this.kept[kept]);
+    for (let i = kept * EVERY; i <= step; i++) this.change(marking, i);
+    return marking;
+  }
+
+  /** Value or level of a lane after a step. @type {(lane: FilledLane, step: number) => number} */
+  level(lane, step) {
+    const found = lastAtMost(lane.at, step);
+    return found < 0 ? lane.initial : lane.marks[found][1];
+  }
+
+  /**
+   * Whether a place stands in the model itself; the others the rules made.
+   *
+   * @type {(place: string) => boolean}
+   */
+  inModel(place) {
+    return !this.own.size || this.own.has(place) || this.own.has(prototypeOf(place));
+  }
+
+  /** @param {string} name */
+  signal(name) {
+    return this.lanes.find((lane) => lane.kind === "signal" && lane.id === name);
+  }
+
+  /** @param {number} step */
+  text(step) {
+    return this.texts[this.steps[step].x];
+  }
+
+  /** The node that does a step. @type {(step: number) => string | null} */
+  node(step) {
+    const { n } = this.steps[step];
+    return n === undefined ? null : this.nodes[n];
+  }
+
+  /** The transition that a step is about. @type {(step: number) => string | null} */
+  transition(step) {
+    const { t } = this.steps[step];
+    return t === undefined ? null : this.transitions[t];
+  }
+
+  /** Transitions of the model that never fire. */
+  silent() {
+    const fired = new Set([...this.fired].map((index) => index !== undefined && this.transitions[index]));
+    return this.view.known.filter((name) => !fired.has(name));
+  }
+
+  /**
+   * The clause of a step's transition: each literal with its value before the step, and the deciding ones.
+   *
+   * @param {number} step
+   */
+  clause(step) {
+    const name = this.transition(step);
+    if (!name || (this.steps[step].e !== "fire" && this.steps[step].e !== "error")) return null;
+    const clause = this.view.clauses[name] ?? this.view.clauses[prototypeOf(name)];
+    if (!clause) return null;
+    const disjunctions = clause.cnf.map((literals) =>
+      literals.map(([signal, negated]) => this.literal(signal, negated, step - 1)),
+    );
+    // A disjunction holds since its first literal that still holds; the clause since its last disjunction
+    // does.
+    /** @type {Literal | null} */
+    let latest = null;
+    for (const literals of disjunctions) {
+      const holding = literals.filter((literal) => literal.holds);
+      if (!holding.length) continue;
+      const first = holding.reduce((a, b) => (a.since <= b.since ? a : b));
+      if (latest === null || first.since > latest.since) latest = first;
     }
-    return low - 1;
-  };
+    if (latest) latest.deciding = true;
+    return { text: clause.text, disjunctions };
+  }
 
-  T.Data = class {
-    constructor(view) {
-      this.view = view;
-      this.nodes = view.nodes;
-      this.places = view.places;
-      this.transitions = view.transitions;
-      this.texts = view.texts;
-      this.steps = [];
-      this.times = []; // seconds from the first step, never falling
-      this.start = null;
-      this.lanes = [];
-      this.kept = [new Map(view.initial)];
-      this.last = new Map(view.initial);
-      this.fired = new Set();
-      this.cause = view.cause || null; // {first, steps, decided}: where the outcome may have begun
-      this.causal = new Set(this.cause ? this.cause.steps : []);
-      this.alarms = []; // steps with a lost message or an error
-      view.lanes.forEach((lane) => this.addLane(lane));
-      view.steps.forEach((step) => this.addStep(step));
-    }
+  /** @type {(signal: string, negated: boolean, step: number) => Literal} */
+  literal(signal, negated, step) {
+    const lane = this.signal(signal);
+    if (!lane) return { signal, negated, value: null, holds: null, since: -1, deciding: false };
+    const value = Boolean(this.level(lane, step));
+    const since = lane.at[lastAtMost(lane.at, step)] ?? -1;
+    return { signal, negated, value, holds: value !== negated, since, deciding: false };
+  }
+}
 
-    get length() { return this.steps.length; }
-    get timed() { return this.start !== null; }
-    get loop() { return this.view.loop; }
+/** @type {(lane: FilledLane, index: number, mark: Mark) => void} */
+function addMark(lane, index, mark) {
+  lane.at.push(index);
+  lane.marks.push(mark);
+  if (lane.kind !== "client") return;
+  const [letter, number, instance] = mark;
+  lane.calls[number - 1] ??= { number, first: index, timeouts: [] };
+  const call = lane.calls[number - 1];
+  if (letter === "q") call.request = index;
+  else if (letter === "s") {
+    call.serve = index;
+    call.instance = instance;
+  } else if (letter === "r") call.reply = index;
+  else if (letter === "a") call.response = index;
+  else call.timeouts.push(index);
+}
 
-    addLane(lane) {
-      // `at` and `marks` go side by side: the step of each mark, and the mark without the lane's number.
-      this.lanes.push({ ...lane, index: this.lanes.length, at: [], marks: [], calls: [] });
-    }
+/** Id in the system model of an element of a server instance. @type {(name: string) => string} */
+export function prototypeOf(name) {
+  const match = /^.+?\[\d+\]\.(.+)$/.exec(name);
+  return match ? prototypeOf(match[1]) : name;
+}
 
-    addStep(step) {
-      const index = this.steps.length;
-      this.steps.push(step);
-      if (step.w !== undefined) {
-        if (this.start === null) this.start = step.w;
-        this.times.push(Math.max(step.w - this.start, index ? this.times[index - 1] || 0 : 0));
-      } else this.times.push(index ? this.times[index - 1] : 0);
-      if (step.e === "fire") this.fired.add(step.t);
-      if (step.e === "drop" || step.e === "error") this.alarms.push(index);
-      for (const [lane, ...mark] of step.m || []) this.addMark(this.lanes[lane], index, mark);
-      this.change(this.last, index, 1);
-      if (index % EVERY === EVERY - 1) this.kept.push(new Map(this.last));
-    }
+/** Identity of a lane over two traces. @type {(lane: Lane) => string} */
+export const laneKey = (lane) => [lane.kind, lane.id, lane.channel, lane.queue].join("|");
 
-    addMark(lane, index, mark) {
-      lane.at.push(index);
-      lane.marks.push(mark);
-      if (lane.kind !== "client") return;
-      const [letter, number, instance] = mark;
-      const call = (lane.calls[number - 1] ||= { number, first: index, timeouts: [] });
-      if (letter === "q") call.request = index;
-      else if (letter === "s") { call.serve = index; call.instance = instance; }
-      else if (letter === "r") call.reply = index;
-      else if (letter === "a") call.response = index;
-      else call.timeouts.push(index);
-    }
-
-    append(change) {
-      for (const table of ["nodes", "places", "transitions", "texts"]) this[table].push(...(change[table] || []));
-      (change.lanes || []).forEach((lane) => this.addLane(lane));
-      change.steps.forEach((step) => this.addStep(step));
-    }
-
-    change(marking, index, sign) {
-      const change = this.steps[index].c || [];
-      for (let i = 0; i < change.length; i += 2) {
-        marking.set(change[i], (marking.get(change[i]) || 0) + sign * change[i + 1]);
-      }
-    }
-
-    /** Tokens by number of the place after a step; -1 is before the first. */
-    marking(step) {
-      const kept = Math.min(Math.floor((step + 1) / EVERY), this.kept.length - 1);
-      const marking = new Map(this.kept[kept]);
-      for (let i = kept * EVERY; i <= step; i++) this.change(marking, i, 1);
-      return marking;
-    }
-
-    /** Value or level of a lane after a step. */
-    level(lane, step) {
-      const found = T.lastAtMost(lane.at, step);
-      return found < 0 ? lane.initial || 0 : lane.marks[found][1];
-    }
-
-    /** Whether a place stands in the model itself; the others the rules made. */
-    inModel(place) {
-      this.own ||= new Set(this.view.modelPlaces || []);
-      return !this.own.size || this.own.has(place) || this.own.has(T.prototypeOf(place));
-    }
-
-    signal(name) { return this.lanes.find((lane) => lane.kind === "signal" && lane.id === name); }
-
-    text(step) { return this.texts[this.steps[step].x]; }
-    node(step) { const node = this.steps[step].n; return node === undefined ? null : this.nodes[node]; }
-    transition(step) { const name = this.steps[step].t; return name === undefined ? null : this.transitions[name]; }
-
-    /** Transitions of the model that never fire. */
-    silent() {
-      const fired = new Set([...this.fired].map((index) => this.transitions[index]));
-      return this.view.known.filter((name) => !fired.has(name));
-    }
-
-    /** The clause of a step's transition: each literal with its value before the step, and the deciding ones. */
-    clause(step) {
-      const name = this.transition(step);
-      if (!name || (this.steps[step].e !== "fire" && this.steps[step].e !== "error")) return null;
-      const clause = this.view.clauses[name] || this.view.clauses[T.prototypeOf(name)];
-      if (!clause) return null;
-      const disjunctions = clause.cnf.map((literals) => literals.map(([signal, negated]) => {
-        const lane = this.signal(signal);
-        const value = lane ? Boolean(this.level(lane, step - 1)) : null;
-        const found = lane ? T.lastAtMost(lane.at, step - 1) : -1;
-        return { signal, negated, value, holds: value === null ? null : value !== negated, since: found < 0 ? -1 : lane.at[found] };
-      }));
-      // A disjunction holds since its first literal that still holds; the clause since its last disjunction does.
-      let latest = null;
-      for (const literals of disjunctions) {
-        const holding = literals.filter((literal) => literal.holds);
-        if (!holding.length) continue;
-        const first = holding.reduce((a, b) => (a.since <= b.since ? a : b));
-        if (latest === null || first.since > latest.since) latest = first;
-      }
-      if (latest) latest.deciding = true;
-      return { text: clause.text, disjunctions };
-    }
-  };
-
-  /** Id in the system model of an element of a server instance. */
-  T.prototypeOf = function (name) {
-    let rest = name, match;
-    while ((match = /^.+?\[\d+\]\.(.+)$/.exec(rest))) rest = match[1];
-    return rest;
-  };
-
-  /** Identity of a lane over two traces. */
-  T.laneKey = (lane) => [lane.kind, lane.id, lane.channel, lane.queue].join("|");
-
-  /** A duration in words; of a ruler, in the unit of its whole length. */
-  T.seconds = function (value, whole = value) {
-    const size = Math.abs(whole);
-    if (size >= 3600) return `${Math.floor(value / 3600)}:${String(Math.floor(value / 60) % 60).padStart(2, "0")}:${String(Math.floor(value) % 60).padStart(2, "0")} h`;
-    if (size >= 60) return `${Math.floor(value / 60)}:${String(Math.floor(value) % 60).padStart(2, "0")} min`;
-    if (size >= 1 || size === 0) return `${+value.toFixed(3)} s`;
-    return size >= 0.001 ? `${+(value * 1e3).toFixed(2)} ms` : `${+(value * 1e6).toFixed(0)} µs`;
-  };
-})((globalThis.DinerosTrace ??= {}));
+/**
+ * A duration in words; of a ruler, in the unit of its whole length.
+ *
+ * @type {(value: number, whole?: number) => string}
+ */
+export function seconds(value, whole = value) {
+  const size = Math.abs(whole);
+  /** @type {(part: number) => string} */
+  const two = (part) => String(Math.floor(part)).padStart(2, "0");
+  if (size >= 3600) return `${Math.floor(value / 3600)}:${two((value / 60) % 60)}:${two(value % 60)} h`;
+  if (size >= 60) return `${Math.floor(value / 60)}:${two(value % 60)} min`;
+  if (size >= 1 || size === 0) return `${+value.toFixed(3)} s`;
+  return size >= 0.001 ? `${+(value * 1e3).toFixed(2)} ms` : `${+(value * 1e6).toFixed(0)} µs`;
+}

@@ -1,121 +1,190 @@
 // A page that follows a running application: a snapshot, then numbered changes; it comes back by itself.
-(function (T) {
-  "use strict";
-  const { make } = T;
-  const FIRST_WAIT = 300, LONGEST_WAIT = 3000; // milliseconds between two attempts to come back
 
-  T.startLive = function (content) {
-    let stopped = null; // the breakpoint's step that the view stopped at
-    let app = null, epoch = null, number = null, wait = FIRST_WAIT;
-    const state = make("span", { id: "connection", role: "status", "data-state": "waiting" }, "connecting…");
-    const follow = make("button", { id: "follow", "aria-pressed": "true", title: "stay at the last step", onclick: () => setFollowing(!app || !app.following) }, "Follow");
-    document.getElementById("head").append(state);
+import { byId, make } from "../elements.js";
+import { Data, lastAtMost } from "./data.js";
+import { NetPane } from "./net_pane.js";
+import { App, known } from "./page.js";
 
-    function tell(name, text) { state.dataset.state = name; state.textContent = text; }
+/** @import { Picture } from "../net/types.js" */
+/** @import { Growth, View } from "./types.js" */
+/**
+ * @typedef {{ type: "snapshot", epoch: string, number: number, view: View, net: Picture | null }} Snapshot
+ */
+/** @typedef {Growth & { type: "change", number: number }} Change */
+/** @typedef {Snapshot | Change | { type: "problem", text: string } | { type: "nothing new" }} Message */
 
-    function setFollowing(on) {
-      if (!app) return;
-      app.following = on;
-      if (on) { leave(); app.breakpoints.say(""); toEnd(); }
-      follow.setAttribute("aria-pressed", String(on));
+const FIRST_WAIT = 300; // milliseconds between two attempts to come back
+const LONGEST_WAIT = 3000;
+const NOT_ALLOWED = 4403;
+
+class Live {
+  /** None before the first snapshot. @type {App | null} */
+  app = null;
+  /** The breakpoint's step that the view stopped at. @type {{ step: number, texts: string[] } | null} */
+  stopped = null;
+  /**
+   * Of the server's run, and of the last change: what is asked for after a loss.
+   *
+   * @type {{ epoch: string, number: number } | null}
+   */
+  known = null;
+  wait = FIRST_WAIT;
+  state = make("span", { id: "connection", role: "status", "data-state": "waiting" }, "connecting…");
+  button = make(
+    "button",
+    {
+      id: "follow",
+      "aria-pressed": "true",
+      title: "stay at the last step",
+      onclick: () => this.app && this.setFollowing(this.app, !this.app.following),
+    },
+    "Follow",
+  );
+
+  constructor() {
+    byId("head", HTMLElement).append(this.state);
+    this.connect();
+  }
+
+  /** @type {(name: "live" | "lost" | "stopped", text: string) => void} */
+  tell(name, text) {
+    this.state.dataset.state = name;
+    this.state.textContent = text;
+  }
+
+  /** @type {(app: App, on: boolean) => void} */
+  setFollowing(app, on) {
+    app.following = on;
+    if (on) {
+      this.leave(app);
+      app.breakpoints.say("");
+      this.toEnd(app);
     }
+    this.button.setAttribute("aria-pressed", String(on));
+  }
 
-    function toEnd() {
-      const last = app.traces[0].length - 1;
-      app.select(last, false);
-      if (last >= 0) app.view.reveal(last);
+  /** @param {App} app */
+  toEnd(app) {
+    const last = app.traces[0].length - 1;
+    app.select(last, false);
+    if (last >= 0) app.view.reveal(last);
+  }
+
+  /** @param {Snapshot} message */
+  begin({ view, net }) {
+    const app = known(new App({ view, net, live: true }));
+    app.following = true;
+    app.onfollow = () => {
+      this.button.setAttribute("aria-pressed", String(app.following));
+      this.leave(app);
+    };
+    byId("tools", HTMLElement).prepend(this.button);
+    this.app = app;
+    this.grown(app, null);
+  }
+
+  /**
+   * The same run, read again by a server that has restarted: cursor, filter and window stay.
+   *
+   * @type {(app: App, message: Snapshot) => void}
+   */
+  resume(app, { view, net }) {
+    const seen = app.traces[0];
+    app.views[0] = view;
+    app.traces[0] = new Data(view);
+    app.cursor = Math.min(app.cursor, app.traces[0].length - 1);
+    if (net) app.net ??= new NetPane(net, app.themeName);
+    if (!seen.timed && app.traces[0].timed) app.time = true;
+    app.layout();
+    this.grown(app, seen.length);
+  }
+
+  /**
+   * Shows what is new; `seen` steps were there before, or null: then there was no page.
+   *
+   * @type {(app: App, seen: number | null) => void}
+   */
+  grown(app, seen) {
+    app.breakpoints.look();
+    app.layout();
+    const hit = seen === null ? null : app.breakpoints.hitFrom(seen);
+    if (hit && app.following) {
+      app.select(hit.step); // the view stops; the application knows nothing of it
+      this.stopped = hit;
+    } else if (app.following) this.toEnd(app);
+    else app.tell();
+    if (this.stopped) this.sayStopped(app, this.stopped);
+    app.head();
+    byId("head", HTMLElement).append(this.state);
+    this.sayLive(app);
+  }
+
+  /** The user goes elsewhere. @type {(app: App) => void} */
+  leave(app) {
+    this.stopped = null;
+    if (this.state.dataset.state === "stopped") this.sayLive(app);
+  }
+
+  /** @type {(app: App, stopped: { step: number, texts: string[] }) => void} */
+  sayStopped(app, { step, texts }) {
+    const all = app.breakpoints.steps;
+    const more = all.length - 1 - lastAtMost(all, step);
+    const since = more ? `; ${more} more ${more === 1 ? "hit" : "hits"} since` : "";
+    const said = `stopped at step ${step + 1}: ${texts.join(", ")}`;
+    app.breakpoints.say(`${said}. The application goes on${since}. Follow returns to it.`, "hit");
+  }
+
+  /** @param {App} app */
+  sayLive(app) {
+    const { length } = app.traces[0];
+    if (this.stopped && !app.following)
+      this.tell("stopped", `stopped at a breakpoint · live · ${length} steps`);
+    else this.tell("live", `live · ${length} steps`);
+  }
+
+  /** Takes a message; false where something is missing before it. @type {(message: Message) => boolean} */
+  receive(message) {
+    const { app } = this;
+    if (message.type === "snapshot") {
+      this.known = { epoch: message.epoch, number: message.number };
+      if (app) this.resume(app, message);
+      else this.begin(message);
+    } else if (message.type === "change") {
+      if (!app || !this.known || message.number !== this.known.number + 1) return false;
+      this.known.number = message.number;
+      const [data] = app.traces;
+      const { length, timed } = data;
+      data.append(message);
+      if (!timed && data.timed) app.time = true;
+      this.grown(app, length);
+    } else if (message.type === "problem") this.tell("lost", message.text);
+    else if (app) this.sayLive(app);
+    return true;
+  }
+
+  connect() {
+    const asked = new URLSearchParams({ token: new URLSearchParams(location.search).get("token") ?? "" });
+    if (this.known) {
+      asked.set("epoch", this.known.epoch);
+      asked.set("number", String(this.known.number));
     }
-
-    function snapshot(message) {
-      const before = app, seen = before ? before.traces[0].length : null;
-      content.view = message.view;
-      if (!content.net) content.net = message.net;
-      if (!before) {
-        app = globalThis.dinerosTrace = new T.App(content);
-        app.following = true;
-        app.onfollow = () => { follow.setAttribute("aria-pressed", String(app.following)); leave(); };
-        document.getElementById("tools").prepend(follow);
-      } else {
-        // The same run, read again by a server that has restarted: cursor, filter and window stay.
-        app.views[0] = message.view;
-        app.traces[0] = new T.Data(message.view);
-        app.cursor = Math.min(app.cursor, app.traces[0].length - 1);
-        if (!app.net && message.net && T.NetPane) app.net = new T.NetPane(app, message.net);
-        else if (app.net && message.net && !app.net.content) app.net.setContent(message.net);
-        if (before.traces[0].timed && app.view.frames < 2) app.time = true;
-        app.layout();
+    const socket = new WebSocket(`ws://${location.host}/changes?${asked}`);
+    socket.onmessage = (event) => {
+      this.wait = FIRST_WAIT;
+      if (this.receive(JSON.parse(event.data))) return;
+      this.known = null; // ask for everything
+      socket.close();
+    };
+    socket.onclose = (event) => {
+      if (event.code === NOT_ALLOWED) {
+        this.tell("lost", "not allowed: open the printed address");
+        return;
       }
-      grown(seen);
-    }
+      this.tell("lost", "connection lost, trying again…");
+      setTimeout(() => this.connect(), this.wait);
+      this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT);
+    };
+  }
+}
 
-    /** Shows what is new; `seen` steps were there before, or null: then there was no page. */
-    function grown(seen) {
-      const data = app.traces[0];
-      if (data.timed && !app.sawTime) { app.sawTime = true; app.time = true; }
-      app.breakpoints.look();
-      app.layout();
-      const hit = seen === null ? null : app.breakpoints.hitFrom(seen);
-      if (hit && app.following) stop(hit);
-      else if (app.following) toEnd();
-      else app.tell();
-      if (stopped !== null) sayStopped();
-      app.head();
-      document.getElementById("head").append(state);
-      sayLive();
-    }
-
-    /** The view stops at a breakpoint; the application knows nothing of it. */
-    function stop(hit) {
-      app.select(hit.step);
-      stopped = hit;
-    }
-
-    /** The user goes elsewhere. */
-    function leave() {
-      stopped = null;
-      if (state.dataset.state === "stopped") sayLive();
-    }
-
-    function sayStopped() {
-      const all = app.breakpoints.steps(), more = all.length - 1 - T.lastAtMost(all, stopped.step);
-      app.breakpoints.say(`stopped at step ${stopped.step + 1}: ${stopped.texts.join(", ")}. The application goes on${more ? `; ${more} more ${more === 1 ? "hit" : "hits"} since` : ""}. Follow returns to it.`, "hit");
-    }
-
-    function sayLive() {
-      const length = app.traces[0].length;
-      if (stopped !== null && !app.following) tell("stopped", `stopped at a breakpoint · live · ${length} steps`);
-      else tell("live", `live · ${length} steps`);
-    }
-
-    function receive(message) {
-      if (message.type === "snapshot") { epoch = message.epoch; number = message.number; snapshot(message); return true; }
-      if (message.type === "change") {
-        if (number === null || message.number !== number + 1) return false; // something is missing: ask for everything
-        number = message.number;
-        const seen = app.traces[0].length;
-        app.traces[0].append(message);
-        grown(seen);
-      } else if (message.type === "problem") tell("lost", message.text);
-      else if (app) sayLive();
-      return true;
-    }
-
-    function connect() {
-      const asked = new URLSearchParams({ token: new URLSearchParams(location.search).get("token") || "" });
-      if (epoch !== null) { asked.set("epoch", epoch); asked.set("number", number); }
-      const socket = new WebSocket(`ws://${location.host}/changes?${asked}`);
-      socket.onmessage = (event) => {
-        wait = FIRST_WAIT;
-        if (!receive(JSON.parse(event.data))) { epoch = number = null; socket.close(); }
-      };
-      socket.onclose = (event) => {
-        if (event.code === 4403) { tell("lost", "not allowed: open the printed address"); return; }
-        tell("lost", "connection lost, trying again…");
-        setTimeout(connect, wait);
-        wait = Math.min(wait * 1.6, LONGEST_WAIT);
-      };
-    }
-
-    connect();
-  };
-})((globalThis.DinerosTrace ??= {}));
+new Live();
