@@ -119,7 +119,7 @@ def _create(folder: int, name: str) -> tuple[str, int]:
         temporary = f".{stem}.{number}.dineros-tmp"
         while True:
             try:
-                flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+                flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC  # O_EXCL follows no link
                 descriptor = os.open(temporary, flags, 0o600, dir_fd=folder)
             except FileExistsError:
                 if _is_taken_away(folder, temporary):

@@ -50,10 +50,11 @@ def open_plain(
     """
     location = Location(path if shown is None else shown)
     # Without O_NONBLOCK, opening a pipe that nobody writes to waits for ever; plain files are not changed.
+    # O_TRUNC stays: it empties plain files only (open(2)), and O_NOFOLLOW holds before it.
     guarded = flags | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY | (0 if follow_links else os.O_NOFOLLOW)
     try:
         beside = {} if folder is None else {"dir_fd": folder}
-        descriptor = os.open(path, guarded & ~os.O_TRUNC, 0o666, **beside)
+        descriptor = os.open(path, guarded, 0o666, **beside)
     except FileNotFoundError:
         raise
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
@@ -69,8 +70,6 @@ def open_plain(
         if not stat.S_ISREG(mode):
             hint = "copy its content into a file first"
             raise ModelFileError("is not a plain file", location=location, hint=hint)
-        if flags & os.O_TRUNC:  # only now: what is no plain file is left as it is
-            os.ftruncate(descriptor, 0)
     except OSError as error:
         os.close(descriptor)
         raise _cannot(flags, location, error) from error

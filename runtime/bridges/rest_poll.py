@@ -101,16 +101,9 @@ class RestPoll:
         self.close()
 
     def _run(self) -> None:
-        """Ask until `close`, whatever goes wrong on the way."""
-        while not self._ending.is_set():
-            try:
-                asyncio.run(self._ask_all())
-            except asyncio.CancelledError:
-                pass
-            except Exception as error:
-                for source in self._sources:
-                    source.fail("the questions", f"{type(error).__name__}: {error}")
-            self._ending.wait(self._period)
+        """Ask until `close`."""
+        with contextlib.suppress(asyncio.CancelledError):
+            asyncio.run(self._ask_all())
 
     async def _ask_all(self) -> None:
         task = asyncio.current_task()
@@ -133,16 +126,15 @@ class RestPoll:
                 try:
                     async with asyncio.timeout(self._timeout):
                         value = read_truth(await question.ask(transport))
+                    source.connected(True)
+                    source.accept()
+                    question.signal.set(value, f"rest {question.shown}")
                 except TimeoutError:
                     self._failed(question, source, f"no answer in {self._timeout:g} s")
                 except (SignalValueError, httpx.TransportError) as error:
                     self._failed(question, source, str(error) or type(error).__name__)
                 except Exception as error:  # nothing that a server says ends the bridge
                     self._failed(question, source, f"{type(error).__name__}: {error}")
-                else:
-                    source.connected(True)
-                    source.accept()
-                    question.signal.set(value, f"rest {question.shown}")
                 await asyncio.sleep(self._period)
 
     @staticmethod

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from websockets.sync.client import connect
+from websockets.typing import Origin
 
 from tests.cli.conftest import Run
 from tests.support.layouter import LINE, VARIABLE
@@ -127,12 +131,29 @@ def test_the_live_page_shows_the_net(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert (result.returncode, result.stderr) == (0, f"nets are laid out by Graphviz: {LINE}")
 
 
-def test_a_run_with_its_page(run: Run, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    command = ["run", model, "--simulate", "--seed", "1"]
-    result = started("-m", "dineros.cli.main", *command, "--view", folder=tmp_path)
-    usual = run(*command)
-    assert result.returncode == usual.exit_code == 0
-    address, _, answer = result.stdout.partition("\n")
-    assert address.startswith("follow it at http://127.0.0.1:")
-    assert answer == usual.stdout
+def test_a_run_with_its_page(model: Path, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "dineros.cli.main", "run", str(model), "--local", "--view"]
+    with subprocess.Popen(
+        command,
+        cwd=tmp_path,
+        env={**os.environ, VARIABLE: "dies", "XDG_STATE_HOME": str(tmp_path / "state")},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            assert process.stdout is not None
+            address = process.stdout.readline().removeprefix("follow it at ").strip()
+            assert address.startswith("http://127.0.0.1:")
+            changes = address.replace("http", "ws").replace("/?", "/changes?")
+            with connect(changes, origin=Origin(address.split("/?")[0]), max_size=None) as socket:
+                while not (net := json.loads(socket.recv(timeout=60)).get("net")):
+                    pass
+            process.send_signal(signal.SIGINT)
+            answer, said = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert {"Say", "Heard"} <= {node["id"] for node in net["nodes"]}
+    said = said.removeprefix("[WARNING] [dineros.views]: ")
+    assert (process.returncode, said) == (0, f"nets are laid out by Graphviz: {LINE}")
+    assert answer.startswith("interrupted; marked: ")

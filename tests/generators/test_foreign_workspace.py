@@ -17,7 +17,7 @@ from dineros.generators import Options, check, generate
 from dineros.generators.building import build_interfaces
 from dineros.generators.manifest import PLACE
 from dineros.metamodel.errors import DinerosError
-from tests.generators.models import kitchen, remove_transition, rename_node
+from tests.generators.models import kitchen, rename_node
 
 OPTIONS = Options(source="kitchen.sym.xmi")
 HANDLERS = "src/waiter/waiter/handlers.py"
@@ -214,35 +214,39 @@ def test_scripts_are_checked(workspace: Path, name: str, content: str, said: str
 
 
 KILLING = """
-import os, random, signal, sys, time
+import os, signal, sys
 from pathlib import Path
 from dineros.generators import Options, generate
 from tests.generators.models import kitchen
 
-def work(workspace):
-    generate(kitchen(), workspace, Options(source="kitchen.sym.xmi"))
-
-begin = time.monotonic()
-work(Path(sys.argv[1]) / "whole")
-took = time.monotonic() - begin
-moments = random.Random(7)
-for number in range(12):
-    workspace = Path(sys.argv[1]) / f"ws{number}"
+real = os.replace
+for number, writes in enumerate(range(0, 60, 5)):
     child = os.fork()
     if child == 0:
-        work(workspace)
+        left = writes
+
+        def replace(*arguments, **options):
+            global left
+            if not left:
+                os.kill(os.getpid(), signal.SIGKILL)
+            left -= 1
+            real(*arguments, **options)
+
+        os.replace = replace
+        generate(kitchen(), Path(sys.argv[1]) / f"ws{number}", Options(source="kitchen.sym.xmi"))
         os._exit(0)
-    time.sleep(took * moments.uniform(0.2, 1))
-    os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
+    assert os.waitpid(child, 0)[1] == signal.SIGKILL
 """
 
 
 def test_killed_runs_leave_nothing_to_the_next(tmp_path: Path) -> None:
+    """They are killed when a file is written and not yet in its place."""
+    generate(kitchen(), tmp_path / "whole", OPTIONS)
     subprocess.run([sys.executable, "-c", KILLING, str(tmp_path)], check=True, timeout=300)
     whole = {path.relative_to(tmp_path / "whole") for path in (tmp_path / "whole").rglob("*")}
     for number in range(12):
         workspace = tmp_path / f"ws{number}"
+        assert list(workspace.rglob("*.dineros-tmp"))
         generate(kitchen(), workspace, OPTIONS)
         assert {path.relative_to(workspace) for path in workspace.rglob("*")} == whole
 
@@ -253,6 +257,6 @@ def test_leftovers_go_where_their_file_is_generated_no_longer(workspace: Path) -
         (workspace / place / ".Gone.msg.0.dineros-tmp").write_bytes(b"half")
     (workspace / "src/waiter/waiter/.mine.tmp").write_bytes(b"kept")
     model = kitchen()
-    remove_transition(model, "TShow")
+    rename_node(model, "waiter", "server")
     generate(model, workspace, OPTIONS)
     assert [path.name for path in workspace.rglob("*tmp")] == [".mine.tmp"]

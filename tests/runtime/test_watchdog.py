@@ -83,6 +83,7 @@ def test_other_code_on_the_nodes_thread_is_named_too(gate: threading.Event, what
 
 def test_without_a_limit_nobody_is_named(gate: threading.Event, caplog: pytest.LogCaptureFixture) -> None:
     net = Net(tiny({"go": "a -> b"}, {"a": 1}), watchdog=None)
+    assert net.watchdog is None
     net.handler("go")(lambda firing: print(gate.wait(0.5)))
     with net, caplog.at_level(logging.ERROR, "dineros"):
         net.wait_for(lambda state: state.count("b") == 1, SECONDS)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.symbolic import engine as symbolic
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.order_cache import SIZE_LIMIT, OrderCache, structure_key
@@ -34,13 +34,22 @@ def test_another_structure_has_another_key(cache: OrderCache) -> None:
     cache.keep(net, [["a"]])
     assert cache.order(net) == [["a"]]
     assert structure_key(reference_case_study((3, 1, 2), "none")) == structure_key(net)
-    other = CompiledNet(net.places, net.transitions, net.initial, net.post, net.pre, net.inhibitor)
-    assert cache.order(other) is None
+    for other in (
+        replace(net, places=net.places[::-1]),
+        replace(net, transitions=net.transitions[::-1]),
+        replace(net, pre=net.post),
+        replace(net, post=net.pre),
+        replace(net, inhibitor=net.pre),
+    ):
+        assert cache.order(other) is None
     assert cache.order(reference_case_study((1, 1, 1), "input")) is None
 
 
-def test_easy_nets_leave_no_file(tmp_path: Path) -> None:
-    symbolic_state_space(reference_case_study((1, 1, 1), "none"), orders=OrderCache(tmp_path / "model.xmi"))
+def test_easy_nets_leave_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(symbolic, "ROUNDS", symbolic.ROUNDS[1:])
+    cache = OrderCache(tmp_path / "model.xmi")
+    space = symbolic_state_space(reference_case_study((1, 1, 1), "none"), orders=cache)
+    assert 0 < space.search_work < symbolic.WORTH_KEEPING
     assert list(tmp_path.iterdir()) == []
 
 
@@ -70,27 +79,26 @@ def test_where_nothing_can_be_written_nothing_is(cache: OrderCache) -> None:
 @pytest.mark.parametrize("kind", ["deep", "digits", "large", "pipe", "device", "link", "folder link"])
 def test_a_hostile_file_is_no_order(cache: OrderCache, kind: str) -> None:
     net = reference_case_study((1, 0, 0), "none")
-    victim = cache.path.parents[1] / "victim"
-    victim.write_text("precious")
+    theirs = OrderCache(cache.model.parent / "theirs" / "model.xmi")
+    theirs.keep(net, [["theirs"]])
+    order = theirs.path.read_bytes()
     if kind == "folder link":
-        (cache.path.parents[1] / "elsewhere").mkdir()
-        cache.path.parent.symlink_to("elsewhere")
+        cache.path.parent.symlink_to(theirs.path.parent)
     else:
         cache.path.parent.mkdir()
     if kind == "deep":
-        cache.path.write_text("[" * 100_000)
+        cache.path.write_bytes(order.replace(b"}", b', "x": ' + b"[" * 100 + b"]" * 100 + b"}"))
     elif kind == "digits":
-        cache.path.write_text("1" * 5000)
+        cache.path.write_bytes(order.replace(b"}", b', "x": ' + b"1" * 5000 + b"}"))
     elif kind == "large":
-        cache.path.write_bytes(b" " * (SIZE_LIMIT + 1))
+        cache.path.write_bytes(order + b" " * SIZE_LIMIT)
     elif kind == "pipe":
         os.mkfifo(cache.path)
     elif kind in ("device", "link"):
-        cache.path.symlink_to("/dev/zero" if kind == "device" else victim)
+        cache.path.symlink_to("/dev/zero" if kind == "device" else theirs.path)
     assert cache.order(net) is None
     cache.keep(net, [["a"]])
-    assert victim.read_text() == "precious"
-    assert not (cache.path.parents[1] / "elsewhere" / cache.path.name).exists()
+    assert theirs.path.read_bytes() == order
     if kind in ("deep", "digits", "large"):
         assert cache.order(net) == [["a"]]
 

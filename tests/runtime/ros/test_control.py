@@ -31,6 +31,16 @@ def configure(net):
         if not Path("mended").exists():
             raise ValueError("no stamps")
 """
+JAMMED = """
+import asyncio
+from pathlib import Path
+def configure(net):
+    @net.handler("TSend")
+    async def send(firing):
+        if not Path("mended").exists():
+            net.halt("jammed")
+            await asyncio.sleep(3600)
+"""
 LISTENER = """
 import json, sys, time
 import rclpy
@@ -170,7 +180,7 @@ def test_a_halted_node_proceeds_when_it_is_told_to(ros: Ros) -> None:
     assert terminate(office) == 0
 
 
-def test_what_is_left_aside_or_in_flight_is_released_when_it_is_told_to(ros: Ros) -> None:
+def test_what_is_left_aside_is_released_when_it_is_told_to(ros: Ros) -> None:
     handlers = FAILING.format(options=", policy=Aside()")
     office = ros.node("office", OPEN, handlers)
     ros.wait(lambda: len(ros.records("office", "aside")) == 3, "leaving three letters aside")
@@ -180,6 +190,18 @@ def test_what_is_left_aside_or_in_flight_is_released_when_it_is_told_to(ros: Ros
     ros.wait(lambda: len(ros.fired("office", "TSend")) == 3, "sending")
     (answer,) = told(ros, "ask('release')")
     assert answer[0] is False
+    assert terminate(office) == 0
+
+
+def test_what_a_halted_node_has_in_flight_is_released_when_it_is_told_to(ros: Ros) -> None:
+    office = ros.node("office", OPEN, JAMMED)
+    _, released, proceeds = told(
+        ros,
+        "state('halted')\nfrom pathlib import Path\nPath('mended').touch()\nask('release')\nask('proceed')\n",
+    )
+    assert released == [True, "TSend is released"]
+    assert proceeds[0] is True
+    ros.wait(lambda: len(ros.fired("office", "TSend")) == 3, "sending")
     assert terminate(office) == 0
 
 
