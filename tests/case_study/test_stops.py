@@ -1,4 +1,4 @@
-"""The case study, stopped and killed at random: a short run of the benchmark that does it for hours."""
+"""Both applications, stopped, killed and flooded: a short run of the benchmarks that do it for hours."""
 
 from __future__ import annotations
 
@@ -29,18 +29,20 @@ def built_interfaces() -> Iterator[None]:
 
 
 @pytest.mark.skipif(bool(missing_tools()), reason="the interfaces cannot be built")
+@pytest.mark.parametrize(("name", "pieces", "messages"), [("sorting", 2, 12), ("fleet", 8, 16)])
 def test_nothing_is_lost_when_it_is_stopped_and_killed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ros_domain: int
+    name: str, pieces: int, messages: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ros_domain: int
 ) -> None:
+    """Each piece of work is published to where it is done, and comes back."""
     monkeypatch.setattr(stops_and_kills, "KINDS", ("SIGINT", "SIGKILL", "node SIGKILL"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(CACHE))
-    application = APPLICATIONS["sorting"]
+    application = APPLICATIONS[name]
     with built_interfaces():
         lines: list[dict[str, Any]] = list(
-            stops_and_kills.stress(application, tmp_path, 3, 2, 2, ros_domain, longest=5.0)
+            stops_and_kills.stress(application, tmp_path, 3, 2, pieces, ros_domain, longest=4.0)
         )
     assert sum("stop" in line for line in lines) == 3
-    assert sum(line.get("publish", 0) for line in lines) >= 12  # each object to a cell, each result back
+    assert sum(line.get("publish", 0) for line in lines) >= messages
 
 
 @pytest.mark.skipif(bool(missing_tools()), reason="the interfaces cannot be built")
