@@ -85,8 +85,9 @@ class LossCounter:
     """
 
     def __init__(self, seen: Mapping[str, int] | None = None) -> None:
-        self._last: dict[str, tuple[int, int]] = {
-            sender: (0, number) for sender, number in (seen or {}).items()
+        # Of each sender: its publisher's number of the last message, that of the id, the highest of its ids.
+        self._last: dict[str, tuple[int, int, int]] = {
+            sender: (0, number, number) for sender, number in (seen or {}).items()
         }
 
     def lost_at_restart(self, message_id: str, sequence: int) -> int:
@@ -97,9 +98,9 @@ class LossCounter:
         """
         with contextlib.suppress(MessageIdError):
             sender, number = parse_id(message_id) or ("", 0)
-            last, last_number = self._last.get(sender, (0, 0))
-            skipped = number - last_number - 1
-            if last_number and 0 < skipped <= SKIP_LIMIT and (sequence <= last or not last):
+            last, _, highest = self._last.get(sender, (0, 0, 0))
+            skipped = number - highest - 1
+            if highest and 0 < skipped <= SKIP_LIMIT and (sequence <= last or not last):
                 return max(0, skipped - (sequence - 1 if not last else 0))
         return 0
 
@@ -121,8 +122,11 @@ class LossCounter:
         except MessageIdError:
             return 0
         is_known = sender in self._last
-        last, last_number = self._last.pop(sender, (0, 0))
-        self._last[sender] = (sequence, number)
+        last, last_number, highest = self._last.pop(sender, (0, 0, 0))
+        # A publisher that began anew may send again what came before. What keeps step with neither it nor its
+        # predecessor is another one that uses its ids.
+        is_step = sequence <= last or not last or number - last_number == sequence - last
+        self._last[sender] = (sequence, number, max(highest, number) if is_step else highest)
         if len(self._last) > SENDER_LIMIT:
             del self._last[next(iter(self._last))]
         missing = sequence - last - 1
@@ -130,7 +134,7 @@ class LossCounter:
             return 0
         if not sender:
             return missing if last and publishers() == 1 else 0
-        skipped = number - last_number - 1
+        skipped = number - highest - 1
         if missing > skipped and (last or not is_known):
             return 0  # a publisher counts what it numbers: this is another one that uses its ids
         # A publisher that began anew counts anew, and may be ahead of its predecessor; the ids go on.

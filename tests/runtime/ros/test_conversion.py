@@ -166,6 +166,18 @@ class TestLosses:
         assert [counter.lost_at_restart("a/p/22", 2), *self.lost(counter, ("a/p/22", 2))] == [0, 0]
         assert counter.lost_at_restart(f"a/p/{10**12}", 1) == 0  # forged
 
+    def test_what_comes_again_hides_no_loss_and_feigns_none(self) -> None:
+        """Of what a publisher sends again, its own queue or the receiver's may lose a part."""
+        counter = LossCounter({"a/p": 6})
+        assert self.lost(counter, ("a/p/5", 1), ("a/p/7", 3)) == [0, 0]  # 6 came in an earlier life
+        assert self.lost(counter, ("a/p/10", 6)) == [2]
+        counter = LossCounter()
+        assert self.lost(counter, *((f"a/p/{number}", number) for number in range(1, 7))) == [0] * 6
+        assert self.lost(counter, ("a/p/4", 1), ("a/p/5", 2), ("a/p/7", 4)) == [0, 0, 0]
+        assert self.lost(counter, ("a/p/5", 1)) == [0]
+        assert counter.lost_at_restart("a/p/8", 1) == 0
+        assert counter.lost_at_restart("a/p/9", 1) == 1
+
     def test_receiver_that_was_started_again_with_a_publisher_that_was_not(self) -> None:
         counter = LossCounter({"a/p": 5})
         assert [counter.lost_at_restart("a/p/9", 9), *self.lost(counter, ("a/p/9", 9))] == [0, 3]
