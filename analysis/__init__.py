@@ -2,3 +2,15 @@
 
 Importing this package does not import Numba; the engines do when they are first used.
 """
+
+from dineros.metamodel.moved import find_moved
+
+find_moved(
+    __name__,
+    {
+        "goals": "questions.reachability",
+        "model_names": "model.names",
+        "statespace": "questions.state_space",
+        "witness_records": "witnesses.records",
+    },
+)

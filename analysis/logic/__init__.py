@@ -11,6 +11,7 @@ from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.logic.verdicts.budget import Budget, Progress
 from dineros.analysis.logic.verdicts.verdict import Verdict
+from dineros.metamodel.moved import find_moved
 
 __all__ = [
     "Budget",
@@ -23,3 +24,5 @@ __all__ = [
     "parse",
     "verify_ltl",
 ]
+
+find_moved(__name__)
