@@ -65,7 +65,7 @@ def test_proportional_places_are_proportional(net: CompiledNet) -> None:
     # None is left out: two places are connected by what was found if, and only if, they are proportional.
     graph: nx.Graph[int] = nx.Graph()
     graph.add_nodes_from(range(len(net.places)))
-    graph.add_edges_from(tuple(y.weights) for y in found if len(y.weights) == 2)
+    graph.add_edges_from((min(y.weights), max(y.weights)) for y in found if len(y.weights) == 2)
     constant = {p for p, row in enumerate(net.incidence) if not row.any()}
     assert {p for y in found if len(y.weights) == 1 for p in y.weights} == constant
     for p, q in itertools.combinations(sorted(set(range(len(net.places))) - constant), 2):
