@@ -108,7 +108,8 @@ def watched_memory(budget: int) -> Iterator[None]:
 def resident_memory() -> int:
     """Bytes of this process that are in memory now."""
     try:
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+        # Bytes: this may run in a signal's handler, amid the first import of a text encoding.
+        pages = int(Path("/proc/self/statm").read_bytes().split()[1])
     except (OSError, ValueError, IndexError):
         return peak_memory()
     return pages * os.sysconf("SC_PAGE_SIZE")
@@ -167,16 +168,16 @@ def _groups(root: Path) -> list[tuple[str, str]]:
 
 def _number(path: Path) -> int | None:
     try:
-        return int(path.read_text(encoding="ascii"))
+        return int(path.read_bytes())
     except (OSError, ValueError):
         return None
 
 
 def _labelled(path: Path, label: str) -> int | None:
     try:
-        for line in path.read_text(encoding="ascii").splitlines():
+        for line in path.read_bytes().splitlines():
             words = line.split()
-            if len(words) > 1 and words[0] == label:
+            if len(words) > 1 and words[0] == label.encode():
                 return int(words[1])
     except (OSError, ValueError):
         pass

@@ -44,9 +44,7 @@ def _client(model: sym.SystemModel, number: int, channels: list[sym.ServiceChann
     for turn, channel in enumerate(channels):
         request = sym.Place(id=f"Request{number}_{turn}", page=net)
         response = sym.Place(id=f"Response{number}_{turn}", page=net)
-        channel.clients.append(
-            sym.ClientPort(client=f"client{number}", request=request, response=response)
-        )
+        channel.clients.append(sym.ClientPort(client=f"client{number}", request=request, response=response))
         # An answer is the next question; between two rounds there is a pause.
         flow(before, sym.Transition(id=f"Ask{number}_{turn}", page=net), request)
         before = response

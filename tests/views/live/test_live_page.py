@@ -122,6 +122,7 @@ def test_a_broken_trace_is_said_and_what_was_there_stays(
     page.wait_for_selector("#connection[data-state=lost]", timeout=20_000)
     assert "selector.jsonl:8" in page.inner_text("#connection")
     assert steps(page) >= 3
+    page.close()  # before the server, which it would miss
 
 
 def status(url: str, **headers: str) -> int:
