@@ -94,7 +94,7 @@ class Node:
         self._execution = core.execution
         self._arrivals_lock = threading.Lock()
         self._arriving: dict[SubscriberPort, int] = {}
-        self._overflows: dict[SubscriberPort, int] = {}
+        self._losses: dict[tuple[Port, Queue], int] = {}
         self._thread: threading.Thread | None = None
         self._is_open = False
         self._is_ending = False
@@ -363,10 +363,7 @@ class Node:
         with self._arrivals_lock:
             waiting = self._arriving.get(port, 0)
             if waiting >= port.limit:
-                overflow = self._overflows.get(port, 0)
-                self._overflows[port] = overflow + 1 + lost
-                if not overflow:
-                    self._loop.post(lambda: self._overflowed(port))
+                self._note_loss(port, "subscriber", 1 + lost)
                 return
             self._arriving[port] = waiting + 1
         self._loop.post(lambda: self._arrived(port, message, lost))
@@ -374,16 +371,20 @@ class Node:
     def _arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
         with self._arrivals_lock:
             self._arriving[port] -= 1
-            overflow = self._overflows.pop(port, 0)
-        if overflow:  # before the take that makes room: this is when the queue was full
-            self.exchange.lost(port, "subscriber", overflow)
+        self._record_losses()  # before the take that makes room: this is when the queues were full
         self.exchange.arrived(port, message, lost)
 
-    def _overflowed(self, port: SubscriberPort) -> None:
+    def _note_loss(self, port: Port, queue: Queue, count: int) -> None:
+        """Have a loss recorded, in the order in which they happened; those of a queue until then are one."""
+        if not self._losses:
+            self._loop.post(self._record_losses)
+        self._losses[port, queue] = self._losses.get((port, queue), 0) + count
+
+    def _record_losses(self) -> None:
         with self._arrivals_lock:
-            count = self._overflows.pop(port, 0)
-        if count:
-            self.exchange.lost(port, "subscriber", count)
+            losses, self._losses = self._losses, {}
+        for (port, queue), count in losses.items():
+            self.exchange.lost(port, queue, count)
 
     def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Have a request served."""
@@ -403,7 +404,8 @@ class Node:
 
     def dropped(self, port: Port, queue: Queue, count: int) -> None:
         """Have messages counted and recorded that a full queue lost."""
-        self._post(lambda: self.exchange.lost(port, queue, count))
+        with self._arrivals_lock:
+            self._note_loss(port, queue, count)
 
     def signals_changed(self, values: Mapping[str, bool], source: str) -> None:
         """Have signals set."""

@@ -99,6 +99,25 @@ def test_the_subscribers_queue_drops_the_newest() -> None:
     assert dict(listener.net.inspect().drops) == {("topic", "subscriber"): 3}
 
 
+def test_losses_are_recorded_in_their_order_and_before_what_makes_room() -> None:
+    """Otherwise the queues would not have been full when they dropped something."""
+    network, talker, listener, recorders = pair(talk(3, dispatcher=1, subscriber=1))
+    talker.run_until_idle()
+    queue, dispatcher = network._publishers["topic"]["talker/said"], network._dispatchers["topic"]["listener"]
+    network._spread("topic", queue)
+    network._dispatch(dispatcher)  # the first waits for the listener
+    network._spread("topic", queue)  # the second in the dispatcher's queue
+    network._spread("topic", queue)
+    network._dispatch(dispatcher)
+    listener.run_until_idle()
+    records = [record for record in recorders["listener"].records if record["event"] in ("drop", "take")]
+    assert [record.get("queue", record["event"]) for record in records] == [
+        "dispatcher",
+        "subscriber",
+        "take",
+    ]
+
+
 def test_losses_on_the_way_are_recorded() -> None:
     _, _, listener, recorders = pair(talk(0))
     port = listener.net.structure.ports.subscribers[0]
