@@ -48,11 +48,12 @@ class _Finder:
 
 def _inside(path: Sequence[str], name: str) -> str | None:
     """Return where below a package there is a module of this name, if there is just one."""
+    if not name.isidentifier():  # it becomes a pattern of file names
+        return None
     found = [
         ".".join(file.relative_to(folder).with_suffix("").parts)
         for folder in path
         for file in Path(folder).glob(f"**/{name}.py")
-        if name.isidentifier()
     ]
     return found[0] if len(found) == 1 else None
 

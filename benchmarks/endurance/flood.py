@@ -163,41 +163,24 @@ def _anonymous(process: int) -> float:
 
 
 def draw(samples: list[Sample], path: Path) -> None:
-    """Draw memory, disk and descriptors over time, as SVG."""
-    width, height, left, gap = 640, 110, 70, 34
-    rows = [
-        ("memory of all processes / MiB", "memory"),
-        ("journals on disk / MiB", "disk"),
-        ("open files of all processes", "descriptors"),
+    """Draw memory, disk and open files over time."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    panels = [
+        ("memory (MiB)", "memory"),
+        ("journals (MiB)", "disk"),
+        ("open files", "descriptors"),
     ]
-    end = max(sample.seconds for sample in samples)
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {left + width + 20} '
-        f'{len(rows) * (height + gap) + 30}" font-family="sans-serif" font-size="12">',
-        '<rect width="100%" height="100%" fill="white"/>',
-    ]
-    for row, (title, name) in enumerate(rows):
-        top = 24 + row * (height + gap)
-        values = [float(getattr(sample, name)) for sample in samples]
-        most = max([*values, 1.0]) * 1.1
-        points = " ".join(
-            f"{left + width * sample.seconds / end:.1f},{top + height * (1 - value / most):.1f}"
-            for sample, value in zip(samples, values, strict=True)
-        )
-        parts += [
-            f'<text x="{left}" y="{top - 7}">{title}</text>',
-            f'<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="none" stroke="#999"/>',
-            f'<text x="{left - 6}" y="{top + 10}" text-anchor="end">{most:.0f}</text>',
-            f'<text x="{left - 6}" y="{top + height}" text-anchor="end">0</text>',
-            f'<polyline points="{points}" fill="none" stroke="#1f5fa8" stroke-width="1.5"/>',
-        ]
-    bottom = 24 + len(rows) * (height + gap) - gap + 16
-    parts += [
-        f'<text x="{left}" y="{bottom}">0</text>',
-        f'<text x="{left + width}" y="{bottom}" text-anchor="end">{end / 60:.0f} min</text>',
-        "</svg>",
-    ]
-    path.write_text("\n".join(parts) + "\n", encoding="utf-8")
+    figure = Figure(figsize=(7.2, 5.0), layout="constrained")
+    for panel, (title, name) in zip(figure.subplots(len(panels), sharex=True), panels, strict=True):
+        values = [getattr(sample, name) for sample in samples]
+        panel.plot([sample.seconds / 60 for sample in samples], values)
+        panel.set(ylabel=title, ylim=(0, 1.15 * max(values)))
+        panel.grid(alpha=0.3)
+    panel.set_xlabel("minutes")
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "dineros"}):
+        figure.savefig(path, metadata={"Date": None})
 
 
 def main() -> int:

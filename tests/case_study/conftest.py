@@ -9,12 +9,15 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from dineros.generators.building import missing_tools, remember
+from dineros.generators.building import remember
+from dineros.runtime.ros.domains import claimed_domain
 from dineros.runtime.ros.wheels import prefix_of_wheels
+from tests.support.on_ros import require_tools
 
 ROOT = Path(__file__).resolve().parents[2]
 WORKSPACE = ROOT / "case_study" / "workspace"
@@ -58,10 +61,7 @@ def in_fresh_shell(commands: list[str], folder: Path, **variables: str) -> subpr
 @pytest.fixture(scope="session")
 def workspace() -> Path:
     """A copy of the workspace, built as its README says, once for all runs of the tests."""
-    if missing_tools():
-        if os.environ.get("CI"):
-            pytest.fail(f"CI is set: {missing_tools()} must be there")
-        pytest.skip(f"without {', '.join(missing_tools())}")
+    require_tools()
     BUILT.parent.mkdir(parents=True, exist_ok=True)
     with BUILT.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # several test processes build one workspace
@@ -88,3 +88,10 @@ def _content() -> str:
         if path.is_file() and "__pycache__" not in path.parts:
             digest.update(f"\0{path.relative_to(WORKSPACE)}\0".encode() + path.read_bytes())
     return digest.hexdigest()
+
+
+@pytest.fixture
+def ros_domain() -> Iterator[int]:
+    """Return a ROS domain that no other run on this machine has, of these tests or of others."""
+    with claimed_domain() as domain:
+        yield domain

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
-from dineros.generators.building import missing_tools
 from dineros.metamodel.files import save
+from tests.support.on_ros import on_ros
 from tests.support.talker import talker
 
-CACHE = Path(__file__).resolve().parents[2] / "build/tests/cache"
 HANDLERS = """
 def configure(net):
     if net.id == "talker":
@@ -25,28 +20,21 @@ def configure(net):
 
 def run(folder: Path, handlers: str, options: list[str]) -> subprocess.CompletedProcess[str]:
     """Run the model with these handlers in a folder."""
-    if missing_tools():
-        if os.environ.get("CI"):
-            pytest.fail(f"CI is set: {missing_tools()} must be there")
-        pytest.skip(f"without {', '.join(missing_tools())}")
     save(talker(), folder / "greeting.sym.xmi")
     (folder / "handlers.py").write_text(handlers, encoding="utf-8")
     command = [sys.executable, "-m", "dineros.cli.main", "run", "greeting.sym.xmi", *options]
-    CACHE.mkdir(parents=True, exist_ok=True)
-    with (CACHE / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with on_ros():
         return subprocess.run(
             [*command, "--reach", "memory", "--timeout", "120"],
             cwd=folder,
-            env={**os.environ, "XDG_CACHE_HOME": str(CACHE)},
             capture_output=True,
             text=True,
             check=False,
         )
 
 
-def test_a_model_runs_as_one_process_per_node(tmp_path: Path, ros_domain: int) -> None:
-    options = ["--until", "Noted >= 3", "--trace", "traces", "--domain", str(ros_domain), "--monitor"]
+def test_a_model_runs_as_one_process_per_node(tmp_path: Path) -> None:
+    options = ["--until", "Noted >= 3", "--trace", "traces", "--monitor"]
     options += ["--stale-after", "Button=0.1:true"]  # nobody else presses it
     done = run(tmp_path, HANDLERS, options)
     assert (done.returncode, done.stderr) == (0, ""), done.stdout
@@ -74,12 +62,12 @@ Path("heard.json").write_text(heard[0].data)
 """
 
 
-def test_a_node_that_cannot_start_is_told_of_and_announced(tmp_path: Path, ros_domain: int) -> None:
+def test_a_node_that_cannot_start_is_told_of_and_announced(tmp_path: Path) -> None:
     """Three tries, its error in each line, the restarts counted; on ROS its state says that it is down."""
     (tmp_path / "listener.py").write_text(LISTENER, encoding="utf-8")
     broken = "def configure(net):\n    if net.id == 'talker':\n        import nowhere\n"
     options = ["--until", "Noted >= 3", "--with", f"python {tmp_path / 'listener.py'}"]
-    done = run(tmp_path, broken, [*options, "--domain", str(ros_domain), "--trace", "traces"])
+    done = run(tmp_path, broken, [*options, "--trace", "traces"])
     assert done.returncode == 2, done.stderr
     error = f"{tmp_path}/handlers.py:3: ModuleNotFoundError: No module named 'nowhere'"
     lines = done.stderr.splitlines()

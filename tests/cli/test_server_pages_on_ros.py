@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import fcntl
-import os
 import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
-from dineros.generators.building import missing_tools
 from dineros.metamodel.files import save
 from dineros.metamodel.records import Request, Response, read_trace, traces_of_runs
 from tests.support.bakery import bakery
+from tests.support.on_ros import on_ros
 
-CACHE = Path(__file__).resolve().parents[2] / "build/tests/cache"
 HANDLERS = """
 import asyncio
 import os
@@ -40,37 +35,14 @@ def configure(net):
 """
 
 
-def test_answers_come_back_to_the_instance_that_asked(tmp_path: Path, ros_domain: int) -> None:
-    if missing_tools():
-        if os.environ.get("CI"):
-            pytest.fail(f"CI is set: {missing_tools()} must be there")
-        pytest.skip(f"without {', '.join(missing_tools())}")
+def test_answers_come_back_to_the_instance_that_asked(tmp_path: Path) -> None:
     save(bakery(), tmp_path / "bakery.sym.xmi")
     (tmp_path / "handlers.py").write_text(HANDLERS, encoding="utf-8")
     until = "Gotann >= 2 & Gotbob >= 2 & Printed >= 4"
     command = [sys.executable, "-m", "dineros.cli.main", "run", "bakery.sym.xmi", "--until", until]
-    options = [
-        "--trace",
-        "traces",
-        "--domain",
-        str(ros_domain),
-        "--reach",
-        "memory",
-        "--timeout",
-        "150",
-        "--monitor",
-    ]
-    CACHE.mkdir(parents=True, exist_ok=True)
-    with (CACHE / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        done = subprocess.run(
-            [*command, *options],
-            cwd=tmp_path,
-            env={**os.environ, "XDG_CACHE_HOME": str(CACHE)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+    options = ["--trace", "traces", "--reach", "memory", "--timeout", "150", "--monitor"]
+    with on_ros():
+        done = subprocess.run([*command, *options], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "conformance: conforms" in done.stdout
     assert "20 firings, 0 drops, 0 errors, 1 restart" in done.stdout

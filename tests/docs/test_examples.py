@@ -2,47 +2,23 @@
 
 from __future__ import annotations
 
-import fcntl
-import os
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 
-from dineros.generators.building import missing_tools
-from dineros.runtime.ros.domains import claimed_domain
 from tests.support.layouter import without_line
 from tests.support.markdown import blocks, commands, run_page
+from tests.support.on_ros import on_ros
 from tests.support.system_packages import require_for
 
 ROOT = Path(__file__).resolve().parents[2]
-CACHE = ROOT / "build/tests/cache"
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
 ON_ROS = ("quick_start.md",)
 """Pages whose nodes are processes on ROS 2."""
-
-
-@contextmanager
-def on_ros() -> Iterator[None]:
-    """Run in a domain of this test, with interfaces that earlier tests may have built."""
-    if missing_tools():
-        if os.environ.get("CI"):
-            pytest.fail(f"CI is set: {missing_tools()} must be there")
-        pytest.skip(f"without {', '.join(missing_tools())}")
-    CACHE.mkdir(parents=True, exist_ok=True)
-    with (
-        (CACHE / "lock").open("w") as lock,
-        claimed_domain() as domain,
-        pytest.MonkeyPatch.context() as patch,
-    ):
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        patch.setenv("XDG_CACHE_HOME", str(CACHE))
-        patch.setenv("ROS_DOMAIN_ID", str(domain))
-        yield
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

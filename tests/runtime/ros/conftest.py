@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from dineros.generators import Options, generate
-from dineros.generators.building import build_interfaces, environment, missing_tools
+from dineros.generators.building import build_interfaces, environment
 from dineros.metamodel.files import save
 from dineros.runtime.ros.domains import claimed_domain
 from dineros.runtime.ros.environment import Reach, ros_environment
@@ -25,6 +25,7 @@ from dineros.runtime.ros.memory import remove_abandoned
 from dineros.transformations.flattening.split import split
 from tests.runtime.ros.post import post
 from tests.runtime.ros.sockets import bound_addresses
+from tests.support.on_ros import require_tools
 
 ROOT = Path(__file__).resolve().parents[3]
 WORKSPACE = ROOT / "build/tests/post_workspace"
@@ -35,10 +36,7 @@ PATIENCE = 60.0
 @pytest.fixture(scope="session")
 def workspace() -> Path:
     """A workspace with the interfaces of the model `post`, built by the first run that needs it."""
-    if missing_tools():
-        if os.environ.get("CI"):
-            pytest.fail(f"CI is set: {missing_tools()} must be there")
-        pytest.skip(f"without {', '.join(missing_tools())}")
+    require_tools()
     WORKSPACE.mkdir(parents=True, exist_ok=True)
     with (WORKSPACE.parent / "post_workspace.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # several test processes build one workspace
