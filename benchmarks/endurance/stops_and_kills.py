@@ -195,11 +195,9 @@ class Round:
             counted[kind.event] = len(sent)
             for other in others:
                 came = Counter((each.channel, each.message) for each in records if type(each) is other)
+                missing = [key for key in sent if key not in came]
                 if kind is Request:  # the safety loop goes on at the end: its last call may be under way
-                    came = Counter({key: came.get(key, 0) for key in came})
-                    missing = [key for key in sent if key not in came and not _is_last(key, sent)]
-                else:
-                    missing = [key for key in sent if key not in came]
+                    missing = [key for key in missing if not _is_last(key, sent)]
                 twice = [key for key, number in (sent + came).items() if number > 2]
                 if missing or twice:
                     raise LostError(f"{kind.event} and {other.event}: missing {missing}, twice {twice}")
