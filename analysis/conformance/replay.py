@@ -64,6 +64,7 @@ class Replay:
             )
             for channel, topic in net.topics.items()
         }
+        self._nameless_topics: set[str] = set()
         self._calls = {
             channel.id: NamelessCalls(net, channel.id, self.marking, firings)
             for channel in net.model.channels
@@ -252,8 +253,11 @@ class Replay:
             return Waiting(
                 "no message of the model is under way to it",
                 self.net.publishing_nodes(record.channel),
-                "" if record.message else outside,
+                # A message without an id that came before may have been counted as this one.
+                outside if not record.message or record.channel in self._nameless_topics else "",
             )
+        if not record.message:
+            self._nameless_topics.add(record.channel)
         self.messages.taken(record)
         return None
 

@@ -407,6 +407,19 @@ class TestTopics:
             assert monitor.add(records) == []  # it may still be published
         assert monitor.finish().violations == verdict.violations
 
+    @pytest.mark.parametrize("place", [0, 1, 2, 3])
+    def test_a_message_from_outside_among_those_with_ids(self, place: int) -> None:
+        """It is named wherever it comes, also where what is missing then is a message with an id."""
+        traces = ReferenceRun(talker(), 1).run(80).stop().records
+        takes = [record for record in traces["listener"] if isinstance(record, Take)]
+        assert all(take.message for take in takes)
+        *records, stop = traces["listener"]
+        at = records.index(takes[place]) if place < len(takes) else len(records)
+        records.insert(at, replace(takes[0], message=""))
+        verdict = verdict_on(talker(), {**traces, "listener": [*records, stop]})
+        (violation,) = verdict.violations
+        assert violation.reason.endswith("a program outside of the model publishes on topic chatter, too")
+
     def test_a_message_with_a_foreign_id(self) -> None:
         traces = self.traces(3)
         position = next(n for n, record in enumerate(traces["listener"]) if isinstance(record, Take))
