@@ -75,8 +75,16 @@ class Visit:
     def open(self, file: Path, fragment: str = "") -> Page:
         """Open a file and wait until its first picture is drawn."""
         self.page.goto(f"{file.as_uri()}{fragment}")
-        wait_until(self.page, "globalThis.dinerosTrace && dinerosTrace.view.frames > 0")
+        self._wait_for_a_picture()
         return self.page
+
+    def reload(self) -> None:
+        """Load the page again and wait until its first picture is drawn."""
+        self.page.reload()
+        self._wait_for_a_picture()
+
+    def _wait_for_a_picture(self) -> None:
+        wait_until(self.page, "globalThis.dinerosTrace && dinerosTrace.view.frames > 0")
 
     def settle(self) -> None:
         """Wait until what was asked for is drawn."""

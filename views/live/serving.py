@@ -229,8 +229,10 @@ async def _changed(files: FolderWatch) -> None:
     for descriptor in files.descriptors:
         loop.add_reader(descriptor, told.set)
     try:
-        with contextlib.suppress(asyncio.TimeoutError):
-            await asyncio.wait_for(told.wait(), files.longest)
+        # Not `wait_for`, which forgets in Python 3.11 that it is cancelled when what it waits for comes then.
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(files.longest):
+                await told.wait()
     finally:
         for descriptor in files.descriptors:
             loop.remove_reader(descriptor)

@@ -90,3 +90,21 @@ def test_files_are_looked_at_when_they_have_changed(tmp_path: Path, monkeypatch:
             await following
 
     asyncio.run(follow())
+
+
+@pytest.mark.parametrize("turns", range(8))
+def test_it_can_be_stopped_while_it_is_told_of_a_change(tmp_path: Path, turns: int) -> None:
+    """As at the end of a run, when the last records are written: else the page waits for itself for ever."""
+
+    async def follow() -> None:
+        with watching.FolderWatch(tmp_path) as files:
+            waiting = asyncio.create_task(serving._changed(files))
+            await asyncio.sleep(0.01)
+            (tmp_path / "arm.jsonl").write_text("{")
+            for _ in range(turns):
+                await asyncio.sleep(0)
+            if waiting.cancel():
+                with pytest.raises(asyncio.CancelledError):
+                    await waiting
+
+    asyncio.run(follow())

@@ -93,8 +93,7 @@ def test_they_survive_a_reload_for_each_model_of_its_own(tmp_path: Path, visit: 
     one = visit()
     page = one.open(page_of(tmp_path / "t.html", lasso()))
     add(page, "drop", "!signal(Danger)")
-    page.reload()
-    one.settle()
+    one.reload()
     assert listed(page) == ["drop", "!signal(Danger)"]
     assert hits(page) == [6, 8]
     other = lasso()
@@ -105,8 +104,7 @@ def test_they_survive_a_reload_for_each_model_of_its_own(tmp_path: Path, visit: 
     assert listed(page) == []
     one.open(tmp_path / "t.html")
     page.click("#breaks li[data-text=drop] .remove")
-    page.reload()
-    one.settle()
+    one.reload()
     assert listed(page) == ["!signal(Danger)"]
 
 
@@ -115,8 +113,7 @@ def test_what_the_browser_has_kept_may_be_anything(tmp_path: Path, visit: NewVis
     one = visit()
     page = one.open(page_of(tmp_path / "t.html", lasso()))
     page.evaluate("(kept) => localStorage.setItem('dineros.breakpoints.sorting', kept)", kept)
-    page.reload()
-    one.settle()
+    one.reload()
     assert listed(page) == (["drop"] if "drop" in kept else [])
     add(page, "TRetry")
     assert listed(page)[-1] == "TRetry"
