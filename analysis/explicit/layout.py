@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.structure import PlaceInvariant, place_invariants, semiflows
+from dineros.analysis.nets.semiflows import semiflows
+from dineros.analysis.nets.structure import PlaceInvariant, place_invariants, proportional_places
 
 Int64Array = NDArray[np.int64]
 
@@ -36,8 +37,6 @@ FIRST_BITS = 6
 WORD_BITS = 64
 #: Most bits of a place, one less than a positive word for its guard.
 WIDEST = 61
-#: Places up to which the semiflows, and bounds by linear programming, are worth their time.
-LARGEST_FOR_SEMIFLOWS = 1_000
 
 
 class TooManyTokensError(OverflowError):
@@ -158,14 +157,10 @@ def signed(words: Sequence[int]) -> Int64Array:
 
 def layout(net: CompiledNet) -> Layout:
     """Choose cells for the places of a net."""
-    invariants = place_invariants(net)
-    flows = semiflows(net) if len(net.places) <= LARGEST_FOR_SEMIFLOWS else []
-    if len(net.places) <= LARGEST_FOR_SEMIFLOWS:
-        proved = place_bounds(net, flows)
-        bounds = [None if bound is None else bound.value for bound in proved]
-    else:
-        bounds = _bounds_by_invariants(net, invariants)
-    limits = {tuple(y.weights.items()): y for y in [*invariants, *flows] if y.exact}
+    flows = semiflows(net)
+    bounds = [None if bound is None else bound.value for bound in place_bounds(net, flows or ())]
+    known = [*place_invariants(net), *(proportional_places(net) if flows is None else flows)]
+    limits = {tuple(y.weights.items()): y for y in known}
     parts = [
         _Part((p,), np.arange(b + 1)[:, None])
         for p, b in enumerate(bounds)
@@ -184,16 +179,6 @@ def layout(net: CompiledNet) -> Layout:
                 raise TooManyTokensError(f"place {net.places[p]!r} may hold too many tokens")
             cells.append(Cell((p,), (1,), None, bound.bit_length()))
     return Layout.of(cells)
-
-
-def _bounds_by_invariants(net: CompiledNet, invariants: Sequence[PlaceInvariant]) -> list[int | None]:
-    bounds: list[int | None] = [None] * len(net.places)
-    for y in invariants:
-        if y.is_semiflow:
-            for p, weight in y.weights.items():
-                bound, known = y.constant // weight, bounds[p]
-                bounds[p] = bound if known is None else min(known, bound)
-    return bounds
 
 
 def _first_bits(net: CompiledNet, place: int) -> int:

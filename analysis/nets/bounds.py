@@ -13,7 +13,7 @@ place/transition net systems*, Lectures on Petri Nets I, LNCS 1491, 1998.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
@@ -33,7 +33,7 @@ class Bound:
     weights: dict[int, int]
 
 
-def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant]) -> list[Bound | None]:
+def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant] = ()) -> list[Bound | None]:
     """Bound of each place, or None where no weighting gives one.
 
     Parameters
@@ -55,7 +55,7 @@ def place_bounds(net: CompiledNet, flows: Iterable[PlaceInvariant]) -> list[Boun
     program = None
     for place in range(len(net.places)):
         if bounds[place] is None:
-            program = program or LinearProgram(net.incidence.T)
+            program = program or LinearProgram(net.delta, len(net.places))
             weights = _linear_weighting(net, program, place)
             if weights is not None:
                 _use(net, bounds, weights)
@@ -74,27 +74,36 @@ def bounds_like(net: CompiledNet, bounds: Iterable[Bound | None]) -> list[int | 
     valid: dict[int, bool] = {}  # most places share their weighting with others
     for place, bound in enumerate(bounds):
         if bound is not None and id(bound.weights) not in valid:
-            valid[id(bound.weights)] = not _grows(net, bound.weights)
+            valid[id(bound.weights)] = not grows(net, bound.weights)
         if bound is None or not valid[id(bound.weights)]:
             answers.append(None)
         else:
-            answers.append(_total(net, bound.weights) // bound.weights[place])
+            answers.append(weighted_sum(net, bound.weights) // bound.weights[place])
     return answers
 
 
 def _use(net: CompiledNet, bounds: list[Bound | None], weights: dict[int, int]) -> None:
-    total = _total(net, weights)
+    total = weighted_sum(net, weights)
     for place, weight in weights.items():
         known = bounds[place]
         if known is None or total // weight < known.value:
             bounds[place] = Bound(total // weight, weights)
 
 
-def _total(net: CompiledNet, weights: dict[int, int]) -> int:
+def integer_weights(proposed: Sequence[float]) -> dict[int, int]:
+    """Weights in proportion to those a linear program proposes, by place, without zeros."""
+    weights = {p: Fraction(w).limit_denominator(1_000) for p, w in enumerate(proposed) if w > 1e-9}
+    scale = lcm(*(weight.denominator for weight in weights.values()))
+    return {p: int(weight * scale) for p, weight in weights.items()}
+
+
+def weighted_sum(net: CompiledNet, weights: dict[int, int]) -> int:
+    """Weighted sum of tokens in the initial marking."""
     return sum(int(net.initial[p]) * weight for p, weight in weights.items())
 
 
-def _grows(net: CompiledNet, weights: dict[int, int]) -> bool:
+def grows(net: CompiledNet, weights: dict[int, int]) -> bool:
+    """Whether some firing would raise the weighted sum."""
     changing = {t for p in weights for t in net.changing[p]}
     return any(sum(weights.get(p, 0) * tokens for p, tokens in net.delta[t].items()) > 0 for t in changing)
 
@@ -126,7 +135,5 @@ def _linear_weighting(net: CompiledNet, program: LinearProgram, place: int) -> d
     )
     if proposed is None:
         return None
-    weights = {p: Fraction(w).limit_denominator(1_000) for p, w in enumerate(proposed) if w > 1e-9}
-    scale = lcm(*(weight.denominator for weight in weights.values()))
-    exact = {p: int(weight * scale) for p, weight in weights.items()}
-    return None if _grows(net, exact) else exact
+    weights = integer_weights(proposed)
+    return None if grows(net, weights) else weights

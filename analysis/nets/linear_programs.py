@@ -10,6 +10,7 @@ Computation 10(1), 2018.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,26 +19,35 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
+#: Work that the solutions of one program may take together: some seconds. It counts entries looked at, a
+#: row and a column for each step of the simplex method.
+MOST_WORK = 400_000_000
+
+
 class LinearProgram:
     """A program whose matrix stays while costs and limits change.
 
     Parameters
     ----------
-    matrix : array, shape (rows, columns)
-        A.
+    rows : sequence of mappings
+        A: by row, its entries by column, without zeros.
+    columns : int
+        Number of columns.
+    most_work : int
+        Entries that may be looked at in all; then there are no more solutions.
     """
 
-    def __init__(self, matrix: NDArray[Any]) -> None:
-        self._rows, self._columns = matrix.shape
-        row, column = np.nonzero(matrix)
-        self._index = column.astype(np.int32)
-        self._value = matrix[row, column].astype(np.float64)
-        self._start = np.searchsorted(row, np.arange(self._rows)).astype(np.int32)
+    def __init__(self, rows: Sequence[Mapping[int, float]], columns: int, most_work: int = MOST_WORK) -> None:
+        self._rows, self._columns = len(rows), columns
+        self._index = np.array([column for row in rows for column in row], dtype=np.int32)
+        self._value = np.array([value for row in rows for value in row.values()], dtype=np.float64)
+        self._start = np.cumsum([0, *(len(row) for row in rows)]).astype(np.int32)
+        self._work_left = most_work
 
     def solve(
         self, costs: FloatArray, limits: FloatArray, low: FloatArray, high: FloatArray
     ) -> list[float] | None:
-        """Return an optimal x; None where there is none.
+        """Return an optimal x; None where there is none, or none was found in time.
 
         Parameters
         ----------
@@ -48,20 +58,26 @@ class LinearProgram:
         low, high : float arrays, shape (columns,)
             Bounds of x; infinite where there is none.
         """
+        size = self._rows + self._columns
+        self._work_left -= size + self._index.size
+        if self._work_left < size:
+            return None
         import highspy
 
         program: Any = highspy.Highs()  # type: ignore[no-untyped-call]
         program.setOptionValue("output_flag", False)
         program.setOptionValue("threads", 1)
+        program.setOptionValue("simplex_iteration_limit", self._work_left // size)
         model = highspy.HighsLp()
         model.num_col_, model.num_row_ = self._columns, self._rows
         model.col_cost_, model.col_lower_, model.col_upper_ = costs, low, high
         model.row_lower_, model.row_upper_ = np.full(self._rows, -np.inf), limits
         model.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
-        model.a_matrix_.start_ = np.append(self._start, self._index.size).astype(np.int32)
+        model.a_matrix_.start_ = self._start
         model.a_matrix_.index_, model.a_matrix_.value_ = self._index, self._value
         program.passModel(model)
         program.run()
+        self._work_left -= size * max(0, program.getInfo().simplex_iteration_count)
         if program.getModelStatus() != highspy.HighsModelStatus.kOptimal:
             return None
         return list(program.getSolution().col_value)

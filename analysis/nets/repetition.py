@@ -46,13 +46,12 @@ def _proposed_weights(net: CompiledNet) -> list[int]:
     """Return integer weights of the places; zeros where none are found."""
     places, transitions = len(net.places), len(net.transitions)
     # Unknowns: the weights, and of each transition how much of 1 is sure to be gained.
-    matrix = np.zeros((transitions, places + transitions), dtype=np.int64)
-    for t, change in enumerate(net.delta):
-        matrix[t, places + t] = 1
-        for place, tokens in change.items():
-            matrix[t, place] = -tokens
+    rows = [
+        {**{place: -tokens for place, tokens in change.items()}, places + t: 1}
+        for t, change in enumerate(net.delta)
+    ]
     free, gains = np.full(places, np.inf), np.ones(transitions)
-    found = LinearProgram(matrix).solve(
+    found = LinearProgram(rows, places + transitions).solve(
         np.concatenate([np.zeros(places), -gains]),
         np.zeros(transitions),
         np.concatenate([-free, np.zeros(transitions)]),

@@ -24,6 +24,8 @@ from dineros.metamodel import pn, sym
 CHEAP = 1_500_000
 """Cache misses of saturation, about half a second, that liveness and the like may cost by default."""
 
+NEAR = 64 << 20
+"""Bytes for the search for a shortest way to a fault; one that is further off is found by the state space."""
 
 BEHAVIOUR = "liveness, reversibility, home markings"
 OUT_OF_MEMORY = "memory ran out"
@@ -125,18 +127,25 @@ def _overflows(subject: Subject, space: SymbolicStateSpace, report: Report, memo
             report.proved.append(f"{queue} never overflows")
             continue
         message = f"{queue} can overflow: a message is lost"
-        witness = _witness(subject, losing, memory)
+        witness = _witness(subject, space, losing, memory)
         if witness is None:
             report.unknown.append(Unknown(f"how {queue} overflows", OUT_OF_MEMORY))
         report.findings.append(Finding("queue-overflow", "error", queue.elements, message, witness))
 
 
-def _witness(subject: Subject, transition: str, memory: int) -> Witness | None:
-    """Return a firing sequence that ends with a transition."""
-    from dineros.analysis.questions.reachability import find_firing  # most models need no search
+def _witness(subject: Subject, space: SymbolicStateSpace, transition: str, memory: int) -> Witness | None:
+    """Return a firing sequence that ends with a transition: a shortest one where few markings are nearer."""
+    # Most models need no search.
+    from dineros.analysis.questions.reachability import find_firing, way_to_firing
 
-    answer = find_firing(subject.net, subject.transition_index[transition], memory)
-    return None if answer.trace is None else witness_of(subject, answer.trace)
+    number = subject.transition_index[transition]
+    trace = find_firing(subject.net, number, min(memory, NEAR)).trace
+    if trace is None:
+        try:
+            trace = way_to_firing(space, subject.names, number)
+        except DiagramMemoryError:
+            return None
+    return witness_of(subject, trace)
 
 
 def _deadlocks(subject: Subject, space: SymbolicStateSpace, report: Report) -> None:

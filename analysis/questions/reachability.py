@@ -14,12 +14,13 @@ from typing import Any, Literal
 
 from dineros.analysis.explicit import Found, Order, Unknown, Unreachable, find
 from dineros.analysis.explicit.goals import Goal, excludes
+from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
 from dineros.analysis.logic.language.disjunctions import goals_of
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.semantics import holds_on_lasso
-from dineros.analysis.logic.language.syntax import Formula, Globally, Not
+from dineros.analysis.logic.language.syntax import Constant, Formula, Globally, Not
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.logic.verdicts.answer import Answer
 from dineros.analysis.logic.verdicts.budget import Budget
@@ -27,6 +28,8 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.nets.shortening import shortened
 from dineros.analysis.reductions import Property, reduce
+from dineros.analysis.symbolic.engine import SymbolicStateSpace
+from dineros.analysis.symbolic.vector_sets import Scope
 
 QUICK = 256 << 20
 """Bytes for the search for a shortest trace, before the net is reduced."""
@@ -99,6 +102,31 @@ def _find_firing(net: CompiledNet, transition: int, limits: _Limits) -> Answer:
     names = reduction.expand([*(smaller.transitions[number] for number in answer.trace), name])
     trace = _to_goal(net, Goal.enabled(net, transition), [index[name] for name in names[:-1]])
     return Answer("reachable", (*trace, transition))
+
+
+def way_to_firing(space: SymbolicStateSpace, names: Names, transition: int) -> tuple[int, ...]:
+    """Return a firing sequence that ends with a transition, where some reachable marking enables it.
+
+    It is led by the diagram of all reachable markings, so that it is found however far away it is; a shortest
+    one it need not be. Of the markings that enable the transition one is chosen: what leads to any of them
+    can take far more nodes.
+
+    Raises
+    ------
+    DiagramMemoryError
+        If memory runs out.
+    """
+    ways = SymbolicSets(space, BoundAtoms(space.net, Constant(True), names))
+    sets, all_of_them = ways.sets, space.diagram.root
+    with Scope(space.diagram) as scope:
+        others = sets.without_boxes(all_of_them, space.event_masks(transition))
+        scope.hold(others)
+        enabling = sets.difference(all_of_them, others)
+        scope.hold(enabling)
+        goal = sets.some(enabling)
+        scope.hold(goal)
+        way = ways.way_to(goal)
+    return (*_to_goal(space.net, Goal.enabled(space.net, transition), way), transition)
 
 
 def find_deadlock(

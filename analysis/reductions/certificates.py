@@ -43,11 +43,11 @@ class StateEquation:
         self._index = {place: p for p, place in enumerate(self._places)}
         self._deltas = {t: arcs.delta for t, arcs in net.transitions.items()}
         self._rows = {t: row for row, t in enumerate(self._deltas)}
-        matrix = np.zeros((len(self._rows), len(self._places)))
-        for t, delta in self._deltas.items():
-            for place, gain in delta.items():
-                matrix[self._rows[t], self._index[place]] = gain
-        self._program = LinearProgram(matrix)
+        rows = [
+            dict(sorted((self._index[place], gain) for place, gain in delta.items() if gain))
+            for delta in self._deltas.values()
+        ]
+        self._program = LinearProgram(rows, len(self._places))
 
     def least(self, place: str, guard: Mapping[str, int]) -> Fraction | None:
         """Return a lower bound of a place in reachable markings with at least the guard on other places."""

@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 
 from dineros.analysis.nets.bounds import Bound, bounds_like, place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.structure import PlaceInvariant, semiflows
+from dineros.analysis.nets.semiflows import semiflows
+from dineros.analysis.nets.state_machines import state_machines
+from dineros.analysis.nets.structure import PlaceInvariant, place_invariants, proportional_places
 from dineros.analysis.symbolic.boxes import LARGEST_PRODUCT, Box, BoxNet, Event, box_net, drop_determined
 from dineros.metamodel.errors import BudgetError
 
@@ -117,16 +119,19 @@ def encode(net: CompiledNet, caps: Sequence[int | None] | None = None, memory: i
         If places may hold so many tokens that their local states take more memory.
     """
     flows = semiflows(net)
-    bounds = place_bounds(net, flows)
+    bounds = place_bounds(net, flows or ())
     values = [None if bound is None else bound.value for bound in bounds]
     if caps is not None:
         values = [cap if value is None else value for value, cap in zip(values, caps, strict=True)]
     known = [value for value in values if value is not None]
     if len(known) < len(values):
         raise UnknownBoundError([net.places[p] for p, value in enumerate(values) if value is None])
-    exact = [flow for flow in flows if flow.exact]
+    exact = [*proportional_places(net), *place_invariants(net)] if flows is None else flows
     boxes = drop_determined(box_net(net, known), (y for y in exact if len(y.weights) == 2), 0)
-    groups = _groups(boxes, [flow for flow in flows if flow.constant == 1])
+    if flows is None:
+        groups = state_machines(net, (p for p in boxes.kept if known[p] == 1))
+    else:
+        groups = _groups(boxes, [flow for flow in flows if flow.constant == 1])
     alone = set(boxes.kept) - {place for group in groups for place in group}
     boxes = drop_determined(boxes, exact, LARGEST_GROWTH, alone)
     groups += [(place,) for place in boxes.kept if place in alone]

@@ -28,8 +28,8 @@ from dineros.analysis.logic.language.atoms import (
     SomeFired,
 )
 from dineros.analysis.logic.verdicts.budget import BudgetExceededError, Meter
+from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.structure import semiflows
 
 MANY_STATES = 10_000
 """States from which on widening a field is worth some thought."""
@@ -178,12 +178,12 @@ class Product:
     def _anticipate(self, marking: list[int]) -> None:
         """Raise tokens that are likely to outgrow their fields soon, so that the states are converted once.
 
-        Those are the places with fields as wide as the one too small now, unless a semiflow proves that they
-        hold at most one token.
+        Those are the places with fields as wide as the one too small now, unless they are proved to hold at
+        most one token.
         """
         bits = self.layout.bits
         narrow = {have for have, tokens in zip(bits, marking, strict=True) if tokens.bit_length() > have}
-        safe = {place for flow in semiflows(self.net, largest_constant=1) for place in flow.weights}
+        safe = {p for p, bound in enumerate(place_bounds(self.net)) if bound is not None and bound.value <= 1}
         for place, have in enumerate(bits):
             if have in narrow and place not in safe:
                 marking[place] = max(marking[place], 1 << have)

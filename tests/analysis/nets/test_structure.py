@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+import itertools
+
+import networkx as nx
+import numpy as np
 import pytest
 from hypothesis import given, settings
 
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet, NetError
-from dineros.analysis.nets.structure import place_invariants, semiflows
+from dineros.analysis.nets.linear_programs import LinearProgram
+from dineros.analysis.nets.semiflows import semiflows
+from dineros.analysis.nets.state_machines import state_machines
+from dineros.analysis.nets.structure import place_invariants, proportional_places
 from dineros.analysis.symbolic.levels import UnknownBoundError, encode
 from tests.analysis import classic_nets as classic
 from tests.analysis.reference_case_study import reference_case_study
-from tests.analysis.reference_search import reference_search
+from tests.analysis.reference_search import reachability_graph, reference_search
 from tests.analysis.strategies import nets
 
 
 @given(nets())
 @settings(max_examples=100, deadline=None)
 def test_invariants_span_the_kernel(net: CompiledNet) -> None:
-    import numpy as np
-
     found = place_invariants(net)
     rank = np.linalg.matrix_rank(net.incidence) if net.incidence.size else 0
     assert len(found) == len(net.places) - rank
@@ -34,15 +39,71 @@ def test_invariants_span_the_kernel(net: CompiledNet) -> None:
 @settings(max_examples=100, deadline=None)
 def test_bounds_hold(net: CompiledNet) -> None:
     counts = reference_search(net, 500)
-    bounds = place_bounds(net, semiflows(net))
     if counts is not None:
-        for bound, largest in zip(bounds, counts.largest_place, strict=True):
-            assert bound is None or bound.value >= largest
+        for flows in (semiflows(net) or (), ()):  # those that the linear programs are to replace, and none
+            for bound, largest in zip(place_bounds(net, flows), counts.largest_place, strict=True):
+                assert bound is None or bound.value >= largest
+
+
+@given(nets())
+@settings(max_examples=100, deadline=None)
+def test_linear_programs_bound_as_tightly_as_semiflows(net: CompiledNet) -> None:
+    flows = semiflows(net)
+    assert flows is not None
+    for bound, other in zip(place_bounds(net, flows), place_bounds(net), strict=True):
+        assert (bound is None) == (other is None)
+        assert bound is None or other is None or other.value <= bound.value
+
+
+@given(nets())
+@settings(max_examples=100, deadline=None)
+def test_proportional_places_are_proportional(net: CompiledNet) -> None:
+    found = proportional_places(net)
+    for invariant in found:
+        for change in net.delta:
+            assert sum(w * change.get(p, 0) for p, w in invariant.weights.items()) == 0
+    # None is left out: two places are connected by what was found if, and only if, they are proportional.
+    graph: nx.Graph[int] = nx.Graph()
+    graph.add_nodes_from(range(len(net.places)))
+    graph.add_edges_from((min(y.weights), max(y.weights)) for y in found if len(y.weights) == 2)
+    constant = {p for p, row in enumerate(net.incidence) if not row.any()}
+    assert {p for y in found if len(y.weights) == 1 for p in y.weights} == constant
+    for p, q in itertools.combinations(sorted(set(range(len(net.places))) - constant), 2):
+        is_proportional = np.linalg.matrix_rank(net.incidence[[p, q]]) == 1
+        assert nx.has_path(graph, p, q) == is_proportional
+
+
+@given(nets())
+@settings(max_examples=100, deadline=None)
+def test_state_machines_hold_one_token(net: CompiledNet) -> None:
+    graph = None if reference_search(net, 500) is None else reachability_graph(net)
+    groups = state_machines(net, range(len(net.places)))
+    assert len({p for group in groups for p in group}) == sum(map(len, groups))
+    for marking in graph or ():
+        for group in groups:
+            assert sum(marking[p] for p in group) <= 1
+
+
+def test_state_machines_of_philosophers_are_their_forks() -> None:
+    net = classic.philosophers(6)
+    groups = state_machines(net, range(len(net.places)))
+    alone = set(range(len(net.places))) - {p for group in groups for p in group}
+    assert len(groups[0]) == 5
+    assert {net.places[p] for p in alone} == {f"think{i}" for i in range(6)}
+
+
+def test_a_spent_share_gives_way() -> None:
+    net = classic.philosophers(6)
+    assert semiflows(net, most_work=100) is None
+    assert len(place_invariants(net, work=20)) < len(place_invariants(net))
+    program = LinearProgram(net.delta, len(net.places), most_work=10)
+    zeros = np.zeros(len(net.places))
+    assert program.solve(zeros, np.zeros(len(net.delta)), zeros, zeros) is None
 
 
 def test_invariants_of_the_semantics_are_found() -> None:
     net = reference_case_study((2, 1, 1), "input", "weighted")
-    names = [{net.places[p]: w for p, w in y.weights.items()} for y in semiflows(net)]
+    names = [{net.places[p]: w for p, w in y.weights.items()} for y in semiflows(net) or ()]
     assert {"StateGet": 1, "StateEnd": 1} in names
     assert {"Red": 1, "not Red": 1} in names
     queue = "LeftCellObjects.publish.SortRed"
@@ -61,7 +122,7 @@ def test_determined_places_are_recovered() -> None:
 
 def test_kanban_bounds() -> None:
     net = classic.kanban(3)
-    assert all(bound is not None and bound.value == 3 for bound in place_bounds(net, semiflows(net)))
+    assert all(bound is not None and bound.value == 3 for bound in place_bounds(net))
 
 
 def test_unknown_bounds_name_the_places() -> None:

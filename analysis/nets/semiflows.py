@@ -1,0 +1,153 @@
+"""Minimal semiflows of a net, where they are few.
+
+There can be exponentially many: k clients that take turns at m services of k instances each have more
+semiflows than markings. So their enumeration has a share of work, which is looked at before rows are
+combined. Where it is spent, whoever asked goes on without them: with invariants of two places and a basis
+(`structure`), and with linear programs for what is wanted of a place (`bounds`) or of a group of them
+(`state_machines`), which cost little however many semiflows there are.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from heapq import heappop, heappush
+from math import gcd
+from typing import NamedTuple
+
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.structure import PlaceInvariant
+
+#: Entries of rows that may be looked at: less than a second. The case study needs 20,000.
+MOST_WORK = 1_000_000
+
+
+def semiflows(net: CompiledNet, most_work: int = MOST_WORK) -> list[PlaceInvariant] | None:
+    """All minimal-support semiflows; None where that takes more work than is given.
+
+    References
+    ----------
+    J. M. Colom and M. Silva, *Convex geometry and semiflows in P/T nets*, Advances in Petri Nets 1990, LNCS
+    483.
+    """
+    residuals: list[dict[int, int]] = [{} for _ in net.places]
+    for number, change in enumerate(net.delta):
+        for p, tokens in change.items():
+            residuals[p][number] = tokens
+    rows = _Rows(most_work)
+    for p, residual in enumerate(residuals):
+        rows.add(_Row(residual, {p: 1}, 1 << p))
+    while (t := rows.cheapest()) is not None:
+        if not rows.eliminate(t):
+            return None
+    found = [PlaceInvariant.of(net, row.weights) for row in rows]
+    return sorted(found, key=lambda y: (len(y.weights), y.constant, list(y.weights)))
+
+
+class _Row(NamedTuple):
+    """A weighting under way: what firing each transition adds to its sum, and its places as bits."""
+
+    residual: dict[int, int]
+    weights: dict[int, int]
+    support: int
+
+    @property
+    def entries(self) -> int:
+        """What combining it with another row costs."""
+        return len(self.residual) + len(self.weights)
+
+
+class _Rows:
+    """The weightings under way, found by the transitions that change them and by their lowest place.
+
+    Elimination looks at few rows of many: without the indices, nets of thousands of places take minutes.
+    """
+
+    def __init__(self, work: int) -> None:
+        self._work_left = work
+        self._rows: dict[int, _Row] = {}
+        self._made = 0
+        self._raised: defaultdict[int, set[int]] = defaultdict(set)
+        self._lowered: defaultdict[int, set[int]] = defaultdict(set)
+        self._by_lowest_place: defaultdict[int, set[int]] = defaultdict(set)
+        #: (rows that elimination adds, transition); an entry is stale when the number is another one by now.
+        self._costs: list[tuple[int, int]] = []
+
+    def __iter__(self) -> Iterator[_Row]:
+        return iter(self._rows.values())
+
+    def add(self, row: _Row) -> None:
+        """Put a row in."""
+        number = self._made
+        self._made += 1
+        self._rows[number] = row
+        self._by_lowest_place[min(row.weights)].add(number)
+        for t, tokens in row.residual.items():
+            (self._raised if tokens > 0 else self._lowered)[t].add(number)
+            heappush(self._costs, (self._cost(t), t))
+
+    def cheapest(self) -> int | None:
+        """Return the transition whose elimination adds the fewest rows; None when none is left."""
+        while self._costs:
+            cost, t = heappop(self._costs)
+            if (self._raised[t] or self._lowered[t]) and cost == self._cost(t):
+                return t
+        return None
+
+    def eliminate(self, t: int) -> bool:
+        """Replace the rows that a transition changes by the combinations that it does not change.
+
+        Return False, before anything is combined, where no work is left for it.
+        """
+        positive = [self._take(number) for number in sorted(self._raised[t])]
+        negative = [self._take(number) for number in sorted(self._lowered[t])]
+        self._work_left -= len(negative) * sum(row.entries for row in positive)
+        self._work_left -= len(positive) * sum(row.entries for row in negative)
+        if self._work_left < 0:
+            return False
+        made: dict[int, _Row] = {}
+        for one in positive:
+            for other in negative:
+                support = one.support | other.support
+                if support in made:
+                    continue
+                a, b = -other.residual[t], one.residual[t]
+                residual = _combine(one.residual, a, other.residual, b)
+                weights = _combine(one.weights, a, other.weights, b)
+                common = gcd(*residual.values(), *weights.values())
+                if common > 1:
+                    residual = {key: value // common for key, value in residual.items()}
+                    weights = {key: value // common for key, value in weights.items()}
+                made[support] = _Row(residual, weights, support)
+        for support in sorted(made, key=lambda bits: (bits.bit_count(), bits)):
+            # Only rows of minimal support can lead to minimal semiflows.
+            if not self._holds_part_of(made[support]):
+                self.add(made[support])
+        return True
+
+    def _holds_part_of(self, row: _Row) -> bool:
+        self._work_left -= sum(len(self._by_lowest_place[place]) for place in row.weights)
+        return any(
+            self._rows[number].support & row.support == self._rows[number].support
+            for place in row.weights
+            for number in self._by_lowest_place[place]
+        )
+
+    def _take(self, number: int) -> _Row:
+        row = self._rows.pop(number)
+        self._by_lowest_place[min(row.weights)].discard(number)
+        for t, tokens in row.residual.items():
+            (self._raised if tokens > 0 else self._lowered)[t].discard(number)
+            heappush(self._costs, (self._cost(t), t))
+        return row
+
+    def _cost(self, t: int) -> int:
+        lowered, raised = len(self._lowered[t]), len(self._raised[t])
+        return lowered * raised - lowered - raised
+
+
+def _combine(one: dict[int, int], a: int, other: dict[int, int], b: int) -> dict[int, int]:
+    total = {key: a * value for key, value in one.items()}
+    for key, value in other.items():
+        total[key] = total.get(key, 0) + b * value
+    return {key: value for key, value in total.items() if value}
