@@ -45,7 +45,7 @@ def _client(model: sym.SystemModel, number: int, channels: list[sym.ServiceChann
         request = sym.Place(id=f"Request{number}_{turn}", page=net)
         response = sym.Place(id=f"Response{number}_{turn}", page=net)
         channel.clients.append(sym.ClientPort(client=f"client{number}", request=request, response=response))
-        # An answer is the next question; between two rounds there is a pause.
+        # The answer of one is what the next is asked with; after the last one the client rests.
         flow(before, sym.Transition(id=f"Ask{number}_{turn}", page=net), request)
         before = response
     flow(before, sym.Transition(id=f"Rest{number}", page=net), idle)

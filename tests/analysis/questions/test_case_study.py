@@ -124,6 +124,17 @@ def test_three_colours_on_one_topic_overflow_at_the_subscriber() -> None:
     assert not any("SortRed" in element for finding in found for element in finding.elements)
 
 
+def test_the_state_space_leads_to_what_no_search_comes_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dineros.analysis.questions.check.NEAR", 1 << 12)
+    model = build()
+    find(model, "LeftCellObjects", sym.TopicChannel).subscribers[0].limit = 1
+    report = check(model, MEMORY)
+    assert report.unknown == []
+    (overflow,) = [finding for finding in report.findings if finding.rule == "queue-overflow"]
+    assert overflow.witness is not None
+    replay(base_subject(model), overflow.witness)
+
+
 def replay(subject: Subject, witness: Witness) -> list[int]:
     """Fire a witness by the plain firing rule; return its last marking."""
     marking = [int(tokens) for tokens in subject.net.initial]
