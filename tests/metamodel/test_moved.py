@@ -22,6 +22,9 @@ import pytest
         ("dineros.analysis.statespace", "dineros.analysis.questions.state_space"),
         ("dineros.analysis.logic.parser", "dineros.analysis.logic.language.parser"),
         ("dineros.analysis.logic.names", "dineros.analysis.logic.language.names"),
+        ("dineros.metamodel.constraints.topics", "dineros.metamodel.constraints.families.topics"),
+        ("dineros.metamodel.files.xmi_reader", "dineros.metamodel.files.xmi.reader"),
+        ("dineros.metamodel.files.positions", "dineros.metamodel.positions"),
     ],
 )
 def test_a_module_that_moved_is_found_with_a_warning(

@@ -9,7 +9,7 @@ import pytest
 from dineros.metamodel import pn
 from dineros.metamodel.elements import arcs, find, resolve
 from dineros.metamodel.files.pnml import pnml_bytes, read_pnml, write_pnml
-from dineros.metamodel.files.positions import location_of
+from dineros.metamodel.positions import location_of
 from tests.support.equality import differences
 from tests.support.pnml import PNML, again, document, drawing, read_net, read_text
 

@@ -18,10 +18,10 @@ from pathlib import Path
 
 from dineros.metamodel import pn
 from dineros.metamodel.files.atomic import write_atomically
-from dineros.metamodel.files.positions import remember_file
 from dineros.metamodel.files.reading import collector_paused, read_bytes
-from dineros.metamodel.files.tina_reader import net_from_text
-from dineros.metamodel.files.tina_writer import net_text
+from dineros.metamodel.files.tina.reader import net_from_text
+from dineros.metamodel.files.tina.writer import net_text
+from dineros.metamodel.positions import remember_file
 
 __all__ = ["net_from_text", "net_text", "read_net", "write_net"]
 

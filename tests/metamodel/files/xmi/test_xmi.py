@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from dineros.metamodel import pn, pnm, rtm, sym, trace
 from dineros.metamodel.base import EObject
 from dineros.metamodel.errors import ModelFileError
-from dineros.metamodel.files.positions import location_of
 from dineros.metamodel.files.xmi import read_xmi, write_xmi, xmi_bytes
+from dineros.metamodel.positions import location_of
 from tests.support.equality import differences
 from tests.support.models import plain_nets, system_models
 from tests.support.small import small_net, small_system

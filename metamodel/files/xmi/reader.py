@@ -17,9 +17,10 @@ from dineros.metamodel.errors import (
     near_matches,
     with_article,
 )
-from dineros.metamodel.files.positions import file_of, location_of, real_path
+from dineros.metamodel.files.net_formats import SUFFIXES_OF_NETS, net_format
 from dineros.metamodel.files.schema import Kind, class_of, describe, identity, shortened
-from dineros.metamodel.files.xmi_tree import Document, Reference, TreeReader
+from dineros.metamodel.files.xmi.tree import Document, Reference, TreeReader
+from dineros.metamodel.positions import file_of, location_of, real_path
 
 FILE_LIMIT = 64
 
@@ -75,10 +76,10 @@ class XmiReader:
             raise errors[0] if len(errors) == 1 else CollectedModelFileError(errors)
 
     def _read(self, document: Document) -> None:
-        if document.path.suffix.lower() in (".pnml", ".net"):
-            from dineros.metamodel.files import load_any
-
-            _index(document, load_any(document.path))
+        suffix = document.path.suffix.lower()
+        if suffix in SUFFIXES_OF_NETS:
+            read, _ = net_format(suffix)
+            _index(document, read(document.path))
         else:
             TreeReader(document, self._references, self._find_file).read()
 

@@ -14,7 +14,7 @@ from dineros.metamodel.files.pnml.vocabulary import Version
 from tests.support.equality import differences
 from tests.support.pnml import DINEROS, PNML, again, drawing
 
-FILE = Path(__file__).resolve().parents[4] / "shared" / "models" / "AcomodiaFeatureSym.pnml"
+FILE = Path(__file__).resolve().parents[5] / "shared" / "models" / "AcomodiaFeatureSym.pnml"
 
 pytestmark = pytest.mark.skipif(not FILE.exists(), reason=f"{FILE.name} is not beside the project")
 

@@ -15,10 +15,10 @@ from pathlib import Path
 
 from dineros.metamodel.base import EObject
 from dineros.metamodel.files.atomic import write_atomically
-from dineros.metamodel.files.positions import remember_file
 from dineros.metamodel.files.reading import collector_paused
-from dineros.metamodel.files.xmi_reader import XmiReader
-from dineros.metamodel.files.xmi_writer import xmi_bytes
+from dineros.metamodel.files.xmi.reader import XmiReader
+from dineros.metamodel.files.xmi.writer import xmi_bytes
+from dineros.metamodel.positions import remember_file
 
 __all__ = ["read_xmi", "write_xmi", "xmi_bytes"]
 

@@ -8,8 +8,8 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, inhibit, read
 from dineros.metamodel.elements import arcs, find, places, resolve, transitions
 from dineros.metamodel.errors import DinerosError, ModelFileError
-from dineros.metamodel.files.positions import location_of
 from dineros.metamodel.files.tina import net_from_text, net_text, read_net, write_net
+from dineros.metamodel.positions import location_of
 from tests.support.equality import differences
 from tests.support.models import plain_nets
 from tests.support.small import small_net, small_system

@@ -16,8 +16,8 @@ from lark.exceptions import LarkError, UnexpectedCharacters, UnexpectedInput, Un
 
 from dineros.metamodel import pn
 from dineros.metamodel.errors import Location, ModelFileError, near_matches
-from dineros.metamodel.files.positions import remember
 from dineros.metamodel.files.schema import read_integer
+from dineros.metamodel.positions import remember
 
 NAME_LIMIT = 500_000
 _FACTORS = {"K": 1_000, "M": 1_000_000}

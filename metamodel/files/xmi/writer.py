@@ -9,8 +9,8 @@ from urllib.parse import quote
 
 from dineros.metamodel.base import EObject
 from dineros.metamodel.errors import Location, ModelFileError, with_article
-from dineros.metamodel.files.positions import file_of, real_path
 from dineros.metamodel.files.schema import Feature, Kind, ModelClass, class_of, describe, identity
+from dineros.metamodel.positions import file_of, real_path
 
 XMI = "http://www.omg.org/XMI"
 XSI = "http://www.w3.org/2001/XMLSchema-instance"

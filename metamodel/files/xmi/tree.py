@@ -1,4 +1,4 @@
-"""Making model objects from the XML tree of an XMI file; references are only collected (see `xmi_reader`)."""
+"""Making model objects from the XML tree of an XMI file; references are only collected (see `reader`)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from lxml import etree
 
 from dineros.metamodel.base import EObject
 from dineros.metamodel.errors import Location, ModelFileError, near_matches
-from dineros.metamodel.files.positions import location_of, remember, remember_file
 from dineros.metamodel.files.schema import (
     Feature,
     Kind,
@@ -21,8 +20,9 @@ from dineros.metamodel.files.schema import (
     model_class,
     shortened,
 )
-from dineros.metamodel.files.xmi_writer import XMI, XSI
+from dineros.metamodel.files.xmi.writer import XMI, XSI
 from dineros.metamodel.files.xml import Tree, attributes_of, line_of, parse
+from dineros.metamodel.positions import location_of, remember, remember_file
 
 _TYPES = (f"{{{XSI}}}type", f"{{{XMI}}}type")
 _XMI_ID = f"{{{XMI}}}id"
