@@ -22,6 +22,7 @@ import pytest
         ("dineros.analysis.statespace", "dineros.analysis.questions.state_space"),
         ("dineros.analysis.logic.parser", "dineros.analysis.logic.language.parser"),
         ("dineros.analysis.logic.names", "dineros.analysis.logic.language.names"),
+        ("dineros.generators.manifest", "dineros.generators.workspace.manifest"),
         ("dineros.metamodel.constraints.topics", "dineros.metamodel.constraints.families.topics"),
         ("dineros.metamodel.files.xmi_reader", "dineros.metamodel.files.xmi.reader"),
         ("dineros.metamodel.files.positions", "dineros.metamodel.positions"),

@@ -50,6 +50,7 @@ FOLDERS = {
         *("pnml", "tina", "net_formats", "xmi"),
     ],
     "metamodel/constraints": ["shape", "index", "wording", "constraint", "circles", "families", "listing"],
+    "generators": ["templates", "application", "workspace"],
     "transformations": ["language", "rules", "flattening", "pictures"],
     "analysis": [
         "nets",

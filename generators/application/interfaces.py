@@ -10,8 +10,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 
-from dineros.generators.filters import Name, Written
-from dineros.generators.naming import (
+from dineros.generators.application.naming import (
     NOTHING_RESERVED,
     NamingError,
     Reserved,
@@ -19,6 +18,7 @@ from dineros.generators.naming import (
     message_fields,
     require_own_packages,
 )
+from dineros.generators.templates.filters import Name, Written
 from dineros.metamodel import sym
 from dineros.metamodel.elements import label
 from dineros.metamodel.ros_names import camel_case, interfaces_package

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from dineros.generators.arcs import ArcEnd
+from dineros.generators.application.arcs import ArcEnd
 from dineros.metamodel import sym
 
 

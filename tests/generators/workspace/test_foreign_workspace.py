@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 from dineros.generators import Options, check, generate
-from dineros.generators.building import build_interfaces
-from dineros.generators.manifest import PLACE
+from dineros.generators.workspace.building import build_interfaces
+from dineros.generators.workspace.manifest import PLACE
 from dineros.metamodel.errors import DinerosError
 from tests.generators.models import kitchen, rename_node
 

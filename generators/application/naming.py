@@ -8,8 +8,8 @@ import re
 from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass
 
-from dineros.generators.filters import Name
-from dineros.generators.taken import owner_of
+from dineros.generators.application.taken import owner_of
+from dineros.generators.templates.filters import Name
 from dineros.metamodel import sym
 from dineros.metamodel.elements import label
 from dineros.metamodel.errors import DinerosError

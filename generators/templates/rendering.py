@@ -16,7 +16,7 @@ from typing import Any
 
 import jinja2
 
-from dineros.generators.filters import (
+from dineros.generators.templates.filters import (
     FILTERS,
     Environment,
     Name,
@@ -30,7 +30,7 @@ from dineros.metamodel.errors import DinerosError, Location, near_matches
 from dineros.metamodel.files.confined import ConfinedFolder
 from dineros.metamodel.ros_names import snake_case
 
-OURS = Path(__file__).parent / "templates"
+OURS = Path(__file__).parent
 
 
 class TemplateError(DinerosError):

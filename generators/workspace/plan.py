@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from dineros.generators.application import Transition
-from dineros.generators.filters import Name, Written
-from dineros.generators.manifest import Manifest
+from dineros.generators.application.application import Transition
+from dineros.generators.templates.filters import Name, Written
+from dineros.generators.workspace.manifest import Manifest
 
 WriteStub = Callable[[Transition, Name, Name], Written]
 """Writes a stub, given its transition, its function's name and what the module calls ``firings``."""

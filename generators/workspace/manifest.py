@@ -11,7 +11,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from dineros.generators.manifest_schema import MANIFEST, OPTIONAL, SIZE_LIMIT, ManifestError, record_of
+from dineros.generators.workspace.manifest_schema import (
+    MANIFEST,
+    OPTIONAL,
+    SIZE_LIMIT,
+    ManifestError,
+    record_of,
+)
 from dineros.metamodel.errors import Location, ModelFileError
 from dineros.metamodel.files.confined import ConfinedFolder
 from dineros.metamodel.json_text import JsonTextError, decode_json

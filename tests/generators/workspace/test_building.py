@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from dineros.generators import Options, building, generate
+from dineros.generators import Options, generate
+from dineros.generators.templates.rendering import OURS
+from dineros.generators.workspace import building
 from dineros.metamodel import sym
 from tests.generators.models import change_field, kitchen
 
@@ -55,8 +57,8 @@ def test_interfaces_are_built_for_what_they_say_and_for_nothing_else(tmp_path: P
     assert built(model, tmp_path, OPTIONS, builds)
     template = tmp_path / "templates/interfaces/package.xml.j2"
     template.parent.mkdir(parents=True)
-    ours = building.__file__.replace("building.py", "templates/interfaces/package.xml.j2")
-    text = Path(ours).read_text(encoding="utf-8")
+    ours = OURS / "interfaces/package.xml.j2"
+    text = ours.read_text(encoding="utf-8")
     template.write_text(text.replace("  <member", "  <depend>geometry_msgs</depend>\n  <member"))
     assert built(model, tmp_path, replace(OPTIONS, templates=template.parents[1]), builds)
 

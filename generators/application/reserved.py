@@ -8,8 +8,9 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable
 
-from dineros.generators.application import Application, application_of
-from dineros.generators.naming import Reserved
+from dineros.generators.application.application import Application
+from dineros.generators.application.collecting import application_of
+from dineros.generators.application.naming import Reserved
 from dineros.metamodel import sym
 from dineros.metamodel.ros_names import snake_case
 

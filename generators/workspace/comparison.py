@@ -10,10 +10,10 @@ import difflib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from dineros.generators import handwritten
-from dineros.generators.manifest import DeveloperEntry, Manifest, StubEntry, hash_of
-from dineros.generators.notices import Change, Edit, Notice
-from dineros.generators.plan import DeveloperFile, Plan
+from dineros.generators.workspace import handwritten
+from dineros.generators.workspace.manifest import DeveloperEntry, Manifest, StubEntry, hash_of
+from dineros.generators.workspace.notices import Change, Edit, Notice
+from dineros.generators.workspace.plan import DeveloperFile, Plan
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.confined import ConfinedFolder
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from dineros.generators import Options, generate
-from dineros.generators.application import application_of
-from dineros.generators.naming import NamingError, node_packages
-from dineros.generators.taken import KNOWN, owner_of
+from dineros.generators.application.collecting import application_of
+from dineros.generators.application.naming import NamingError, node_packages
+from dineros.generators.application.taken import KNOWN, owner_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import find
 from tests.generators.models import kitchen

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from dineros.generators import Options, generate
-from dineros.generators.application import application_of
+from dineros.generators.application.collecting import application_of
 from dineros.metamodel.records import Publish, Serve, read_trace, traces_of_runs
 from dineros.runtime.journal import JournalRecorder
 from dineros.runtime.simulation import LocalApplication

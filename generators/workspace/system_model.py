@@ -8,8 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dineros.generators.building import manifest_of
-from dineros.generators.comparison import WorkspaceError
+from dineros.generators.workspace.building import manifest_of
+from dineros.generators.workspace.comparison import WorkspaceError
 from dineros.metamodel.errors import Location
 from dineros.metamodel.files.confined import ConfinedFolder
 from dineros.metamodel.ros_names import snake_case

@@ -18,9 +18,9 @@ import pytest
 import yaml  # type: ignore[import-untyped]
 
 from dineros.generators import Options, generate
-from dineros.generators.application import application_of
-from dineros.generators.naming import NamingError
-from dineros.generators.workspace import plan
+from dineros.generators.application.collecting import application_of
+from dineros.generators.application.naming import NamingError
+from dineros.generators.workspace.planning import plan
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.constraints import validate
@@ -31,7 +31,7 @@ from dineros.runtime.ros.parameters import signal_parameters
 from dineros.transformations.flattening.split import split
 from tests.generators.models import kitchen
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def files_of(model: sym.SystemModel, folder: str = "") -> dict[str, str]:

@@ -16,9 +16,9 @@ from dineros.generators import (
     generate,
     read_manifest,
 )
-from dineros.generators.developers import DeveloperFileError
-from dineros.generators.manifest import PLACE, ManifestError
-from dineros.generators.system_model import system_model_of
+from dineros.generators.workspace.developers import DeveloperFileError
+from dineros.generators.workspace.manifest import PLACE, ManifestError
+from dineros.generators.workspace.system_model import system_model_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.elements import find

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dineros.generators.application import Application, NodePackage, Transition
-from dineros.generators.developers import instance_of
-from dineros.generators.filters import Name
+from dineros.generators.application.application import Application, NodePackage, Transition
+from dineros.generators.templates.filters import Name
+from dineros.generators.workspace.developers import instance_of
 from dineros.metamodel import records
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.json_text import decode_json

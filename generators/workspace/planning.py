@@ -1,60 +1,29 @@
-"""A ROS 2 workspace from a system model: what it should hold, comparing, writing.
-
-Example
--------
->>> from pathlib import Path
->>> from dineros.generators import Options, generate
->>> from dineros.metamodel.files import load
->>> model = load("case_study/sorting.sym.xmi")                            # doctest: +SKIP
->>> comparison = generate(model, Path("workspace"), Options(source="sorting.sym.xmi"))   # doctest: +SKIP
-"""
+"""What a ROS 2 workspace should hold, from a system model and options."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from dineros.generators import dependencies
-from dineros.generators.application import Application, NodePackage, Transition, application_of
-from dineros.generators.comparison import Comparison, WorkspaceError, compare
-from dineros.generators.filters import Name, Written
-from dineros.generators.handwritten import FIRINGS
-from dineros.generators.manifest import PLACE, Manifest, NodeEntry, read_manifest, write_manifest
-from dineros.generators.naming import NOTHING_RESERVED, Reserved, function_of, require_short_paths
-from dineros.generators.notices import Edit
-from dineros.generators.plan import DeveloperFile, Plan, WriteStub
-from dineros.generators.reserved import reserved_names
-from dineros.generators.scripts import Script, read_script
-from dineros.generators.system_model import file_name
-from dineros.generators.templates import TemplateError, Templates, generator
+from dineros.generators.application.application import Application, NodePackage, Transition
+from dineros.generators.application.collecting import application_of
+from dineros.generators.application.naming import NOTHING_RESERVED, Reserved, function_of, require_short_paths
+from dineros.generators.application.reserved import reserved_names
+from dineros.generators.templates.filters import Name, Written
+from dineros.generators.templates.rendering import TemplateError, Templates, generator
+from dineros.generators.workspace import dependencies
+from dineros.generators.workspace.handwritten import FIRINGS
+from dineros.generators.workspace.manifest import Manifest, NodeEntry
+from dineros.generators.workspace.plan import DeveloperFile, Plan, WriteStub
+from dineros.generators.workspace.scripts import Script, read_script
+from dineros.generators.workspace.system_model import file_name
 from dineros.metamodel import sym
 from dineros.metamodel.errors import Location
 from dineros.metamodel.files.confined import ConfinedFolder
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.metamodel.ros_names import snake_case
-
-
-class EditedError(WorkspaceError):
-    """Generated files were edited by hand.
-
-    Attributes
-    ----------
-    edits : tuple of Edit
-        Which, and how.
-    """
-
-    def __init__(self, edits: tuple[Edit, ...], workspace: Path) -> None:
-        first, others = edits[0], len(edits) - 1
-        more = f"; and {others} more" if others else ""
-        super().__init__(
-            f"{first.message}{more}: nothing is written",
-            location=Location(workspace / first.path),
-            hint="move your change to a developer's file or a template of your own, then remove the file",
-        )
-        self.edits = edits
 
 
 @dataclass(frozen=True)
@@ -95,51 +64,6 @@ DEFAULTS: dict[str, Any] = {
     "maintainer": "TODO <todo@example.org>",
     "templates": None,
 }
-
-
-def generate(model: sym.SystemModel, workspace: Path, options: Options) -> Comparison:
-    """Generate a workspace, or bring it up to date; developers' files are only ever added to, at their end.
-
-    Parameters
-    ----------
-    model : sym.SystemModel
-        A valid system model.
-    workspace : Path
-        The folder; made where it is not there.
-    options : Options
-        How.
-
-    Returns
-    -------
-    Comparison
-        What was changed, and what developers should know.
-
-    Raises
-    ------
-    EditedError
-        Generated files were edited; nothing is written.
-    DinerosError
-        The model's names collide in ROS, a template has a mistake, or a developer's file is no Python;
-        nothing is written.
-    """
-    known = read_manifest(workspace)
-    comparison = compare(workspace, plan(model, workspace, options, known), known)
-    if comparison.edits:
-        raise EditedError(comparison.edits, workspace)
-    _write(workspace, comparison, known)
-    return comparison
-
-
-def check(model: sym.SystemModel, workspace: Path, options: Options) -> Comparison:
-    """Compare a workspace with what `generate` would make of it; nothing is written.
-
-    Raises
-    ------
-    DinerosError
-        As `generate`, but for edited files, which are found in the comparison.
-    """
-    known = read_manifest(workspace)
-    return compare(workspace, plan(model, workspace, options, known), known)
 
 
 def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manifest | None) -> Plan:
@@ -391,32 +315,3 @@ def _plan_tests(
         generated[f"{root}/test_{script.name}.py"] = content
     if scripts:
         generated[f"{root}/conftest.py"] = templates.render("bringup/test_conftest.py.j2", **common)
-
-
-def _write(workspace: Path, comparison: Comparison, known: Manifest | None) -> None:
-    """Write what has changed; the manifest says it first, so that a crash is no edit."""
-    folder = ConfinedFolder(workspace)
-    _take_away_leftovers(folder, [comparison.manifest, known or comparison.manifest])
-    if comparison.changes:
-        pending = {
-            path: digest
-            for path, digest in comparison.manifest.generated.items()
-            if any(change.path == path for change in comparison.changes)
-        }
-        write_manifest(workspace, replace(known or comparison.manifest, pending=pending))
-    for change in comparison.changes:
-        if change.content is None:
-            folder.remove(change.path)
-        else:
-            folder.write(change.path, change.content)
-    if comparison.manifest != known:
-        write_manifest(workspace, comparison.manifest)
-
-
-def _take_away_leftovers(folder: ConfinedFolder, manifests: Iterable[Manifest]) -> None:
-    """Remove what runs that were killed left wherever something is, or was, generated."""
-    paths = {PLACE}
-    for manifest in manifests:
-        paths.update(manifest.generated, manifest.pending, manifest.developer)
-    for path in sorted({path.rpartition("/")[0] for path in paths}):
-        folder.take_away_leftovers(path)

@@ -22,8 +22,8 @@ from pathlib import Path
 
 from lxml import etree
 
-from dineros.generators.comparison import WorkspaceError
-from dineros.generators.manifest import Manifest, read_manifest
+from dineros.generators.workspace.comparison import WorkspaceError
+from dineros.generators.workspace.manifest import Manifest, read_manifest
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.confined import ConfinedFolder
 from dineros.metamodel.files.reading import read_bytes

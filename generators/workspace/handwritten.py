@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from dineros.generators import developers
-from dineros.generators.application import Transition
-from dineros.generators.developers import Module, read_module
-from dineros.generators.filters import Name
-from dineros.generators.manifest import DeveloperEntry, Manifest
-from dineros.generators.notices import Notice
-from dineros.generators.plan import DeveloperFile, Plan
+from dineros.generators.application.application import Transition
+from dineros.generators.templates.filters import Name
+from dineros.generators.workspace import developers
+from dineros.generators.workspace.developers import Module, read_module
+from dineros.generators.workspace.manifest import DeveloperEntry, Manifest
+from dineros.generators.workspace.notices import Notice
+from dineros.generators.workspace.plan import DeveloperFile, Plan
 from dineros.metamodel.errors import near_matches, with_article
 from dineros.metamodel.files.confined import ConfinedFolder
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dineros.generators.developers import (
+from dineros.generators.workspace.developers import (
     DeveloperFileError,
     Module,
     append,
