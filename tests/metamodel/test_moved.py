@@ -23,6 +23,7 @@ import pytest
         ("dineros.analysis.logic.parser", "dineros.analysis.logic.language.parser"),
         ("dineros.analysis.logic.names", "dineros.analysis.logic.language.names"),
         ("dineros.generators.manifest", "dineros.generators.workspace.manifest"),
+        ("dineros.views.nets.model", "dineros.views.nets.contents.model"),
         ("dineros.metamodel.constraints.topics", "dineros.metamodel.constraints.families.topics"),
         ("dineros.metamodel.files.xmi_reader", "dineros.metamodel.files.xmi.reader"),
         ("dineros.metamodel.files.positions", "dineros.metamodel.positions"),

@@ -65,6 +65,8 @@ FOLDERS = {
         "conformance",
         "sweeps",
     ],
+    "views": ["policy", "javascript", "nets", "traces", "reports", "exports", "live"],
+    "views/nets": ["contents", "placement", "differences", "drawing"],
     "analysis/logic": ["language", "automata", "verdicts", "kernels", "graphs", "ltl", "ctl"],
 }
 """What stands in a room or in a folder, in order: folders, and modules. Each imports only those before it."""

@@ -14,9 +14,9 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.files import load
 from dineros.views.javascript.client import evaluate
 from dineros.views.nets import around, collapse, layout, view_of
-from dineros.views.nets.elk import layout_by_elk
-from dineros.views.nets.graphviz import layout_by_graphviz
-from dineros.views.nets.shown import visible
+from dineros.views.nets.placement.elk import layout_by_elk
+from dineros.views.nets.placement.graphviz import layout_by_graphviz
+from dineros.views.nets.placement.shown import visible
 from tests.support.layouter import needs_layouter
 from tests.support.small_systems import small_system_models
 from tests.support.system_packages import needs
@@ -60,7 +60,7 @@ def test_graphviz_is_complete_too(name: str) -> None:
 @needs_graphviz
 def test_graphviz_is_used_where_the_engine_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     view = collapse(view_of(case_study()))
-    monkeypatch.setattr("dineros.views.nets.elk.is_there", lambda: False)
+    monkeypatch.setattr("dineros.views.nets.placement.elk.is_there", lambda: False)
     assert layout(view) == layout_by_graphviz(view.to_json())
 
 
@@ -162,7 +162,7 @@ def foreign_model() -> pn.Net:
 def test_without_elk_and_graphviz_shapes_stand_in_columns(
     name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("dineros.views.nets.elk.is_there", lambda: False)
+    monkeypatch.setattr("dineros.views.nets.placement.elk.is_there", lambda: False)
     monkeypatch.setenv("PATH", str(tmp_path))
     view = view_of(models()[name])
     picture = layout(view)

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Collection, Iterable, Mapping
 
 from dineros.metamodel.errors import DinerosError, UnknownElementError, near_matches
-from dineros.views.nets.model import Box, Edge, Node, ViewModel
+from dineros.views.nets.contents.model import Box, Edge, Node, ViewModel
 
 MANY = 150
 """A picture with more places and transitions starts with its pages collapsed."""

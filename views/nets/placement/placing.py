@@ -6,12 +6,12 @@ from typing import Any
 
 from dineros.metamodel.errors import DinerosError
 from dineros.views.javascript.client import say_once
-from dineros.views.nets import elk
-from dineros.views.nets.columns import in_columns
-from dineros.views.nets.graphviz import layout_by_graphviz
-from dineros.views.nets.model import ViewModel
-from dineros.views.nets.shown import visible
-from dineros.views.nets.straight import layout_straight
+from dineros.views.nets.contents.model import ViewModel
+from dineros.views.nets.placement import elk
+from dineros.views.nets.placement.columns import in_columns
+from dineros.views.nets.placement.graphviz import layout_by_graphviz
+from dineros.views.nets.placement.shown import visible
+from dineros.views.nets.placement.straight import layout_straight
 
 
 def layout(view: ViewModel) -> dict[str, Any]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dineros.metamodel import elements, pn, rtm, sym
 from dineros.metamodel.calls import CallCircleError, instance_counts
 from dineros.metamodel.elements import label
-from dineros.views.nets.model import Caption, Edge, EdgeKind, Node, ViewModel
-from dineros.views.nets.positions import position_of
+from dineros.views.nets.contents.model import Caption, Edge, EdgeKind, Node, ViewModel
+from dineros.views.nets.contents.positions import position_of
 
 DISPATCHER_LIMIT = 16
 """Capacity of a dispatcher queue that the model says nothing about."""

@@ -13,8 +13,8 @@ from dineros.metamodel import elements, pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import load, save
 from dineros.views.nets import ViewModel, collapse, compare, layout, view_of
-from dineros.views.nets.elk import layout_by_elk
-from dineros.views.nets.graphviz import layout_by_graphviz
+from dineros.views.nets.placement.elk import layout_by_elk
+from dineros.views.nets.placement.graphviz import layout_by_graphviz
 from tests.support.layouter import needs_layouter
 from tests.support.system_packages import needs
 from tests.support.talker import talker

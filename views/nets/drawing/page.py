@@ -13,9 +13,9 @@ from jinja2 import Template
 from markupsafe import Markup
 
 from dineros.views.javascript.modules import linked
-from dineros.views.nets.legend import legend_svg
-from dineros.views.nets.model import ViewModel
-from dineros.views.nets.placing import layout
+from dineros.views.nets.contents.model import ViewModel
+from dineros.views.nets.drawing.legend import legend_svg
+from dineros.views.nets.placement.placing import layout
 from dineros.views.policy import content_policy
 
 _STYLES = ("net.css", "page.css")

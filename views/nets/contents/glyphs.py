@@ -1,15 +1,15 @@
 """Shapes of nodes and collapsed boxes: their size and their SVG, around the point (0, 0).
 
-Tokens are not part of a glyph, since they change: `dineros.views.nets.svg` and `static/net/renderer.js` draw
-them.
+Tokens are not part of a glyph, since they change: `dineros.views.nets.drawing.svg` and
+`static/net/renderer.js` draw them.
 """
 
 from __future__ import annotations
 
 from html import escape
 
-from dineros.views.nets.measures import text_width, wrap
-from dineros.views.nets.model import Box, Caption, Node
+from dineros.views.nets.contents.measures import text_width, wrap
+from dineros.views.nets.contents.model import Box, Caption, Node
 
 PLACE_RADIUS = 13
 TRANSITION = (10, 32)

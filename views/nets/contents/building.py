@@ -6,11 +6,21 @@ from collections.abc import Iterator
 
 from dineros.metamodel import elements, pn, pnm, rtm, sym
 from dineros.metamodel.elements import label
-from dineros.views.nets.channels import draw_channels, draw_ports
-from dineros.views.nets.glyphs import finish_box, finish_edge_label, finish_node
-from dineros.views.nets.groups import group_by_name
-from dineros.views.nets.model import Box, BoxKind, Caption, Edge, EdgeKind, Node, NodeKind, Signal, ViewModel
-from dineros.views.nets.positions import of_page, points_of, position_of
+from dineros.views.nets.contents.channels import draw_channels, draw_ports
+from dineros.views.nets.contents.glyphs import finish_box, finish_edge_label, finish_node
+from dineros.views.nets.contents.groups import group_by_name
+from dineros.views.nets.contents.model import (
+    Box,
+    BoxKind,
+    Caption,
+    Edge,
+    EdgeKind,
+    Node,
+    NodeKind,
+    Signal,
+    ViewModel,
+)
+from dineros.views.nets.contents.positions import of_page, points_of, position_of
 
 _KINDS = {
     sym.SystemModel: "system model",
@@ -28,8 +38,8 @@ _CALLBACKS: dict[str, tuple[BoxKind, str]] = {
 def view_of(model: pn.Net) -> ViewModel:
     """Return the view of a system model, run-time model, Petri-net model or plain net.
 
-    Everything of the model is in it; `dineros.views.nets.operations` shows less of it. Two opposite arcs of
-    one weight are one edge, a read arc. A page that holds everything is left out.
+    Everything of the model is in it; `dineros.views.nets.contents.operations` shows less of it. Two opposite
+    arcs of one weight are one edge, a read arc. A page that holds everything is left out.
 
     Parameters
     ----------

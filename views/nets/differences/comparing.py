@@ -6,9 +6,9 @@ import dataclasses
 from collections.abc import Sequence
 from typing import TypeVar
 
-from dineros.views.nets.aligning import align
-from dineros.views.nets.building import finished
-from dineros.views.nets.model import Box, Caption, Edge, Node, ViewModel
+from dineros.views.nets.contents.building import finished
+from dineros.views.nets.contents.model import Box, Caption, Edge, Node, ViewModel
+from dineros.views.nets.differences.aligning import align
 
 Item = TypeVar("Item", Box, Node, Edge)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from dineros.views.nets.stored import Point
-from dineros.views.nets.straight import Sized
+from dineros.views.nets.placement.stored import Point
+from dineros.views.nets.placement.straight import Sized
 
 _BETWEEN, _BELOW = 60.0, 30.0
 

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError
-from dineros.views.nets.shown import visible
-from dineros.views.nets.stored import Point
-from dineros.views.nets.straight import Sized, layout_straight
+from dineros.views.nets.placement.shown import visible
+from dineros.views.nets.placement.stored import Point
+from dineros.views.nets.placement.straight import Sized, layout_straight
 
 SECONDS = 300
 """Longest time for one picture."""

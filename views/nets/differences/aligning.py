@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from statistics import median
 
-from dineros.views.nets.model import Box, Edge, Node, ViewModel
-from dineros.views.nets.stored import Item, Point, needed_scale, scale_of
+from dineros.views.nets.contents.model import Box, Edge, Node, ViewModel
+from dineros.views.nets.placement.stored import Item, Point, needed_scale, scale_of
 
 MOST_SCALE = 1.5
 """A picture does not grow by more for what only the earlier model has; that is laid out anew instead."""

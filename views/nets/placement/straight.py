@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
-from dineros.views.nets.stored import Block, Item, Point, Sheet, arranged, kept, place
+from dineros.views.nets.placement.stored import Block, Item, Point, Sheet, arranged, kept, place
 
 Sized: TypeAlias = tuple[str, float, float]
 """Id, width and height of a shape, its middle in the middle."""

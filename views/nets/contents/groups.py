@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dineros.views.nets.model import Box, ViewModel
+from dineros.views.nets.contents.model import Box, ViewModel
 
 SMALLEST = 3
 """Fewer elements are no group."""

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.atomic import write_atomically
-from dineros.views.nets.model import ViewModel
-from dineros.views.nets.page import to_html
-from dineros.views.nets.placing import layout
-from dineros.views.nets.png import to_png
-from dineros.views.nets.svg import Theme, to_svg
+from dineros.views.nets.contents.model import ViewModel
+from dineros.views.nets.drawing.page import to_html
+from dineros.views.nets.drawing.png import to_png
+from dineros.views.nets.drawing.svg import Theme, to_svg
+from dineros.views.nets.placement.placing import layout
 
 FORMATS = (".svg", ".png", ".html")
 """Suffixes of pictures."""

@@ -12,9 +12,9 @@ from lxml import etree
 from dineros.metamodel.errors import DinerosError
 from dineros.views.javascript.client import evaluate
 from dineros.views.nets import compare, layout, to_png, to_svg, view_of, with_badges
-from dineros.views.nets.legend import legend_svg
-from dineros.views.nets.measures import text_width, wrap
-from dineros.views.nets.svg import markup
+from dineros.views.nets.contents.measures import text_width, wrap
+from dineros.views.nets.drawing.legend import legend_svg
+from dineros.views.nets.drawing.svg import markup
 from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
 from tests.views.nets.samples import case_study, every_sign, models
@@ -146,7 +146,7 @@ def test_png_has_the_size_and_shows_the_tokens(picture: dict[str, Any]) -> None:
 
 
 def test_huge_pictures_become_smaller(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("dineros.views.nets.png.MOST_PIXELS", 10_000)
+    monkeypatch.setattr("dineros.views.nets.drawing.png.MOST_PIXELS", 10_000)
     width, height = struct.unpack(">II", to_png(to_svg(layout(view_of(talker()))))[16:24])
     assert 5_000 < width * height <= 11_000
 

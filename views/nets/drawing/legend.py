@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from dineros.views.nets.glyphs import finish_box, finish_node
-from dineros.views.nets.model import Box, Caption, EdgeKind, Node, NodeKind, Signal
-from dineros.views.nets.svg import markup
+from dineros.views.nets.contents.glyphs import finish_box, finish_node
+from dineros.views.nets.contents.model import Box, Caption, EdgeKind, Node, NodeKind, Signal
+from dineros.views.nets.drawing.svg import markup
 
 _NODES: tuple[tuple[NodeKind, str, int | None, str], ...] = (
     ("place", "", 2, "place, with tokens"),
