@@ -22,6 +22,8 @@ import pytest
         ("dineros.analysis.statespace", "dineros.analysis.questions.state_space"),
         ("dineros.analysis.logic.parser", "dineros.analysis.logic.language.parser"),
         ("dineros.analysis.logic.names", "dineros.analysis.logic.language.names"),
+        ("dineros.cli.commands.check", "dineros.cli.commands.analysis.check"),
+        ("dineros.cli.tracing", "dineros.cli.presentation.traces"),
         ("dineros.generators.manifest", "dineros.generators.workspace.manifest"),
         ("dineros.views.nets.model", "dineros.views.nets.contents.model"),
         ("dineros.metamodel.constraints.topics", "dineros.metamodel.constraints.families.topics"),

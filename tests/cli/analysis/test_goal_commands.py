@@ -14,7 +14,7 @@ from tests.cli.conftest import Run
 from tests.support.commands import is_one_line_of_wrong_use, lines, uses
 from tests.support.processes import run_apart
 
-SORTING = Path(__file__).resolve().parents[2] / "case_study/sorting.sym.xmi"
+SORTING = Path(__file__).resolve().parents[3] / "case_study/sorting.sym.xmi"
 
 
 class TestFind:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.cli.pictures import PICTURES
+from dineros.cli.outputs import PICTURES
 from dineros.metamodel import pn
 from dineros.metamodel.files import save
 from dineros.views.nets import FORMATS

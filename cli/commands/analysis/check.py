@@ -110,7 +110,7 @@ def check(
         raise
     _print(report, net, model, format, witnesses)
     if output is not None and output.suffix.lower() == ".html":
-        from dineros.cli.reporting import write_check_report
+        from dineros.cli.presentation.check_reports import write_check_report
 
         write_check_report(report, net, output, model, settings, memory)
         if format == "text":

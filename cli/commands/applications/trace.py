@@ -10,7 +10,7 @@ import click
 from dineros.cli.analysing import count
 from dineros.cli.console import say, summarise, warn
 from dineros.cli.options import ModelPath, command, settings_option
-from dineros.cli.tracing import loads_of, model_of
+from dineros.cli.presentation.traces import loads_of, model_of
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn

@@ -15,7 +15,7 @@ from dineros.metamodel.files.schema import identity
 from dineros.transformations.flattening.flatten import flatten
 from tests.cli.conftest import Run
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 WATCHDOG = ROOT / "docs/examples/watchdog_rules.py"
 
 

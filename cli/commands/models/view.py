@@ -13,7 +13,7 @@ import click
 from dineros.cli.console import note, summarise, working
 from dineros.cli.models import load
 from dineros.cli.options import ModelPath, command, model_argument, settings_option
-from dineros.cli.pictures import PICTURES, refuse_output
+from dineros.cli.outputs import PICTURES, refuse_output
 
 if TYPE_CHECKING:
     from dineros.views.nets import ViewModel

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.cli.commands.split import file_names
+from dineros.cli.commands.models.split import file_names
 from dineros.metamodel import elements, pn, rtm
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import load, save

@@ -7,7 +7,7 @@ from pathlib import Path
 from dineros.cli.console import note, summarise, warn, working
 from dineros.cli.models import load, refuse_settings_that_break, violations_of
 from dineros.cli.options import command, model_argument, output_option, settings_option
-from dineros.cli.pictures import PICTURES, refuse_output
+from dineros.cli.outputs import PICTURES, refuse_output
 
 
 @command(

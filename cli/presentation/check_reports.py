@@ -45,7 +45,7 @@ def _entry(finding: Finding, source: str) -> FindingEntry:
 
     view, steps, loop = None, [], None
     if finding.witness is not None and finding.witness.steps:
-        from dineros.cli.tracing import witness_builder
+        from dineros.cli.presentation.traces import witness_builder
         from dineros.views.traces.coding import TraceCoder
 
         builder = witness_builder(finding.witness, source)
