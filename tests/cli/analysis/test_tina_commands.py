@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import time
 from pathlib import Path
 
 import pytest
@@ -177,10 +176,8 @@ class TestVerify:
     @uses("ends")
     def test_time_ends_it(self, run: Run, net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv(FAULTS, "selt sleeps")
-        began = time.monotonic()
         result = run("verify", net, "--ltl", "G b <= 1", *TINA, "--timeout", "1")
         assert (result.exit_code, "(time: more than 1 s)" in result.stdout) == (3, True)
-        assert time.monotonic() - began < 30
 
     @uses("grows")
     def test_an_unbounded_net_is_unknown(self, run: Run, net: Path) -> None:
