@@ -67,7 +67,7 @@ FOLDERS = {
     ],
     "cli": [
         *("options", "console", "models", "rule_files", "outputs", "orders", "quick_start"),
-        *("analysing", "presentation", "running", "commands", "main"),
+        *("analysing", "running", "presentation", "commands", "main"),
     ],
     "views": ["policy", "javascript", "nets", "traces", "reports", "exports", "live"],
     "views/nets": ["contents", "placement", "differences", "drawing"],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,24 +11,19 @@ from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
     VIOLATED,
-    count,
     exploring,
     load_valid,
     memory_budget,
     memory_option,
-    say_witness,
-    write_witness,
 )
-from dineros.cli.console import note, say, say_json, summarise
+from dineros.cli.console import summarise
 from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
 from dineros.cli.orders import cache_option, orders_beside
+from dineros.cli.presentation.findings import print_report, say_capacities, write_witnesses
 from dineros.cli.quick_start import start_quickly
 
 if TYPE_CHECKING:
-    from dineros.analysis.witnesses.findings import Report
     from dineros.metamodel import pn
-
-_STYLES = {"error": "bold red", "warning": "yellow"}
 
 
 @command(
@@ -106,9 +100,9 @@ def check(
             )
     except KeyboardInterrupt:
         report.unknown.append(Unknown("everything else", "interrupted"))
-        _print(report, net, model, format, witnesses)
+        print_report(report, net, model, format, witnesses)
         raise
-    _print(report, net, model, format, witnesses)
+    print_report(report, net, model, format, witnesses)
     if output is not None and output.suffix.lower() == ".html":
         from dineros.cli.presentation.check_reports import write_check_report
 
@@ -116,54 +110,10 @@ def check(
         if format == "text":
             summarise(f"{model} -> {output}")
     elif output is not None:
-        _write(report, output, model, settings, say_files=format == "text")
+        write_witnesses(report, output, model, settings, say_files=format == "text")
     if any(finding.severity != "note" for finding in report.findings):
         return VIOLATED
     return UNKNOWN if any(unknown.may_be_fault for unknown in report.unknown) else HOLDS
-
-
-def _print(report: Report, net: pn.Net, model: Path, format: str, witnesses: bool) -> None:
-    if format == "json":
-        say_json(report.to_dict(str(model)))
-    elif format == "sarif":
-        from dineros.analysis.questions.report_formats import to_sarif
-
-        say_json(to_sarif(report, net, model))
-    elif format == "junit":
-        from dineros.analysis.questions.report_formats import to_junit
-
-        say(to_junit(report, model).decode())
-    else:
-        _print_text(report, model, witnesses)
-
-
-def _write(report: Report, output: Path, model: Path, settings: Sequence[str], say_files: bool) -> None:
-    """Write the witness of each finding to a file of its own."""
-    found = [finding for finding in report.findings if finding.witness]
-    for number, finding in enumerate(found, 1):
-        assert finding.witness is not None
-        path = output if number == 1 else output.with_name(f"{output.stem}.{number}{output.suffix}")
-        write_witness(finding.witness, path, model, settings, finding.message, finding.rule)
-        if say_files:
-            summarise(f"{model} -> {path}: {count(len(finding.witness.steps), 'step')}")
-
-
-def _print_text(report: Report, model: Path, witnesses: bool) -> None:
-    for finding in report.findings:
-        if finding.severity == "note":
-            note(f"note: {finding.message} [{finding.rule}]")
-            continue
-        length = f" [{count(len(finding.witness.steps), 'step')}]" if finding.witness else ""
-        say(f"{finding.severity}: {finding.message}{length} [{finding.rule}]", _STYLES[finding.severity])
-        if witnesses and finding.witness:
-            say_witness(finding.witness)
-    for unknown in report.unknown:
-        say(f"unknown: {unknown}", "magenta")
-    for proved in report.proved:
-        note(f"proved: {proved}")
-    faults = sum(finding.severity != "note" for finding in report.findings)
-    counts = f"{faults} found, {len(report.proved)} proved, {len(report.unknown)} unknown"
-    summarise(f"{model}: {counts}")
 
 
 def _suggest(net: pn.Net, model: Path, memory: int, as_json: bool, witnesses: bool) -> int:
@@ -175,26 +125,7 @@ def _suggest(net: pn.Net, model: Path, memory: int, as_json: bool, witnesses: bo
         raise DinerosError("has no queues: it is no system model", location=Location(model))
     with exploring() as progress:
         found = suggest_capacities(net, memory, progress)
-    if as_json:
-        rows = [
-            {
-                "elements": list(capacity.queue.elements),
-                "queue": str(capacity.queue),
-                "limit": capacity.limit,
-                "needed": capacity.needed,
-                "reason": capacity.reason,
-                "witness": capacity.witness.to_dict() if capacity.witness else None,
-            }
-            for capacity in found
-        ]
-        say_json({"model": str(model), "capacities": rows})
-    else:
-        for capacity in found:
-            needed = f"needs {capacity.needed}" if capacity.needed is not None else f"none: {capacity.reason}"
-            say(f"{capacity.queue}: has {capacity.limit}, {needed}")
-            if witnesses and capacity.witness:
-                say_witness(capacity.witness)
-        summarise(f"{model}: {count(len(found), 'queue')}")
+    say_capacities(found, model, as_json, witnesses)
     if all(capacity.needed is not None and capacity.needed <= capacity.limit for capacity in found):
         return HOLDS
     return (

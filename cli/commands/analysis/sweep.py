@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from dineros.cli.analysing import HOLDS, OVERFLOW, SIGNALS, UNKNOWN, load_valid, memory_option
-from dineros.cli.console import say_json, summarise, warn
 from dineros.cli.options import (
     command,
-    invocation,
     json_option,
     model_argument,
     output_option,
     settings_option,
 )
+from dineros.cli.presentation.sweeps import say_sweep, say_sweep_as_json, sweep_progress
 
 if TYPE_CHECKING:
-    from dineros.analysis.sweeps import Progress
     from dineros.metamodel import pn
 
 _FIGURES = (".svg", ".png", ".pdf")
@@ -149,7 +145,7 @@ def sweep(
                 location=Location(output),
                 hint="name the figures otherwise, or move it away",
             )
-    with _progress() as progress:
+    with sweep_progress() as progress:
         try:
             outcome = run_sweep(
                 net,
@@ -173,23 +169,7 @@ def sweep(
         write_atomically(
             figures, sweep_figures(outcome.rows, figures.suffix.lower(), title=net.name or net.id)
         )
-    if as_json:
-        say_json(
-            {
-                "model": str(model),
-                "output": str(output),
-                "figures": None if figures is None else str(figures),
-                "points": len(outcome.rows),
-                "resumed": outcome.resumed,
-                "unknown": outcome.unknown,
-            }
-        )
-    else:
-        resumed = f", {outcome.resumed} of them from the interrupted run" if outcome.resumed else ""
-        unknown = f"; {outcome.unknown} unknown" if outcome.unknown else ""
-        points = f"{len(outcome.rows)} point{'' if len(outcome.rows) == 1 else 's'}"
-        written = f"{output}, {figures}" if figures is not None else f"{output}"
-        summarise(f"{model} -> {written}: {points}{resumed}{unknown}")
+    (say_sweep_as_json if as_json else say_sweep)(outcome, model, output, figures)
     return UNKNOWN if outcome.unknown else HOLDS
 
 
@@ -204,32 +184,3 @@ def _variants(
     if signals or overflow:
         raise click.UsageError("--signals and --overflow are for system models; this is a plain net")
     return (None,), (None,)
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[Progress], None]]:
-    """Show a bar on terminals; where the sweep is interrupted, say what is kept and how it goes on."""
-    from dineros.analysis.sweeps import SweepInterrupt
-
-    shown = sys.stderr.isatty() and invocation().verbosity >= 0
-    try:
-        if not shown:
-            yield lambda _: None
-            return
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
-        from rich.progress import Progress as Bar
-
-        columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-        with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-            task = bar.add_task("points", total=None)
-
-            def tell(progress: Progress) -> None:
-                unknown = f"points, {progress.unknown} unknown" if progress.unknown else "points"
-                bar.update(task, completed=progress.done, total=progress.points, description=unknown)
-
-            yield tell
-    except SweepInterrupt as interrupt:
-        done = f"{interrupt.progress.done} of {interrupt.progress.points} points done"
-        warn(f"interrupted: {done} and kept; run the same command again to go on")
-        raise
