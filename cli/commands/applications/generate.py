@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import click
 
-from dineros.cli.console import note, say, say_json, summarise, warn, working
+from dineros.cli.console import say_json, warn, working
 from dineros.cli.models import load_system, refuse_invalid
 from dineros.cli.options import command, json_option, model_argument, settings_option
-
-if TYPE_CHECKING:
-    from dineros.generators import Comparison
+from dineros.cli.presentation.workspaces import say_comparison
 
 FOUND = 1
 
@@ -99,66 +96,10 @@ def generate(
                 warn(edit.difference.rstrip("\n"))
         raise
     if as_json:
-        say_json(_as_json(model, workspace, comparison, check))
+        written = not check and bool(comparison.changes)
+        stale = check and comparison.is_stale
+        found = {"model": str(model), "workspace": str(workspace), "written": written, "stale": stale}
+        say_json(found | comparison.to_dict())
     else:
-        _report(workspace, comparison, check)
-    return FOUND if check and is_stale(comparison) else 0
-
-
-def is_stale(comparison: Comparison) -> bool:
-    """Tell whether a check must fail: something would be written, was edited, or waits for its developer."""
-    waiting = any(notice.stays for notice in comparison.notices)
-    return bool(comparison.changes or comparison.edits or waiting)
-
-
-def _report(workspace: Path, comparison: Comparison, check: bool) -> None:
-    new = [change for change in comparison.changes if change.what == "new"]
-    plain = ("new", "changed")
-    others = [change for change in comparison.changes if change.what not in plain]
-    would = {"new": "is missing", "restored": "is missing", "removed": "is left over"}
-    for change in comparison.changes if check else others:
-        detail = f": {change.detail}" if change.detail else ""
-        if check:
-            say(f"{workspace / change.path}: {would.get(change.what, 'is stale')}{detail}")
-        else:
-            say(f"{workspace / change.path}: {change.what}{detail}")
-    if not check:
-        for change in comparison.changes:
-            if change.what in plain:
-                note(f"{workspace / change.path}: {change.what}")
-    for edit in comparison.edits:
-        say(f"{workspace / edit.path}: {edit.message}")
-    for notice in comparison.notices:
-        say(f"{workspace}/{notice}")
-    if check:
-        stale = len(comparison.changes) + len(comparison.edits)
-        waiting = sum(notice.stays for notice in comparison.notices)
-        counts = f"{_number(stale, 'stale files')}, {_number(waiting, 'handwritten parts')} to revise"
-        summarise(f"{workspace}: {counts}" if stale or waiting else f"{workspace}: up to date")
-    elif comparison.changes:
-        changed = len(comparison.changes) - len(new)
-        summarise(f"{workspace}: {_number(len(new), 'new files')}, {changed} changed")
-    else:
-        summarise(f"{workspace}: up to date")
-
-
-def _as_json(model: Path, workspace: Path, comparison: Comparison, check: bool) -> dict[str, Any]:
-    return {
-        "model": str(model),
-        "workspace": str(workspace),
-        "written": not check and bool(comparison.changes),
-        "stale": is_stale(comparison) if check else False,
-        "changes": [
-            {"file": change.path, "what": change.what, "detail": change.detail}
-            for change in comparison.changes
-        ],
-        "edits": [
-            {"file": edit.path, "message": edit.message, "difference": edit.difference}
-            for edit in comparison.edits
-        ],
-        "notices": [vars(notice) for notice in comparison.notices],
-    }
-
-
-def _number(number: int, nouns: str) -> str:
-    return f"{number} {nouns.removesuffix('s') if number == 1 else nouns}"
+        say_comparison(workspace, comparison, check)
+    return FOUND if check and comparison.is_stale else 0

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from dineros.metamodel import pn
     from dineros.metamodel.records import Header
     from dineros.views.traces.building import TraceBuilder
+    from dineros.views.traces.pictures import TracePictures
 
 _PICTURES = (".html", ".svg", ".png")
 
@@ -83,10 +84,14 @@ def trace(
     if output is None:
         _list(builder)
     elif suffix in _PICTURES:
-        pictures = _Pictures(title, builder, model)
+        from dineros.views.traces.pictures import TracePictures
+
+        pictures = TracePictures(title, builder, model)
         if compare is not None:
-            pictures.compare(compare, given, settings)
-        pictures.write(output, suffix, {"theme": theme, "fold": fold, "filter": words, "time": not firings})
+            _compare(pictures, compare, given, settings)
+        pictures.write(output, {"theme": theme, "fold": fold, "filter": words, "time": not firings})
+        if pictures.without_net is not None:
+            warn(f"without the net: {pictures.without_net}")
     else:
         _export(builder, output, suffix)
     if output is not None:
@@ -94,66 +99,23 @@ def trace(
     return 0
 
 
-class _Pictures:
-    """One trace, or two, as pictures."""
+def _compare(pictures: TracePictures, path: Path, given: Path | None, settings: tuple[str, ...]) -> None:
+    """Show a second trace beside the first one, and say where they part."""
+    from dineros.views.traces.reading import build, header_of
 
-    def __init__(self, title: str, builder: TraceBuilder, model: pn.Net | None) -> None:
-        from dineros.views.traces.coding import TraceCoder
-
-        self.title, self.builder, self.model = title, builder, model
-        self.views = [TraceCoder(builder, title).snapshot()]
-        self.divergence: dict[str, Any] | None = None
-
-    def compare(self, path: Path, given: Path | None, settings: tuple[str, ...]) -> None:
-        from dineros.views.traces.coding import TraceCoder
-        from dineros.views.traces.comparing import first_divergence
-        from dineros.views.traces.reading import build, header_of
-
-        header = header_of([path])
-        model = model_of(header, [path], given, settings)
-        other = build([path], model, loads_of(model, header))
-        self.views.append(TraceCoder(other, path.name).snapshot())
-        parting = first_divergence(self.builder, other)
-        self.divergence = parting.to_json() if parting else None
-        if parting is None:
-            summarise(f"{self.title} and {path.name} do not differ")
-        else:
-            said = [
-                repr(trace.steps[at].text) if at < len(trace.steps) else "the end"
-                for trace, at in ((self.builder, parting.a), (other, parting.b))
-            ]
-            where = f" of {parting.node}" if parting.node else ""
-            summarise(
-                f"first divergence{where} at step {parting.a + 1}: {said[0]}, but {said[1]} in {path.name}"
-            )
-
-    def write(self, output: Path, suffix: str, options: dict[str, Any]) -> None:
-        from dineros.metamodel.files.atomic import write_atomically
-        from dineros.views.traces.figures import trace_png, trace_svg
-
-        if suffix == ".html":
-            write_atomically(output, self._page().encode())
-            return
-        if self.divergence:
-            options["divergence"] = self.divergence
-        if suffix == ".svg":
-            write_atomically(output, trace_svg(self.views, **options).encode())
-        else:
-            write_atomically(output, trace_png(self.views, **options))
-
-    def _page(self) -> str:
-        from dineros.metamodel.errors import DinerosError
-        from dineros.views.traces.net_pane import net_content
-        from dineros.views.traces.page import trace_page
-
-        content: dict[str, Any] = {"view": self.views[0], "divergence": self.divergence}
-        if len(self.views) > 1:
-            content["other"] = self.views[1]
-        try:
-            content["net"] = net_content(self.model)
-        except DinerosError as error:  # the trace itself can be shown
-            warn(f"without the net: {error}")
-        return trace_page(content, title=f"{self.title} – trace")
+    header = header_of([path])
+    model = model_of(header, [path], given, settings)
+    other = build([path], model, loads_of(model, header))
+    parting = pictures.compare(path.name, other)
+    if parting is None:
+        summarise(f"{pictures.title} and {path.name} do not differ")
+        return
+    said = [
+        repr(trace.steps[at].text) if at < len(trace.steps) else "the end"
+        for trace, at in ((pictures.builder, parting.a), (other, parting.b))
+    ]
+    where = f" of {parting.node}" if parting.node else ""
+    summarise(f"first divergence{where} at step {parting.a + 1}: {said[0]}, but {said[1]} in {path.name}")
 
 
 def _refuse(output: Path, suffix: str, compare: Path | None, **drawing: Any) -> None:
