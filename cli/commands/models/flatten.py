@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dineros.cli.console import note, say, say_json, summarise, working
+from dineros.cli.console import note, say_json, summarise, working
 from dineros.cli.models import load_system, refuse_invalid
 from dineros.cli.options import ModelPath, command, json_option, model_argument, rules_option, settings_option
+from dineros.cli.presentation.explanations import explained, say_explanation
 
 if TYPE_CHECKING:
     from dineros.transformations.flattening.flatten import Flattened
-    from dineros.transformations.flattening.traces import Link
     from dineros.transformations.language.rule import Rule
-    from dineros.transformations.pictures.explaining import Explanation
     from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
 
 SIGNALS = ("none", "fully-enabled", "input-enabled", "io-enabled")
@@ -85,12 +84,12 @@ def flatten(
     if output is not None:
         report |= _write(result, model, output, changed=bool(settings))
     if explanation is not None and explain is not None:
-        report["explained"] = _explained(explanation, explain)
+        report["explained"] = explained(explanation, explain)
     if as_json:
         say_json(report)
         return 0
     if explanation is not None and explain is not None:
-        _explain(explanation, explain)
+        say_explanation(explanation, explain)
     if output is not None:
         counts = ", ".join(f"{report[what]} {what}" for what in ("places", "transitions", "arcs"))
         summarise(f"{model} -> {output}: {counts}; {report['invariants']} place invariants hold")
@@ -154,46 +153,3 @@ def _write(result: Flattened, model: Path, output: Path, changed: bool) -> dict[
         trace = save_trace(result.trace, model, output, changed=changed)
         note(f"wrote {trace}")
     return {"output": str(output), "trace": str(trace)}
-
-
-def _explain(explanation: Explanation, id: str) -> None:
-    from dineros.transformations.pictures.explaining import origin_text, told
-    from dineros.transformations.rules.catalogue import name_of
-
-    origin, source, results = explanation.origin, explanation.source, explanation.results
-    if origin is not None:
-        say(f"{id}: {origin_text(origin)}")
-    if source is None:
-        return
-    say(f"{told(source)}: {_number(len(results), 'element')} of the net made from it")
-    rows = [(name_of(link.rule), link.role, link.target.id) for link in results]
-    widths = [max((len(row[column]) for row in rows), default=0) for column in (0, 1)]
-    for rule, role, target in rows:
-        say(f"  {rule:{widths[0]}}  {role:{widths[1]}}  {target}")
-
-
-def _explained(explanation: Explanation, id: str) -> dict[str, Any]:
-    return {
-        "id": id,
-        "origin": _link(explanation.origin) if explanation.origin is not None else None,
-        "source": type(explanation.source).__name__ if explanation.source is not None else None,
-        "results": [_link(link) for link in explanation.results],
-    }
-
-
-def _link(link: Link) -> dict[str, Any]:
-    from dineros.transformations.pictures.explaining import told
-
-    return {
-        "rule": link.rule,
-        "role": link.role,
-        "application": link.application,
-        "instance": link.index,
-        "sources": [told(source) for source in link.sources],
-        "id": link.target.id,
-        "class": type(link.target).__name__,
-    }
-
-
-def _number(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
