@@ -1,4 +1,4 @@
-"""What a net consists of at run time, and what a node needs of it; developers see a `Net`."""
+"""What a net consists of at run time, and what a runner needs of it; developers see a `Net`."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from dineros.metamodel.errors import DinerosError, FeatureValueError
 from dineros.runtime.engine import Engine
-from dineros.runtime.exchange import departures_of
+from dineros.runtime.exchange import Exchange, departures_of
 from dineros.runtime.execution import Execution
 from dineros.runtime.handlers import Handlers
 from dineros.runtime.inspection import ErrorReport, Inspection, inspect_engine
@@ -23,14 +23,12 @@ from dineros.runtime.loop import Loop
 from dineros.runtime.names import Names
 from dineros.runtime.policies import Policy
 from dineros.runtime.recording import Checkpoint
+from dineros.runtime.signals import Signal
 from dineros.runtime.sources import Source
-from dineros.runtime.staleness import Expectations
+from dineros.runtime.staleness import Expectation, Expectations
 from dineros.runtime.status import State, Status
 from dineros.runtime.structure import Structure
 from dineros.runtime.tokens import Token
-
-if TYPE_CHECKING:
-    from dineros.runtime.node import Node
 
 LOG = logging.getLogger("dineros.runtime")
 KEPT_ERRORS = 100
@@ -57,8 +55,12 @@ class Core:
 
     Attributes
     ----------
-    node : Node or None
-        The node that runs it.
+    exchange : Exchange or None
+        What goes in and out, of the node that runs it.
+    ended_by : str or None
+        Why it does not run any more; None: it does, or has not begun.
+    failure : BaseException or None
+        What ended it unasked, such as a recorder that cannot write any more.
     is_observing : bool
         Whether changes are recorded or reported; if not, nothing is put together for it.
     on_status : callable or None
@@ -80,7 +82,9 @@ class Core:
             self.loop, self, structure.signals, lambda reason: self.execution.halt(reason, logging.ERROR)
         )
         self.sources: tuple[Source, ...] = ()
-        self.node: Node | None = None
+        self.exchange: Exchange | None = None
+        self.ended_by: str | None = None
+        self.failure: BaseException | None = None
         self.is_observing = False
         self._record: Callable[..., None] | None = None
         self._callbacks: tuple[Callable[[Change], object], ...] = ()
@@ -138,13 +142,13 @@ class Core:
 
     def status(self) -> Status:
         """Return how the node is; from any thread, also while a handler blocks it."""
-        blocked, halted, node = self.execution.watchdog.blocked, self.execution.halted, self.node
+        blocked, halted = self.execution.watchdog.blocked, self.execution.halted
         error = self._errors[-1] if self._errors else None
         state: State = "running"
         reason = None
-        if node is not None and node.ended_by is not None:
-            reason = node.ended_by
-            state = "ended" if node.failure is None else "failed"
+        if self.ended_by is not None:
+            reason = self.ended_by
+            state = "ended" if self.failure is None else "failed"
         elif blocked is not None:
             state, reason = "blocked", f"{blocked} has not returned"
         elif halted is not None:
@@ -161,6 +165,41 @@ class Core:
                 self.expectations.heard(number)
         for number in changed:
             self.emit("signal", signal=self.structure.signals[number], value=values[number], source=source)
+
+    def signal(self, name: str) -> Signal:
+        """Return an input signal, by id or name.
+
+        Raises
+        ------
+        UnknownElementError
+            The node has no such signal.
+        """
+        number = self.names.signal(name)
+
+        def write(value: bool, source: str) -> None:
+            self.loop.submit(lambda: self.set_signals({number: value}, source))
+
+        def expect(expectation: Expectation | None) -> None:
+            self.loop.submit(lambda: self.expectations.expect(number, expectation))
+
+        return Signal(self.structure.signals[number], lambda: self.engine.signals[number], write, expect)
+
+    def submit_signals(self, values: Mapping[str, bool], source: str) -> None:
+        """Have signals set at once, by id or name; from any thread.
+
+        Raises
+        ------
+        UnknownElementError
+            The node has no such signal; none is set.
+        FeatureValueError
+            A value is neither True nor False; none is set.
+        """
+        numbered = {}
+        for name, value in values.items():
+            if not isinstance(value, bool):
+                raise FeatureValueError(f"the signal {name} takes True or False, not {value!r}")
+            numbered[self.names.signal(name)] = value
+        self.loop.submit(lambda: self.set_signals(numbered, source))
 
     def new_source(self, name: str) -> Source:
         """Return the counters of a bridge, which inspections show from now on; from any thread."""
@@ -181,7 +220,7 @@ class Core:
 
     def inspect(self) -> Inspection:
         """Return what the net is in; on the node's thread."""
-        exchange = self.node.exchange if self.node is not None else None
+        exchange = self.exchange
         return Inspection(
             **inspect_engine(self.engine, self.execution, self.loop.clock()),
             waiting_requests=exchange.waiting_requests if exchange is not None else 0,

@@ -29,10 +29,10 @@ from dineros.runtime.core import Change, Core
 from dineros.runtime.handlers import Handler, HandlerFunction
 from dineros.runtime.inspection import Inspection
 from dineros.runtime.policies import Halt, Policy
+from dineros.runtime.runner import Runner
 from dineros.runtime.selection import SelectionFunction
 from dineros.runtime.signals import Signal
 from dineros.runtime.sources import Source
-from dineros.runtime.staleness import Expectation
 from dineros.runtime.status import Status
 from dineros.runtime.structure import Structure, read_structure
 from dineros.runtime.watchdog import LIMIT
@@ -61,6 +61,11 @@ class Net:
     watchdog : float, optional
         Seconds after which a handler is named that keeps the node from all else; None: never.
 
+    Attributes
+    ----------
+    core : Core
+        What it consists of, for what runs it.
+
     Raises
     ------
     DinerosError
@@ -78,7 +83,7 @@ class Net:
     ) -> None:
         own_seed = random.SystemRandom().getrandbits(32) if seed is None else seed
         self._ros_node: Any = None
-        self._core = Core(read_structure(model), own_seed, policy or Halt(), clock)
+        self.core = Core(read_structure(model), own_seed, policy or Halt(), clock)
         self.watchdog = watchdog
 
     @classmethod
@@ -105,12 +110,12 @@ class Net:
     @property
     def id(self) -> str:
         """Id of the node net."""
-        return self._core.structure.ports.node
+        return self.core.structure.ports.node
 
     @property
     def seed(self) -> int:
         """Seed of the firing selection."""
-        return self._core.seed
+        return self.core.seed
 
     @property
     def ros_node(self) -> Any:
@@ -132,12 +137,12 @@ class Net:
     @property
     def structure(self) -> Structure:
         """Places, transitions and ports, as plain values."""
-        return self._core.structure
+        return self.core.structure
 
     @property
     def token_fields(self) -> tuple[str, ...]:
         """Names of the fields that every token has."""
-        return tuple(field.name for field in self._core.structure.ports.token_type.fields)
+        return tuple(field.name for field in self.core.structure.ports.token_type.fields)
 
     # Handlers.
 
@@ -186,7 +191,7 @@ class Net:
         def register(function: F) -> F:
             own = name or getattr(function, "__name__", None) or type(function).__name__
             handler = Handler(transition, own, function, priority, thread, timeout, parallel, policy)
-            self._core.handlers.add(handler, is_replacing=replace)
+            self.core.handlers.add(handler, is_replacing=replace)
             return function
 
         return register
@@ -194,7 +199,7 @@ class Net:
     @property
     def handlers(self) -> tuple[Handler, ...]:
         """All handlers, in the order they were registered."""
-        return self._core.handlers.all()
+        return self.core.handlers.all()
 
     def remove_handler(self, transition: str, name: str) -> None:
         """Take a handler off; from any thread.
@@ -204,7 +209,7 @@ class Net:
         HandlerError
             There is no such handler.
         """
-        self._core.handlers.remove(transition, name)
+        self.core.handlers.remove(transition, name)
 
     def set_priority(self, transition: str, name: str, priority: int) -> None:
         """Let a handler run earlier or later from now on; from any thread.
@@ -214,7 +219,7 @@ class Net:
         HandlerError
             There is no such handler.
         """
-        self._core.handlers.set_priority(transition, name, priority)
+        self.core.handlers.set_priority(transition, name, priority)
 
     def selection(self, function: S) -> S:
         """Let a function decide what fires; None: uniformly at random again. Works as a decorator.
@@ -222,23 +227,23 @@ class Net:
         The function gets the enabled transitions (`Candidates`) and returns one of them, one with other
         tokens (`Enabled.taking`), or None, and is asked again after the next change.
         """
-        self._core.execution.selection = function
-        self._core.loop.post(lambda: None)
+        self.core.execution.selection = function
+        self.core.loop.post(lambda: None)
         return function
 
     @property
     def policy(self) -> Policy:
         """What becomes of a failed firing where its handler says nothing else."""
-        return self._core.execution.policy
+        return self.core.execution.policy
 
     @policy.setter
     def policy(self, policy: Policy) -> None:
-        self._core.execution.policy = policy
+        self.core.execution.policy = policy
 
     @property
     def watchdog(self) -> float | None:
         """Seconds after which a handler is named that keeps the node from all else; None: never."""
-        return self._core.execution.watchdog.limit
+        return self.core.execution.watchdog.limit
 
     @watchdog.setter
     def watchdog(self, seconds: float | None) -> None:
@@ -246,7 +251,7 @@ class Net:
             raise FeatureValueError(
                 f"a watchdog takes seconds above 0, not {seconds}", hint="None switches it off"
             )
-        self._core.execution.watchdog.limit = seconds
+        self.core.execution.watchdog.limit = seconds
 
     def release(self, transition: str | None = None) -> None:
         """Let a transition, or all of them, take again the tokens that were put aside after a failure.
@@ -256,9 +261,9 @@ class Net:
         UnknownElementError
             There is no such transition.
         """
-        everything = tuple(range(len(self._core.structure.transitions)))
-        numbers = everything if transition is None else self._core.names.transitions(transition)
-        self._core.loop.submit(lambda: self._core.execution.release(numbers))
+        everything = tuple(range(len(self.core.structure.transitions)))
+        numbers = everything if transition is None else self.core.names.transitions(transition)
+        self.core.loop.submit(lambda: self.core.execution.release(numbers))
 
     def give_up(self) -> list[str]:
         """Release all firings in flight, and return their transitions; from any thread.
@@ -266,15 +271,15 @@ class Net:
         Coroutines are cancelled. Of threads, which cannot be stopped, the results count no more; the
         transition waits until its thread has ended.
         """
-        return self._core.loop.call(self._core.execution.give_up)
+        return self.core.loop.call(self.core.execution.give_up)
 
     def halt(self, reason: str = "halted by the program") -> None:
         """Fire nothing more until `proceed`; tokens and signals still arrive."""
-        self._core.loop.submit(lambda: self._core.execution.halt(reason, logging.INFO))
+        self.core.loop.submit(lambda: self.core.execution.halt(reason, logging.INFO))
 
     def proceed(self) -> None:
         """Fire again after a halt."""
-        self._core.loop.submit(self._core.execution.proceed)
+        self.core.loop.submit(self.core.execution.proceed)
 
     # Signals and changes.
 
@@ -286,16 +291,7 @@ class Net:
         UnknownElementError
             The node has no such signal.
         """
-        core = self._core
-        number = core.names.signal(name)
-
-        def write(value: bool, source: str) -> None:
-            core.loop.submit(lambda: core.set_signals({number: value}, source))
-
-        def expect(expectation: Expectation | None) -> None:
-            core.loop.submit(lambda: core.expectations.expect(number, expectation))
-
-        return Signal(core.structure.signals[number], lambda: core.engine.signals[number], write, expect)
+        return self.core.signal(name)
 
     def set_signals(self, values: Mapping[str, bool], source: str = "program") -> None:
         """Set several input signals at once, so that nothing fires in between; from any thread.
@@ -314,44 +310,39 @@ class Net:
         FeatureValueError
             A value is neither True nor False; none is set.
         """
-        core, numbered = self._core, {}
-        for name, value in values.items():
-            if not isinstance(value, bool):
-                raise FeatureValueError(f"the signal {name} takes True or False, not {value!r}")
-            numbered[core.names.signal(name)] = value
-        core.loop.submit(lambda: core.set_signals(numbered, source))
+        self.core.submit_signals(values, source)
 
     def new_source(self, name: str) -> Source:
         """Return the counters of something that sets signals, which `inspect` shows from now on."""
-        return self._core.new_source(name)
+        return self.core.new_source(name)
 
     def remove_source(self, source: Source) -> None:
         """Show it no more."""
-        self._core.remove_source(source)
+        self.core.remove_source(source)
 
     def on_change(self, callback: C) -> C:
         """Have a function called after each change, on the node's thread; works as a decorator.
 
         The function must be quick, since the net waits for it. What it raises is logged and changes nothing.
         """
-        self._core.add_callback(callback)
+        self.core.add_callback(callback)
         return callback
 
     def remove_callback(self, callback: Callable[[Change], object]) -> None:
         """Call a function of `on_change` no more."""
-        self._core.remove_callback(callback)
+        self.core.remove_callback(callback)
 
     @property
     def status(self) -> Status:
         """How the node is, in short; at once, also while a handler blocks it. From any thread."""
-        return self._core.status()
+        return self.core.status()
 
     def inspect(self) -> Inspection:
         """Return what the net is in now; from any thread.
 
         It waits for a handler that blocks the node; `status` does not.
         """
-        return self._core.loop.call(self._core.inspect)
+        return self.core.loop.call(self.core.inspect)
 
     def count(self, place: str) -> int:
         """Return how many tokens a place holds now; much quicker than `inspect`.
@@ -361,7 +352,7 @@ class Net:
         UnknownElementError
             There is no such place.
         """
-        return self._core.engine.count(self._core.names.place(place))
+        return self.core.engine.count(self.core.names.place(place))
 
     def wait_for(self, condition: Callable[[Inspection], bool], timeout: float | None = None) -> Inspection:
         """Wait until a running net is in a state that fulfils a condition, and return it.
@@ -391,20 +382,18 @@ class Net:
     @property
     def next_timer(self) -> float | None:
         """When a delay or time-out of the net ends, by its clock; None without one."""
-        return self._core.loop.timers.next_time
+        return self.core.loop.timers.next_time
 
     # Lifetime.
 
     def __enter__(self) -> Net:
         """Run the net on a thread of its own, by itself: nothing is sent or received."""
-        from dineros.runtime.node import Node
-
-        Node(self).start()
+        self._runner = Runner(self.core)
+        self._runner.start()
         return self
 
     def __exit__(self, *exception: object) -> None:
-        if self._core.node is not None:
-            self._core.node.stop()
+        self._runner.stop()
 
 
 def load_runtime_model(path: Path | str) -> rtm.RuntimeModel:

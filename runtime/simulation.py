@@ -224,7 +224,7 @@ class LocalApplication:
         for node in self.nodes.values():  # nobody begins anything, then all end
             node.net.halt("the application is to end")
         while time.monotonic() < deadline and any(
-            net._core.execution.in_flight for net in self.nets.values()
+            net.core.execution.in_flight for net in self.nets.values()
         ):
             time.sleep(STEP_TIME)
         for node in self.nodes.values():

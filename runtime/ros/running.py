@@ -56,7 +56,7 @@ class RosNode:
         domain: int | None = None,
         session: Session | None = None,
     ) -> None:
-        core = net._core
+        core = net.core
         ports = core.structure.ports
         self.net = net
         self.session = session or Session(

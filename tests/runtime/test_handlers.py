@@ -177,7 +177,7 @@ def test_handlers_reach_neither_marking_nor_structure() -> None:
 
     net.handler("go")(vandal)
     with stepped(net) as (node, _):
-        token = net._core.engine.tokens(0)[0]
+        token = net.core.engine.tokens(0)[0]
         node.step()
         assert len(reached) > 5
         assert not any(isinstance(each, (Engine, Core, Net)) or each is token.data for each in reached)
@@ -249,8 +249,8 @@ def test_tokens_put_aside_are_counted_left_alone_and_released() -> None:
 
 def test_others_may_take_what_is_aside() -> None:
     net = Net(tiny({"go": "a -> b", "other": "a ?x -> c"}, {"a": 1}, signals="s", clauses={"other": "s"}))
-    net._core.engine.put(
-        net._core.names.place("x"), net._core.engine.new_token(net._core.engine.checker.default)
+    net.core.engine.put(
+        net.core.names.place("x"), net.core.engine.new_token(net.core.engine.checker.default)
     )
 
     @net.handler("go", policy=Aside())

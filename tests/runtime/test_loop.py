@@ -31,7 +31,7 @@ def test_what_is_posted_wakes_whoever_asked_for_it() -> None:
 def test_a_net_that_another_loop_drives_is_woken_by_signals() -> None:
     """As by ROS: the thread that drives the net waits for something of its own."""
     net = Net(tiny({"go": "a -> b"}, {"a": 1}, signals="s", clauses={"go": "s"}))
-    loop, bell, is_over = net._core.loop, threading.Event(), threading.Event()
+    loop, bell, is_over = net.core.loop, threading.Event(), threading.Event()
     loop.wake_by(bell.set)
     loop.begin()
 
@@ -39,7 +39,7 @@ def test_a_net_that_another_loop_drives_is_woken_by_signals() -> None:
         loop.adopt()
         while not is_over.is_set():
             loop.run_actions()
-            while net._core.execution.fire_one():
+            while net.core.execution.fire_one():
                 pass
             bell.wait()
             bell.clear()
