@@ -6,8 +6,8 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-from dineros.runtime.net import Net
-from dineros.runtime.simulation import LocalApplication
+from dineros.runtime import Net
+from dineros.runtime.application.simulation import LocalApplication
 
 SOURCES = Path(__file__).resolve().parent / "workspace" / "src"
 sys.path[:0] = [str(package) for package in sorted(SOURCES.glob("sorting_*"))]

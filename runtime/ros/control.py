@@ -14,10 +14,10 @@ import threading
 from dataclasses import replace
 from typing import Any
 
-from dineros.runtime.net import Net
-from dineros.runtime.ros.quality import signal_quality
-from dineros.runtime.ros.session import LOG
-from dineros.runtime.status import Status
+from dineros.runtime.nodes.net import Net
+from dineros.runtime.nodes.status import Status
+from dineros.runtime.ros.channels.quality import signal_quality
+from dineros.runtime.ros.process.session import LOG
 
 INACTIVE = "the node is not active"
 """Why a managed node is halted that waits for being activated."""

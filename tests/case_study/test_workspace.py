@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 from click.testing import CliRunner
 
 from dineros.cli.main import main
-from dineros.runtime.ros.environment import ros_environment
+from dineros.runtime.ros.process.environment import ros_environment
 from tests.case_study.conftest import ROOT, WORKSPACE, documented_commands, in_fresh_shell
 from tests.support.type_checker import strict_mypy
 

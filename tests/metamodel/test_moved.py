@@ -22,6 +22,11 @@ import pytest
         ("dineros.analysis.statespace", "dineros.analysis.questions.state_space"),
         ("dineros.analysis.logic.parser", "dineros.analysis.logic.language.parser"),
         ("dineros.analysis.logic.names", "dineros.analysis.logic.language.names"),
+        ("dineros.runtime.net", "dineros.runtime.nodes.net"),
+        ("dineros.runtime.handlers", "dineros.runtime.firing.handlers"),
+        ("dineros.runtime.signals", "dineros.runtime.nets.signals"),
+        ("dineros.runtime.transport", "dineros.runtime.channels.transport"),
+        ("dineros.runtime.ros.memory", "dineros.runtime.ros.process.memory"),
     ],
 )
 def test_a_module_that_moved_is_found_with_a_warning(

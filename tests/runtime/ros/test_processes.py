@@ -10,7 +10,7 @@ import time
 import pytest
 
 from dineros.metamodel.files import save
-from dineros.runtime.ros.environment import Reach
+from dineros.runtime.ros.process.environment import Reach
 from dineros.transformations.flattening.split import split
 from tests.runtime.ros.conftest import PATIENCE, Ros
 from tests.runtime.ros.post import LETTER, post
@@ -159,8 +159,9 @@ def test_server_that_takes_longer_than_the_timeout_serves_once(ros: Ros) -> None
 
 DESK_AND_SCALE = """
 import threading, time
-from dineros.runtime import Net, services
-from dineros.runtime.net import load_runtime_model
+from dineros.runtime import Net
+from dineros.runtime.channels import services
+from dineros.runtime.nodes.net import load_runtime_model
 from dineros.runtime.ros.running import RosNode
 
 def wait(condition):

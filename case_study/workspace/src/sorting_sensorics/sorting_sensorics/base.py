@@ -9,8 +9,7 @@ from importlib import import_module, resources
 
 from dineros.metamodel import rtm
 from dineros.metamodel.files import load
-from dineros.runtime.net import Net
-from dineros.runtime.node import Node
+from dineros.runtime import Net, Node
 
 from . import firings
 

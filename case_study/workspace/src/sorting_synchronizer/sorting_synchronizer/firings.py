@@ -17,8 +17,7 @@ from typing import (
     overload,
 )
 
-from dineros.runtime import typed_handlers
-from dineros.runtime.handlers import Given, Handler
+from dineros.runtime import Given, Handler, typed_handlers
 from dineros.runtime.typed_handlers import (
     Decorator,
     HandlerOptions,
