@@ -24,6 +24,7 @@ def find_moved(package: str, renamed: Mapping[str, str] | None = None) -> None:
         Such as ``dineros.analysis``, or a package inside of it.
     renamed : mapping of str to str, optional
         Former name -> present one, both without the package's: of those that have another last part now.
+        Of those that have left the package, the whole present name.
     """
     sys.meta_path.append(_Finder(package, renamed or {}))
 
@@ -42,7 +43,9 @@ class _Finder:
         if package != self._package or path is None:
             return None
         here = self._renamed.get(name) or _inside(path, name)
-        loader = _Moved(f"{package}.{here}") if here else None
+        if here is not None and not here.startswith("dineros."):
+            here = f"{package}.{here}"
+        loader = _Moved(here) if here else None
         return ModuleSpec(fullname, cast("Loader", loader)) if loader else None
 
 

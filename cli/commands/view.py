@@ -91,7 +91,7 @@ def view(
     pages, search with '/', '?' lists the keys.
     """
     from dineros.views.nets import save_picture
-    from dineros.views.nets.svg import Theme
+    from dineros.views.nets.drawing.svg import Theme
 
     if output is not None:
         refuse_output(output, PICTURES)

@@ -29,8 +29,8 @@ OTHERWISE_OPENED = {
     "views/live/remembering.py": "the state of the user, readable for nobody else",
     "views/javascript/modules.py": "our scripts",
     "views/javascript/server.py": "our scripts",
-    "views/nets/page.py": "our scripts and styles",
-    "views/nets/svg.py": "our styles",
+    "views/nets/drawing/page.py": "our scripts and styles",
+    "views/nets/drawing/svg.py": "our styles",
     "views/reports/check_report.py": "our styles",
     "views/traces/assets.py": "our scripts and styles",
 }
