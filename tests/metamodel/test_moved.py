@@ -22,6 +22,8 @@ import pytest
         ("dineros.analysis.statespace", "dineros.analysis.questions.state_space"),
         ("dineros.analysis.logic.parser", "dineros.analysis.logic.language.parser"),
         ("dineros.analysis.logic.names", "dineros.analysis.logic.language.names"),
+        ("dineros.analysis.logic.budget", "dineros.analysis.answers.budget"),
+        ("dineros.analysis.logic.verdicts.answer", "dineros.analysis.answers.outcome"),
     ],
 )
 def test_a_module_that_moved_is_found_with_a_warning(

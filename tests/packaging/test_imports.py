@@ -27,6 +27,7 @@ ROOMS = {
 FOLDERS = {
     "transformations": ["language", "rules", "flattening", "pictures"],
     "analysis": [
+        "answers",
         "nets",
         "reductions",
         "explicit",
