@@ -12,10 +12,10 @@ from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
     VIOLATED,
+    budget_of,
     count,
     exploring,
     load_valid,
-    memory_budget,
     memory_option,
     say_witness,
     write_witness,
@@ -97,13 +97,12 @@ def check(
         raise click.UsageError("capacities are no findings: -o does not go with --suggest-capacities")
     net = load_valid(model, settings)
     if suggest_capacities:
-        return _suggest(net, model, memory_budget(memory), format == "json", witnesses)
+        return _suggest(net, model, memory, format == "json", witnesses)
     report = Report()
     try:
         with exploring() as progress:
-            check_model(
-                net, memory_budget(memory), progress, report, behaviour, orders_beside(model, no_cache)
-            )
+            budget = budget_of(memory, progress=progress)
+            check_model(net, budget, report, behaviour, orders_beside(model, no_cache))
     except KeyboardInterrupt:
         report.unknown.append(Unknown("everything else", "interrupted"))
         _print(report, net, model, format, witnesses)
@@ -166,7 +165,7 @@ def _print_text(report: Report, model: Path, witnesses: bool) -> None:
     summarise(f"{model}: {counts}")
 
 
-def _suggest(net: pn.Net, model: Path, memory: int, as_json: bool, witnesses: bool) -> int:
+def _suggest(net: pn.Net, model: Path, memory: int | None, as_json: bool, witnesses: bool) -> int:
     from dineros.analysis.questions.capacities import suggest_capacities
     from dineros.metamodel import sym
     from dineros.metamodel.errors import DinerosError, Location
@@ -174,7 +173,7 @@ def _suggest(net: pn.Net, model: Path, memory: int, as_json: bool, witnesses: bo
     if not isinstance(net, sym.SystemModel):
         raise DinerosError("has no queues: it is no system model", location=Location(model))
     with exploring() as progress:
-        found = suggest_capacities(net, memory, progress)
+        found = suggest_capacities(net, budget_of(memory, progress=progress))
     if as_json:
         rows = [
             {

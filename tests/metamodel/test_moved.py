@@ -32,6 +32,8 @@ import pytest
         ("dineros.metamodel.constraints.topics", "dineros.metamodel.constraints.families.topics"),
         ("dineros.metamodel.files.xmi_reader", "dineros.metamodel.files.xmi.reader"),
         ("dineros.metamodel.files.positions", "dineros.metamodel.positions"),
+        ("dineros.analysis.logic.budget", "dineros.analysis.answers.budget"),
+        ("dineros.analysis.logic.verdicts.answer", "dineros.analysis.answers.outcome"),
     ],
 )
 def test_a_module_that_moved_is_found_with_a_warning(

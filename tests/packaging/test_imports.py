@@ -53,6 +53,7 @@ FOLDERS = {
     "generators": ["templates", "application", "workspace"],
     "transformations": ["language", "rules", "flattening", "pictures"],
     "analysis": [
+        "answers",
         "nets",
         "reductions",
         "explicit",
