@@ -71,7 +71,7 @@ AFTERWARDS = [
 
 def main() -> int:
     """Run the commands in a ROS domain of their own; stop at the first that fails."""
-    from dineros.runtime.ros.domains import claimed_domain
+    from dineros.runtime.ros.process.domains import claimed_domain
 
     with claimed_domain() as domain:
         return run_all({**os.environ, "ROS_DOMAIN_ID": str(domain)})

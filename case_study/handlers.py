@@ -7,8 +7,8 @@ from importlib import import_module
 from pathlib import Path
 
 from dineros.metamodel.errors import DinerosError, Location
-from dineros.runtime.net import Net
-from dineros.runtime.simulation import LocalApplication
+from dineros.runtime import Net
+from dineros.runtime.application.simulation import LocalApplication
 
 SOURCES = Path(__file__).resolve().parent / "workspace" / "src"
 if not (SOURCES / "sorting_interfaces").is_dir():

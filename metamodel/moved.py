@@ -23,8 +23,8 @@ def find_moved(package: str, renamed: Mapping[str, str] | None = None) -> None:
     package : str
         Such as ``dineros.analysis``, or a package inside of it.
     renamed : mapping of str to str, optional
-        Former name -> present one, both without the package's: of those that have another last part now.
-        Of those that have left the package, the whole present name.
+        Former name -> present one, of those that have another last part now, or another package: both without
+        the package's name, the present one whole where it begins with ``dineros.``.
     """
     sys.meta_path.append(_Finder(package, renamed or {}))
 
@@ -43,9 +43,7 @@ class _Finder:
         if package != self._package or path is None:
             return None
         here = self._renamed.get(name) or _inside(path, name)
-        if here is not None and not here.startswith("dineros."):
-            here = f"{package}.{here}"
-        loader = _Moved(here) if here else None
+        loader = _Moved(here if here.startswith("dineros.") else f"{package}.{here}") if here else None
         return ModuleSpec(fullname, cast("Loader", loader)) if loader else None
 
 

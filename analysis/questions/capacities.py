@@ -6,15 +6,16 @@ for ever, the smallest sufficient capacity is the largest load at which a messag
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.model.queues import Queue, queues
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.questions.reachability import find_firing
-from dineros.analysis.symbolic.engine import DEFAULT_MEMORY, SymbolicStateSpace, symbolic_state_space
+from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.witnesses.findings import Witness, witness_of
 from dineros.metamodel import sym
@@ -49,38 +50,38 @@ class Capacity:
     witness: Witness | None = None
 
 
-def suggest_capacities(
-    model: sym.SystemModel, memory: int = DEFAULT_MEMORY, progress: Callable[[object], None] | None = None
-) -> list[Capacity]:
+def suggest_capacities(model: sym.SystemModel, budget: Budget = UNLIMITED) -> list[Capacity]:
     """Return the smallest capacity at which each queue loses no message, all others left as they are.
 
     Parameters
     ----------
     model : sym.SystemModel
         The model; it is not changed.
-    memory : int
-        Bytes that a state space may take.
-    progress : callable, optional
-        Told now and then how far the engines are.
+    budget : Budget, optional
+        Of all searches; its memory is that of each.
+
+    Raises
+    ------
+    BudgetExceededError
+        If time runs out.
     """
     # With inhibitor arcs (T5a) the capacity is an initial marking and nothing else.
     subject = base_subject(model, overflow="inhibitor")
-    search = _Search(subject, memory, progress)
+    search = _Search(subject, budget.begun())
     return [search.needed(queue) for queue in queues(subject)]
 
 
 class _Search:
     """Searches capacities on one net, whose state space with the model's own capacities is made once."""
 
-    def __init__(self, subject: Subject, memory: int, progress: Callable[[object], None] | None) -> None:
+    def __init__(self, subject: Subject, budget: Budget) -> None:
         self._subject = subject
-        self._memory = memory
-        self._progress = progress
+        self._budget = budget
         self._own = self._space(subject.net)
 
     def _space(self, net: CompiledNet) -> SymbolicStateSpace | None:
         try:
-            space = symbolic_state_space(net, self._memory, self._progress)
+            space = symbolic_state_space(net, self._budget)
         except (UnknownBoundError, LevelSizeError):
             return None
         return space if space.complete else None
@@ -126,7 +127,7 @@ class _Search:
             net = self._subject.net.with_initial({parts.capacity: needed - 1})
             smaller = replace(self._subject, net=net)
             for drop in queue.drops:
-                trace = find_firing(net, smaller.transition_index[drop], self._memory).trace
+                trace = find_firing(net, smaller.transition_index[drop], self._budget).trace
                 if trace is not None:
                     witness = witness_of(smaller, trace)
                     break

@@ -6,19 +6,18 @@ breadth first, so that it is a shortest one.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.model.queues import queues
 from dineros.analysis.model.satisfiability import unsatisfiable_clauses
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.questions.unused import unused_parts
-from dineros.analysis.symbolic.engine import DEFAULT_MEMORY, SymbolicStateSpace, symbolic_state_space
+from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
-from dineros.analysis.witnesses.findings import Finding, Report, Unknown, Witness, witness_of
+from dineros.analysis.witnesses.findings import Finding, Report, Witness, witness_of
 from dineros.metamodel import pn, sym
 
 CHEAP = 1_500_000
@@ -33,8 +32,7 @@ OUT_OF_MEMORY = "memory ran out"
 
 def check(
     model: pn.Net,
-    memory: int = DEFAULT_MEMORY,
-    progress: Callable[[Any], None] | None = None,
+    budget: Budget = UNLIMITED,
     report: Report | None = None,
     at_any_cost: bool = False,
     orders: OrderCache | None = None,
@@ -45,10 +43,8 @@ def check(
     ----------
     model : pn.Net
         A system model, or any place/transition net.
-    memory : int
-        Bytes that the state space may take; running into it leaves questions unknown.
-    progress : callable, optional
-        Told now and then how far the engines are.
+    budget : Budget, optional
+        What it may cost; running out of memory leaves questions unknown.
     report : Report, optional
         Where to put the answers as they come, for those who want them after an interruption.
     at_any_cost : bool
@@ -61,18 +57,20 @@ def check(
         _clauses(model, report)
     subject = base_subject(model)
     try:
-        space = symbolic_state_space(subject.net, memory, progress, orders=orders)
+        space = symbolic_state_space(subject.net, budget, orders=orders)
     except UnknownBoundError as error:
         _unbounded(subject, report, str(error))
         return report
     except LevelSizeError as error:
-        report.unknown.append(Unknown("all questions on the state space", error.message))
+        report.unknown.append(Outcome.left_open("all questions on the state space", error.message))
         return report
     if not space.complete:
-        report.unknown.append(Unknown("all questions on the state space", f"{space.reason} ran out"))
+        report.unknown.append(
+            Outcome.left_open("all questions on the state space", f"{space.reason} ran out")
+        )
         return report
     _bounded(space, report)
-    _overflows(subject, space, report, memory)
+    _overflows(subject, space, report, budget)
     dead = {index for index, name in enumerate(subject.net.transitions) if space.enabled(name) == 0}
     drops = {subject.transition_index[drop] for queue in queues(subject) for drop in queue.drops}
     unused = unused_parts(subject, dead)
@@ -80,7 +78,7 @@ def check(
     if not unused:
         report.proved.append("every transition can fire, every channel is used")
     _deadlocks(subject, space, report)
-    _behaviour(subject, space, drops, report, progress, None if at_any_cost else CHEAP)
+    _behaviour(subject, space, drops, report, budget, None if at_any_cost else CHEAP)
     return report
 
 
@@ -104,7 +102,7 @@ def _bounded(space: SymbolicStateSpace, report: Report) -> None:
 def _unbounded(subject: Subject, report: Report, reason: str) -> None:
     answer = coverability(subject.net)
     if answer.pumping is None:
-        report.unknown.append(Unknown("whether the net is bounded", reason))
+        report.unknown.append(Outcome.left_open("whether the net is bounded", reason))
         return
     pumping = answer.pumping
     grown = tuple(subject.place_text(place) for place in pumping.places)
@@ -117,29 +115,29 @@ def _unbounded(subject: Subject, report: Report, reason: str) -> None:
             witness_of(subject, [*pumping.prefix, *pumping.suffix], loop=len(pumping.prefix)),
         )
     )
-    report.unknown.append(Unknown("all questions on the state space", "it is infinite"))
+    report.unknown.append(Outcome.left_open("all questions on the state space", "it is infinite"))
 
 
-def _overflows(subject: Subject, space: SymbolicStateSpace, report: Report, memory: int) -> None:
+def _overflows(subject: Subject, space: SymbolicStateSpace, report: Report, budget: Budget) -> None:
     for queue in queues(subject):
         losing = next((drop for drop in queue.drops if space.enabled(drop)), None)
         if losing is None:
             report.proved.append(f"{queue} never overflows")
             continue
         message = f"{queue} can overflow: a message is lost"
-        witness = _witness(subject, space, losing, memory)
+        witness = _witness(subject, space, losing, budget)
         if witness is None:
-            report.unknown.append(Unknown(f"how {queue} overflows", OUT_OF_MEMORY))
+            report.unknown.append(Outcome.left_open(f"how {queue} overflows", OUT_OF_MEMORY))
         report.findings.append(Finding("queue-overflow", "error", queue.elements, message, witness))
 
 
-def _witness(subject: Subject, space: SymbolicStateSpace, transition: str, memory: int) -> Witness | None:
+def _witness(subject: Subject, space: SymbolicStateSpace, transition: str, budget: Budget) -> Witness | None:
     """Return a firing sequence that ends with a transition: a shortest one where few markings are nearer."""
     # Most models need no search.
     from dineros.analysis.questions.reachability import find_firing, way_to_firing
 
     number = subject.transition_index[transition]
-    trace = find_firing(subject.net, number, min(memory, NEAR)).trace
+    trace = find_firing(subject.net, number, budget.share(most_bytes=NEAR)).trace
     if trace is None:
         try:
             trace = way_to_firing(space, subject.names, number)
@@ -163,7 +161,7 @@ def _deadlocks(subject: Subject, space: SymbolicStateSpace, report: Report) -> N
             )
     except DiagramMemoryError:
         question = "what else is a deadlock" if found else "whether there is a deadlock"
-        report.unknown.append(Unknown(question, OUT_OF_MEMORY))
+        report.unknown.append(Outcome.left_open(question, OUT_OF_MEMORY))
         return
     if not found:
         report.proved.append("no deadlock")
@@ -174,7 +172,7 @@ def _behaviour(
     space: SymbolicStateSpace,
     drops: set[int],
     report: Report,
-    progress: Callable[[Any], None] | None,
+    budget: Budget,
     work: int | None,
 ) -> None:
     """Liveness, reversibility, home markings. Few applications are live, so what fails is a note, no fault.
@@ -184,13 +182,13 @@ def _behaviour(
     from dineros.analysis.questions.behaviour import TooMuchWorkError, behaviour
 
     try:
-        answer = behaviour(space, progress, work)
+        answer = behaviour(space, budget, work)
     except TooMuchWorkError:
         reason, hint = "left, as it takes more work than a check may cost", "--behaviour decides it"
-        report.unknown.append(Unknown(BEHAVIOUR, reason, hint, may_be_fault=False))
+        report.unknown.append(Outcome.left_open(BEHAVIOUR, reason, hint, may_be_fault=False))
         return
     except DiagramMemoryError:
-        report.unknown.append(Unknown(BEHAVIOUR, OUT_OF_MEMORY, may_be_fault=work is None))
+        report.unknown.append(Outcome.left_open(BEHAVIOUR, OUT_OF_MEMORY, may_be_fault=work is None))
         return
     identity = (str(subject.model.id),)
     shut_off = (subject.transition_text(t) for t in answer.not_live if t not in drops)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.model.subject import Subject
 
 Severity = Literal["error", "warning", "note"]
@@ -99,29 +100,8 @@ class Finding:
     witness: Witness | None = None
 
 
-@dataclass(frozen=True)
-class Unknown:
-    """A question that was not decided.
-
-    Attributes
-    ----------
-    question : str
-        What is not known.
-    reason : str
-        Why.
-    hint : str
-        What decides it, where that is known.
-    may_be_fault : bool
-        Whether the answer might be an error or a warning, or was asked for; else it might be a note at worst.
-    """
-
-    question: str
-    reason: str
-    hint: str = ""
-    may_be_fault: bool = True
-
-    def __str__(self) -> str:
-        return f"{self.question}: {self.reason}{f' ({self.hint})' if self.hint else ''}"
+Unknown = Outcome.left_open
+"""Makes what a report has of a question that was not decided."""
 
 
 @dataclass
@@ -134,13 +114,13 @@ class Report:
         What is wrong.
     proved : list of str
         What is proved to hold.
-    unknown : list of Unknown
+    unknown : list of Outcome
         What could not be decided, and why.
     """
 
     findings: list[Finding] = field(default_factory=list)
     proved: list[str] = field(default_factory=list)
-    unknown: list[Unknown] = field(default_factory=list)
+    unknown: list[Outcome] = field(default_factory=list)
 
     def add(self, other: Report) -> None:
         """Take over all that another report says."""

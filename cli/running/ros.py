@@ -30,8 +30,8 @@ from dineros.runtime.application.supervisor import (
 if TYPE_CHECKING:
     from dineros.cli.running.applications import Application
     from dineros.metamodel import sym
-    from dineros.runtime.ros.environment import Reach
-    from dineros.runtime.transport import Ports
+    from dineros.runtime.nets.ports import Ports
+    from dineros.runtime.ros.process.environment import Reach
 
 SUPERVISOR_LOG = "supervisor.log.jsonl"
 """File beside the traces that tells which process was started and ended when, one JSON object per line."""
@@ -79,7 +79,7 @@ def run_on_ros(
         commands, variables = _model_processes(application, application.system, wanted.folder)
     for name, command in commands:
         command.extend(_stale_parameters(application, name))
-    from dineros.runtime.structure import read_structure
+    from dineros.runtime.nets.structure import read_structure
 
     nodes = {model.node.id: read_structure(model).ports for model in application.models}
     return _run_processes(commands, variables, nodes, wanted, observer, options)
@@ -168,8 +168,8 @@ def _run_processes(
     observer: FolderObserver,
     options: RosOptions,
 ) -> Ending:
-    from dineros.runtime.ros.environment import ros_environment
-    from dineros.runtime.ros.memory import remove_abandoned
+    from dineros.runtime.ros.process.environment import ros_environment
+    from dineros.runtime.ros.process.memory import remove_abandoned
 
     folder = wanted.folder.resolve()
     variables = ros_environment(folder / "ros", options.domain, options.reach, variables)

@@ -16,7 +16,7 @@ from case_study.generate import main as generate_workspace
 from dineros.cli.main import main
 from dineros.generators import read_manifest
 from dineros.generators.workspace.manifest import PLACE, hash_of
-from dineros.runtime.ros.environment import ros_environment
+from dineros.runtime.ros.process.environment import ros_environment
 from tests.case_study.conftest import ROOT, WORKSPACE, documented_commands, in_fresh_shell
 from tests.support.type_checker import strict_mypy
 

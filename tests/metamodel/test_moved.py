@@ -22,6 +22,11 @@ import pytest
         ("dineros.analysis.statespace", "dineros.analysis.questions.state_space"),
         ("dineros.analysis.logic.parser", "dineros.analysis.logic.language.parser"),
         ("dineros.analysis.logic.names", "dineros.analysis.logic.language.names"),
+        ("dineros.runtime.net", "dineros.runtime.nodes.net"),
+        ("dineros.runtime.handlers", "dineros.runtime.firing.handlers"),
+        ("dineros.runtime.signals", "dineros.runtime.nets.signals"),
+        ("dineros.runtime.transport", "dineros.runtime.channels.transport"),
+        ("dineros.runtime.ros.memory", "dineros.runtime.ros.process.memory"),
         ("dineros.cli.commands.check", "dineros.cli.commands.analysis.check"),
         ("dineros.cli.tracing", "dineros.cli.presentation.traces"),
         ("dineros.generators.manifest", "dineros.generators.workspace.manifest"),
@@ -29,6 +34,8 @@ import pytest
         ("dineros.metamodel.constraints.topics", "dineros.metamodel.constraints.families.topics"),
         ("dineros.metamodel.files.xmi_reader", "dineros.metamodel.files.xmi.reader"),
         ("dineros.metamodel.files.positions", "dineros.metamodel.positions"),
+        ("dineros.analysis.logic.budget", "dineros.analysis.answers.budget"),
+        ("dineros.analysis.logic.verdicts.answer", "dineros.analysis.answers.outcome"),
     ],
 )
 def test_a_module_that_moved_is_found_with_a_warning(

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from dineros.generators.workspace.building import missing_tools
-from dineros.runtime.ros.domains import claimed_domain
+from dineros.runtime.ros.process.domains import claimed_domain
 
 CACHE = Path(__file__).resolve().parents[2] / "build/tests/cache"
 

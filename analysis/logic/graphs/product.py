@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progress
 from dineros.analysis.logic.automata.automaton import Automaton
 from dineros.analysis.logic.graphs.packing import Layout
 from dineros.analysis.logic.graphs.tables import edge_tables, ints, net_tables
@@ -27,7 +28,6 @@ from dineros.analysis.logic.language.atoms import (
     SomeEnabled,
     SomeFired,
 )
-from dineros.analysis.logic.verdicts.budget import BudgetExceededError, Meter
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
 
@@ -48,7 +48,7 @@ class Product:
         What the automaton's atoms ask, in their order.
     weak, strong : sequence of int
         Weakly and strongly fair transitions.
-    meter : Meter
+    budget : Budget
         Watches the memory.
     """
 
@@ -59,9 +59,9 @@ class Product:
         conditions: Sequence[Condition | Combined],
         weak: Sequence[int],
         strong: Sequence[int],
-        meter: Meter,
+        budget: Budget,
     ) -> None:
-        self.net, self.automaton, self.meter = net, automaton, meter
+        self.net, self.automaton, self.budget = net, automaton, budget
         self.atom_conditions = conditions
         self.weak, self.strong = tuple(weak), tuple(strong)
         self.layout = Layout.smallest(net, max(1, (len(automaton.edges) - 1).bit_length()))
@@ -100,6 +100,10 @@ class Product:
         """Bytes of the table of states."""
         return self.store.words.nbytes + self.store.table.nbytes
 
+    def progress(self, memory_bytes: int) -> Progress:
+        """Return how far a search is whose tables take so many bytes."""
+        return Progress("states", self.states, memory_bytes, self.states / max(self.budget.spent, 1e-9))
+
     def marking(self, state: int) -> tuple[int, ...]:
         """Return the marking of a state."""
         return self.layout.unpack(self.store.words[state])
@@ -119,7 +123,7 @@ class Product:
         """
         capacity = len(self.store.words)
         larger = capacity * 2 if capacity < 1 << 20 else capacity * 3 // 2
-        limit = self.meter.budget.states
+        limit = self.budget.states
         if limit is not None:
             # A little more than the limit, so that hitting it is seen as such.
             larger = min(larger, max(capacity + self.room, limit + 2 * self.room))
@@ -129,7 +133,7 @@ class Product:
         new_bytes = larger * self.layout.words * 8 + (
             0 if table_size == self.store.table.size else table_size * 8
         )
-        self.meter.check_memory(self.memory_bytes + new_bytes + others)
+        self.budget.check_memory(self.memory_bytes + new_bytes + others)
         words = np.empty((larger, self.layout.words), dtype=np.uint64)
         words[: self.states] = self.store.words[: self.states]
         table = self.store.table
@@ -165,7 +169,7 @@ class Product:
                 part[:] = self.layout.convert(part, layout)
             words = self.store.words
         else:
-            self.meter.check_memory(self.memory_bytes + capacity * layout.words * 8 + others)
+            self.budget.check_memory(self.memory_bytes + capacity * layout.words * 8 + others)
             words = np.empty((capacity, layout.words), dtype=np.uint64)
             words[:count] = self.layout.convert(self.store.words[:count], layout)
             self.scratch = self.scratch._replace(successor=np.zeros(layout.words, dtype=np.uint64))

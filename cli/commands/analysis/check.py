@@ -11,9 +11,9 @@ from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
     VIOLATED,
+    budget_of,
     exploring,
     load_valid,
-    memory_budget,
     memory_option,
 )
 from dineros.cli.console import summarise
@@ -91,13 +91,12 @@ def check(
         raise click.UsageError("capacities are no findings: -o does not go with --suggest-capacities")
     net = load_valid(model, settings)
     if suggest_capacities:
-        return _suggest(net, model, memory_budget(memory), format == "json", witnesses)
+        return _suggest(net, model, memory, format == "json", witnesses)
     report = Report()
     try:
         with exploring() as progress:
-            check_model(
-                net, memory_budget(memory), progress, report, behaviour, orders_beside(model, no_cache)
-            )
+            budget = budget_of(memory, progress=progress)
+            check_model(net, budget, report, behaviour, orders_beside(model, no_cache))
     except KeyboardInterrupt:
         report.unknown.append(Unknown("everything else", "interrupted"))
         print_report(report, net, model, format, witnesses)
@@ -116,7 +115,7 @@ def check(
     return UNKNOWN if any(unknown.may_be_fault for unknown in report.unknown) else HOLDS
 
 
-def _suggest(net: pn.Net, model: Path, memory: int, as_json: bool, witnesses: bool) -> int:
+def _suggest(net: pn.Net, model: Path, memory: int | None, as_json: bool, witnesses: bool) -> int:
     from dineros.analysis.questions.capacities import suggest_capacities
     from dineros.metamodel import sym
     from dineros.metamodel.errors import DinerosError, Location
@@ -124,7 +123,7 @@ def _suggest(net: pn.Net, model: Path, memory: int, as_json: bool, witnesses: bo
     if not isinstance(net, sym.SystemModel):
         raise DinerosError("has no queues: it is no system model", location=Location(model))
     with exploring() as progress:
-        found = suggest_capacities(net, memory, progress)
+        found = suggest_capacities(net, budget_of(memory, progress=progress))
     say_capacities(found, model, as_json, witnesses)
     if all(capacity.needed is not None and capacity.needed <= capacity.limit for capacity in found):
         return HOLDS

@@ -11,10 +11,10 @@ from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
     VIOLATED,
+    budget_of,
     count,
     exploring,
     load_subject,
-    memory_budget,
     question_engine_option,
     question_options,
     reading_formula,
@@ -76,22 +76,21 @@ def find(
     if (enabled is None) == (marking is None):
         raise click.UsageError("give either --enabled or --marking")
     subject = load_subject(model, settings, signals, overflow)
-    budget = memory_budget(memory)
     with exploring() as progress, reading_formula("--marking" if enabled is None else "--enabled"):
+        limits = budget_of(memory, timeout, progress), order
         if engine == "tina":
             from dineros.analysis import tina
 
-            limits = (order, timeout, budget)
             if enabled is not None:
                 answer = tina.find_enabled(subject.net, enabled, subject.names, *limits)
             else:
                 assert marking is not None
                 answer = tina.find_marking(subject.net, marking, subject.names, *limits)
         elif enabled is not None:
-            answer = find_enabled(subject.net, enabled, subject.names, budget, progress, order, timeout)
+            answer = find_enabled(subject.net, enabled, subject.names, *limits)
         else:
             assert marking is not None
-            answer = find_marking(subject.net, marking, subject.names, budget, progress, order, timeout)
+            answer = find_marking(subject.net, marking, subject.names, *limits)
     witness = witness_of(subject, answer.trace) if answer.trace is not None else None
     report = {
         "model": str(model),

@@ -10,9 +10,9 @@ import click
 from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
+    budget_of,
     exploring,
     load_subject,
-    memory_budget,
     memory_option,
     say_witness,
     variant_options,
@@ -80,7 +80,8 @@ def statespace(
         reduction = reduce_net(net, {"state_space_size"})
         net, factor = reduction.net, reduction.count_factor
     with exploring() as progress:
-        space = state_space(net, engine, memory_budget(memory), progress, orders, order)  # type: ignore[arg-type]
+        budget = budget_of(memory, progress=progress)
+        space = state_space(net, engine, budget, orders, order)  # type: ignore[arg-type]
     if reduce:
         space = replace(space, deadlocks=None)  # those of the reduced net tell nothing about the model
     flattened = subject.flattened is not None

@@ -10,10 +10,10 @@ from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
     VIOLATED,
+    budget_of,
     count,
     exploring,
     load_subject,
-    memory_budget,
     question_engine_option,
     question_options,
     reading_formula,
@@ -79,7 +79,6 @@ def verify(
     orders = orders_beside(model, no_cache)
     from dineros.analysis.logic.ctl.checking import check_ctl
     from dineros.analysis.logic.ltl.verification import verify_ltl
-    from dineros.analysis.logic.verdicts.budget import Budget
     from dineros.analysis.witnesses.findings import witness_of
     from dineros.metamodel.errors import DinerosError
 
@@ -97,18 +96,17 @@ def verify(
         with reading_formula(option):
             for name in names:
                 subject.names.transitions(name)
-    limit = memory_budget(memory)
-    budget = Budget(limit, seconds=timeout)
     with exploring() as progress, reading_formula("--ltl" if ctl is None else "--ctl"):
+        budget = budget_of(memory, timeout, progress)
         if ltl is not None and engine == "tina":
             from dineros.analysis import tina
 
-            verdict = tina.verify(subject.net, ltl, subject.names, weak, strong, timeout, limit)
+            verdict = tina.verify(subject.net, ltl, subject.names, weak, strong, budget)
         elif ltl is not None:
-            verdict = verify_ltl(subject.net, ltl, subject.names, weak, strong, budget, progress)
+            verdict = verify_ltl(subject.net, ltl, subject.names, weak, strong, budget)
         else:
             assert ctl is not None
-            verdict = check_ctl(subject.net, ctl, subject.names, budget, progress, orders=orders)
+            verdict = check_ctl(subject.net, ctl, subject.names, budget, orders=orders)
     witness = None
     if verdict.stem or verdict.loop:
         loop = len(verdict.stem) if verdict.loop else None
@@ -128,7 +126,7 @@ def verify(
         say_json(report)
     else:
         reason = f" ({verdict.reason})" if verdict.reason else ""
-        spent = f"{count(verdict.states, 'state')}, {verdict.seconds:.1f} s"
+        spent = f"{count(verdict.states or 0, 'state')}, {verdict.seconds:.1f} s"
         say(f"{verdict.status}: {ltl or ctl}{reason}; {spent}")
         if output is not None and not witness:
             warn(f"{output} is not written: there is no run to show")

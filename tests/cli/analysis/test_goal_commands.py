@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.analysis.logic.verdicts.budget import BudgetExceededError
+from dineros.analysis.answers.budget import BudgetExceededError
 from dineros.metamodel.files import load
 from dineros.metamodel.records import Fire, Header, read_records
 from tests.cli.conftest import Run

@@ -27,7 +27,7 @@ from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import find
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.ros_names import camel_case
-from dineros.runtime.ros.parameters import signal_parameters
+from dineros.runtime.ros.channels.parameters import signal_parameters
 from dineros.transformations.flattening.split import split
 from tests.generators.models import kitchen
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from dineros.generators import Options, generate
 from dineros.generators.application.collecting import application_of
 from dineros.metamodel.records import Publish, Serve, read_trace, traces_of_runs
+from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder
-from dineros.runtime.simulation import LocalApplication
 from dineros.transformations.flattening.split import split
 from tests.support.bakery import bakery
 
