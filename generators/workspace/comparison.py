@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from dineros.generators.workspace import handwritten
 from dineros.generators.workspace.manifest import DeveloperEntry, Manifest, StubEntry, hash_of
@@ -38,6 +39,25 @@ class Comparison:
     notices: tuple[Notice, ...]
     edits: tuple[Edit, ...]
     manifest: Manifest
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether something would be written, was edited, or waits for its developer."""
+        waiting = any(notice.stays for notice in self.notices)
+        return bool(self.changes or self.edits or waiting)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return changes, edits and notices for JSON."""
+        return {
+            "changes": [
+                {"file": change.path, "what": change.what, "detail": change.detail} for change in self.changes
+            ],
+            "edits": [
+                {"file": edit.path, "message": edit.message, "difference": edit.difference}
+                for edit in self.edits
+            ],
+            "notices": [vars(notice) for notice in self.notices],
+        }
 
 
 def compare(workspace: Path, plan: Plan, known: Manifest | None) -> Comparison:

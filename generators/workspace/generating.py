@@ -105,7 +105,7 @@ def _write(workspace: Path, comparison: Comparison, known: Manifest | None) -> N
             folder.remove(change.path)
         else:
             folder.write(change.path, change.content)
-    if comparison.manifest != known:
+    if comparison.changes or comparison.manifest != known:
         write_manifest(workspace, comparison.manifest)
 
 

@@ -27,6 +27,8 @@ import pytest
         ("dineros.runtime.signals", "dineros.runtime.nets.signals"),
         ("dineros.runtime.transport", "dineros.runtime.channels.transport"),
         ("dineros.runtime.ros.memory", "dineros.runtime.ros.process.memory"),
+        ("dineros.cli.commands.check", "dineros.cli.commands.analysis.check"),
+        ("dineros.cli.tracing", "dineros.cli.presentation.traces"),
         ("dineros.generators.manifest", "dineros.generators.workspace.manifest"),
         ("dineros.views.nets.model", "dineros.views.nets.contents.model"),
         ("dineros.metamodel.constraints.topics", "dineros.metamodel.constraints.families.topics"),

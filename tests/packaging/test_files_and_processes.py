@@ -16,7 +16,7 @@ OTHERWISE_OPENED = {
     "analysis/sweeps/grid.py": "a temporary folder of our own",
     "analysis/sweeps/point.py": "/proc; /dev/null",
     "analysis/tina/questions.py": "a temporary folder of our own",
-    "cli/commands/view.py": "a temporary file of our own",
+    "cli/commands/models/view.py": "a temporary file of our own",
     "cli/main.py": "/dev/null",
     "metamodel/clauses/parser.py": "our grammar",
     "metamodel/files/atomic.py": "this is how files are written",

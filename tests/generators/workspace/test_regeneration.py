@@ -327,10 +327,12 @@ def test_an_edited_file_that_is_generated_no_longer_stays(workspace: Path) -> No
 
 
 def test_a_generated_file_that_is_gone_comes_back(workspace: Path) -> None:
+    manifest = (workspace / PLACE).read_bytes()
     (workspace / "src/waiter/setup.py").unlink()
     assert changed(check(kitchen(), workspace, OPTIONS)) == {"src/waiter/setup.py": ""}
     assert changed(generate(kitchen(), workspace, OPTIONS), "restored") == {"src/waiter/setup.py": ""}
     assert is_fine(workspace, kitchen())
+    assert (workspace / PLACE).read_bytes() == manifest, "all that was to be written is written"
 
 
 def test_handlers_that_are_no_python_stop_everything(workspace: Path) -> None:
