@@ -66,10 +66,6 @@ FOLDERS = {
         "conformance",
         "sweeps",
     ],
-    "cli": [
-        *("options", "console", "models", "rule_files", "outputs", "orders", "quick_start"),
-        *("analysing", "running", "presentation", "commands", "main"),
-    ],
     "runtime": [
         "scheduling",
         "nets",
@@ -92,6 +88,10 @@ FOLDERS = {
         "managed",
         "node_main",
         "wheels",
+    ],
+    "cli": [
+        *("options", "console", "models", "rule_files", "outputs", "orders", "quick_start"),
+        *("analysing", "running", "presentation", "commands", "main"),
     ],
     "views": ["policy", "javascript", "nets", "traces", "reports", "exports", "live"],
     "views/nets": ["contents", "placement", "differences", "drawing"],
