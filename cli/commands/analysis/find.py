@@ -12,17 +12,16 @@ from dineros.cli.analysing import (
     UNKNOWN,
     VIOLATED,
     budget_of,
-    count,
     exploring,
     load_subject,
     question_engine_option,
     question_options,
     reading_formula,
-    say_witness,
     write_witness,
 )
-from dineros.cli.console import say, say_json, summarise
+from dineros.cli.console import say_json
 from dineros.cli.options import command, model_argument
+from dineros.cli.presentation.answers import say_way
 
 if TYPE_CHECKING:
     from dineros.analysis.explicit import Order
@@ -105,11 +104,5 @@ def find(
     if as_json:
         say_json(report)
     else:
-        reason = f" ({answer.reason})" if answer.reason else ""
-        seen = f"; {count(answer.states, 'state')}" if answer.states is not None else ""
-        say(f"{answer.status}: {report['goal']}{reason}{seen}")
-        if witness and output is None:
-            say_witness(witness)
-        elif witness:
-            summarise(f"{model} -> {output}: {count(len(witness.steps), 'step')}")
+        say_way(answer, str(report["goal"]), witness, model, output)
     return {"reachable": HOLDS, "unreachable": VIOLATED, "unknown": UNKNOWN}[answer.status]

@@ -11,18 +11,17 @@ from dineros.cli.analysing import (
     UNKNOWN,
     VIOLATED,
     budget_of,
-    count,
     exploring,
     load_subject,
     question_engine_option,
     question_options,
     reading_formula,
-    say_witness,
     write_witness,
 )
-from dineros.cli.console import say, say_json, summarise, warn
+from dineros.cli.console import say_json
 from dineros.cli.options import command, model_argument
 from dineros.cli.orders import cache_option, orders_beside
+from dineros.cli.presentation.answers import say_verdict
 from dineros.cli.quick_start import start_quickly
 
 
@@ -125,15 +124,5 @@ def verify(
     if as_json:
         say_json(report)
     else:
-        reason = f" ({verdict.reason})" if verdict.reason else ""
-        spent = f"{count(verdict.states or 0, 'state')}, {verdict.seconds:.1f} s"
-        say(f"{verdict.status}: {ltl or ctl}{reason}; {spent}")
-        if output is not None and not witness:
-            warn(f"{output} is not written: there is no run to show")
-        elif witness and output is not None:
-            summarise(f"{model} -> {output}: {count(len(witness.steps), 'step')}")
-        elif witness:
-            say_witness(witness)
-            if ltl is not None and witness.loop is None:
-                say("  then nothing is enabled any more")
+        say_verdict(verdict, str(ltl or ctl), witness, model, output, is_linear=ltl is not None)
     return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
