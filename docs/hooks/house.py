@@ -8,16 +8,20 @@ from __future__ import annotations
 
 import ast
 import html
+import logging
 from collections.abc import Iterable, Sequence
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-from class_diagrams import to_svg
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
+from dineros.metamodel.errors import DinerosError
+from dineros.transformations.pictures.drawing import layout
+
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ("metamodel", "transformations", "analysis", "generators", "runtime", "views", "cli")
+LOG = logging.getLogger("mkdocs.hooks.house")
 HEAD = """digraph {
   graph [bgcolor=white, rankdir=TB, nodesep=0.3, ranksep=0.5, pad=0.1]
   node [shape=plain, fontname="Helvetica", fontsize=12]
@@ -29,8 +33,20 @@ Needs = dict[str, set[str]]
 
 def on_files(files: Files, *, config: MkDocsConfig) -> Files:
     """Add the picture to the guide; the hook that MkDocs calls."""
-    files.append(File.generated(config, "pictures/house.svg", content=to_svg(to_dot())))
+    files.append(File.generated(config, "pictures/house.svg", content=picture()))
     return files
+
+
+def picture() -> str:
+    """Return the picture; a note instead where Graphviz is missing."""
+    try:
+        return layout(to_dot(), "svg").decode()
+    except DinerosError as error:
+        LOG.info("the picture of the house is left out: %s", error)
+        return (
+            '<svg xmlns="http://www.w3.org/2000/svg" width="400" height="40">'
+            '<text x="10" y="25">Build the guide with Graphviz installed to see the house.</text></svg>'
+        )
 
 
 def to_dot() -> str:
