@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.analysing import count, say_witness
 from dineros.cli.console import say, summarise, warn
 
+MOST_NAMES = 5
+"""Transitions named in one line."""
+
 if TYPE_CHECKING:
     from dineros.analysis.answers.outcome import Outcome
+    from dineros.analysis.model.fairness import Unfairness
     from dineros.analysis.witnesses.findings import Witness
 
 
@@ -43,6 +48,18 @@ def say_verdict(
         say_witness(witness)
         if is_linear and witness.loop is None:
             say("  then nothing is enabled any more")
+
+
+def say_unfairness(unfair: Unfairness, names: Sequence[str]) -> None:
+    """Print to what a run that repeats is unfair, by the names that --fair takes."""
+    for transitions, meaning, option in (
+        (unfair.weakly, "enabled for ever", "--fair"),
+        (unfair.strongly, "enabled again and again", "--strongly-fair"),
+    ):
+        if transitions:
+            shown = ", ".join(names[transition] for transition in transitions[:MOST_NAMES])
+            more = f" and {len(transitions) - MOST_NAMES} more" if len(transitions) > MOST_NAMES else ""
+            say(f"  {meaning}, never fired ({option} leaves such runs out): {shown}{more}")
 
 
 def _reason(answer: Outcome) -> str:

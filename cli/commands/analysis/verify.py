@@ -21,7 +21,7 @@ from dineros.cli.analysing import (
 from dineros.cli.console import say_json
 from dineros.cli.options import command, model_argument
 from dineros.cli.orders import cache_option, orders_beside
-from dineros.cli.presentation.answers import say_verdict
+from dineros.cli.presentation.answers import say_unfairness, say_verdict
 from dineros.cli.quick_start import start_quickly
 
 
@@ -33,14 +33,18 @@ from dineros.cli.quick_start import start_quickly
 @click.option("--ltl", metavar="FORMULA", help="A formula that all runs must satisfy.")
 @click.option("--ctl", metavar="FORMULA", help="A formula that the initial marking must satisfy.")
 @click.option(
-    "--fair", "weak", multiple=True, metavar="TRANSITION", help="Weakly fair; repeatable; with --ltl."
+    "--fair",
+    "weak",
+    multiple=True,
+    metavar="TRANSITION",
+    help="Weakly fair, with --ltl: a transition, or all, signals, node:ID, all-but:T1,T2. Repeatable.",
 )
 @click.option(
     "--strongly-fair",
     "strong",
     multiple=True,
     metavar="TRANSITION",
-    help="Strongly fair; repeatable; with --ltl.",
+    help="Strongly fair, with --ltl; the same words. Repeatable.",
 )
 @click.option(
     "--timeout",
@@ -76,6 +80,7 @@ def verify(
     """
     start_quickly()
     orders = orders_beside(model, no_cache)
+    from dineros.analysis.model.fairness import fair_transitions, unfairness
     from dineros.analysis.questions.engines import ENGINES, Branching, Linear, Question
     from dineros.analysis.witnesses.findings import witness_of
     from dineros.metamodel.errors import DinerosError
@@ -90,10 +95,10 @@ def verify(
             hint="leave out --engine, or say it in LTL",
         )
     subject = load_subject(model, settings, signals, overflow)
-    for option, names in (("--fair", weak), ("--strongly-fair", strong)):
-        with reading_formula(option):
-            for name in names:
-                subject.names.transitions(name)
+    with reading_formula("--fair"):
+        weak = fair_transitions(subject, weak)
+    with reading_formula("--strongly-fair"):
+        strong = fair_transitions(subject, strong)
     question: Question
     if ltl is not None:
         question = Linear(subject.net, subject.names, ltl, weak, strong)
@@ -102,7 +107,9 @@ def verify(
         question = Branching(subject.net, subject.names, ctl, orders)
     with exploring() as progress, reading_formula("--ltl" if ctl is None else "--ctl"):
         verdict = ENGINES[engine].answer(question, budget_of(memory, timeout, progress))
-    witness = None
+    witness = unfair = None
+    if verdict.status == "violated" and verdict.loop and ltl is not None:
+        unfair = unfairness(subject, verdict.stem, verdict.loop)
     if verdict.stem or verdict.loop:
         loop = len(verdict.stem) if verdict.loop else None
         witness = witness_of(subject, [*verdict.stem, *verdict.loop], loop)
@@ -114,6 +121,7 @@ def verify(
         "states": verdict.states,
         "seconds": verdict.seconds,
         "witness": witness.to_dict() if witness else None,
+        "unfair": unfair.to_dict(subject.net.transitions) if unfair else None,
     }
     if output is not None and witness is not None:
         write_witness(witness, output, model, settings, str(ltl or ctl), verdict.status)
@@ -121,4 +129,6 @@ def verify(
         say_json(report)
     else:
         say_verdict(verdict, str(ltl or ctl), witness, model, output, is_linear=ltl is not None)
+        if unfair is not None and output is None:
+            say_unfairness(unfair, subject.net.transitions)
     return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
