@@ -188,7 +188,7 @@ class Product:
 
     def _fill_table(self) -> None:
         """Enter all states into an empty table."""
-        rebuild(self.tables.shape, self.store.words, self.store.table, 0, self.states)
+        rebuild(self.tables.guards, self.store.words, self.store.table, 0, self.states)
 
     def _build_tables(self) -> None:
         self.layout = self.cells.with_number(len(self.automaton.edges))
