@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dineros.analysis.explicit.layout import Layout
-from dineros.analysis.explicit.tables import NetTables, net_tables
+from dineros.analysis.explicit.tables import NetTables, ints, net_tables
 from dineros.analysis.logic.automata.automaton import Automaton
 from dineros.analysis.logic.kernels.product import BITS, Edges
 from dineros.analysis.nets.compiled import CompiledNet
 
 Int64Array = NDArray[np.int64]
 Matrix = np.ndarray[tuple[int, int], np.dtype[np.int64]]
-
-
-def ints(values: Iterable[int]) -> Int64Array:
-    """Return an array of 64-bit integers."""
-    return np.array(list(values), dtype=np.int64)
 
 
 def step_tables(net: CompiledNet, layout: Layout) -> NetTables:
