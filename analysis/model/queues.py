@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from dineros.analysis.model.subject import Subject
-from dineros.analysis.model.wording import queue_end, queue_words, source_of
+from dineros.analysis.model.wording import queue_end, queue_words, source_of, topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.transformations.flattening.traces import Link
@@ -76,24 +76,27 @@ def queues(subject: Subject) -> list[Queue]:
 
 def queues_of(links: Iterable[Link]) -> list[Queue]:
     """Return the queues among the elements made, in the order of their capacities."""
-    parts: dict[tuple[EObject, EObject], dict[str, list[Link]]] = defaultdict(lambda: defaultdict(list))
+    together: dict[int, dict[str, Link]] = defaultdict(dict)
     for link in links:
         if link.meaning is not None and link.meaning.queue and isinstance(link.target, pn.Node):
-            parts[source_of(link, sym.TopicChannel), _end(link)][link.meaning.part].append(link)
-    return [_queue(found) for found in parts.values() if "capacity" in found]
+            together[link.application][link.meaning.part] = link
+    # The instances of a server page have entrances to the one queue of a publisher on it.
+    shared: dict[tuple[EObject, EObject], list[dict[str, Link]]] = defaultdict(list)
+    for parts in together.values():
+        if "capacity" not in parts and "enter" in parts:
+            shared[_ends(parts["enter"])].append(parts)
+    return [_queue(parts, shared) for parts in together.values() if "capacity" in parts]
 
 
-def _end(link: Link) -> EObject:
-    """Return what tells the queues of a topic apart: the port, or the node net of a dispatcher."""
-    port = next((source for source in link.sources if isinstance(source, sym.TopicPort)), None)
-    return source_of(link, sym.NodeNet) if port is None else port
+def _ends(link: Link) -> tuple[EObject, EObject]:
+    """Return the topic, and the port or the node net of a dispatcher."""
+    return source_of(link, sym.TopicChannel), topic_port(link) or source_of(link, sym.NodeNet)
 
 
-def _queue(parts: dict[str, list[Link]]) -> Queue:
-    (load,), (capacity,), (leave,) = parts["load"], parts["capacity"], parts["leave"]
-    drops = {link.application: link.target.id for link in parts["drop"]}
-    entrances = tuple(Entrance(link.target.id, drops[link.application]) for link in parts["enter"])
+def _queue(parts: dict[str, Link], shared: dict[tuple[EObject, EObject], list[dict[str, Link]]]) -> Queue:
+    capacity = parts["capacity"]
     assert capacity.meaning is not None and capacity.meaning.queue is not None
-    return Queue(
-        capacity.meaning.queue, capacity, load.target.id, capacity.target.id, leave.target.id, entrances
-    )
+    entering = [parts] if "enter" in parts else shared[_ends(capacity)]
+    entrances = tuple(Entrance(found["enter"].target.id, found["drop"].target.id) for found in entering)
+    places = parts["load"].target.id, capacity.target.id
+    return Queue(capacity.meaning.queue, capacity, *places, parts["leave"].target.id, entrances)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from dineros.analysis.model.wording import source_of
+from dineros.analysis.model.wording import source_of, topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import copy_id, server_pages, serving
@@ -95,7 +95,7 @@ def _role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole
 
 def _queue_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
     channel = source_of(link, sym.TopicChannel).id
-    port = next((source for source in link.sources if isinstance(source, sym.TopicPort)), None)
+    port = topic_port(link)
     place = None if port is None else copies.get((port.place, link.index), port.place.id)
     node = _node(port.place) if port is not None else source_of(link, sym.NodeNet).id
     assert meaning.step is not None

@@ -35,8 +35,13 @@ def queue_words(link: Link) -> str:
 
 def queue_end(link: Link) -> EObject:
     """Return the place of the port whose queue an element belongs to, or the node net of a dispatcher."""
-    port = next((source for source in link.sources if isinstance(source, sym.TopicPort)), None)
+    port = topic_port(link)
     return source_of(link, sym.NodeNet) if port is None else port.place
+
+
+def topic_port(link: Link) -> sym.TopicPort | None:
+    """Return the port whose queue an element belongs to; a dispatcher has none."""
+    return next((source for source in link.sources if isinstance(source, sym.TopicPort)), None)
 
 
 def client_words(link: Link) -> str:

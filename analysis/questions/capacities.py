@@ -17,7 +17,7 @@ from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.questions.reachability import find_firing
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
-from dineros.analysis.witnesses.findings import Witness, witness_of
+from dineros.analysis.witnesses.findings import Witness, pumping_witness, witness_of
 from dineros.metamodel import sym
 
 LARGEST = 1 << 12
@@ -97,9 +97,7 @@ class _Search:
         growth = coverability(_without_limit(net, queue.drops, queue.capacity))
         load = net.places.index(queue.load)
         if growth.pumping is not None and load in growth.pumping.places:
-            lasso = witness_of(
-                self._subject, [*growth.pumping.prefix, *growth.pumping.suffix], len(growth.pumping.prefix)
-            )
+            lasso = pumping_witness(self._subject, growth.pumping)
             return Capacity(queue, limit, None, "its load grows without bound", lasso)
         large = limit
         while large < LARGEST:

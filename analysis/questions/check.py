@@ -22,7 +22,7 @@ from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
-from dineros.analysis.witnesses.findings import Fault, Report, Witness, witness_of
+from dineros.analysis.witnesses.findings import Fault, Report, Witness, pumping_witness, witness_of
 from dineros.metamodel import pn, sym
 
 CHEAP = 1_500_000
@@ -174,7 +174,7 @@ class Boundedness(Question):
                 checked.close("whether the net is bounded", str(error))
                 return
             grown = tuple(subject.place_text(place) for place in pumping.places)
-            way = witness_of(subject, [*pumping.prefix, *pumping.suffix], loop=len(pumping.prefix))
+            way = pumping_witness(subject, pumping)
             checked.report.findings.append(self.UNBOUNDED.found(*grown, witness=way, places=", ".join(grown)))
             checked.close(everything, "it is infinite")
         except LevelSizeError as error:

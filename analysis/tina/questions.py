@@ -14,7 +14,7 @@ from dataclasses import replace
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.explicit import Order
-from dineros.analysis.logic.language.atoms import BoundAtoms, Step, resolved_transitions
+from dineros.analysis.logic.language.atoms import BoundAtoms, Step, fair_transitions
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.semantics import holds_on_lasso
@@ -161,7 +161,7 @@ def verify(
     budget = budget.begun()
     tree = parse(formula) if isinstance(formula, str) else formula
     atoms = BoundAtoms(net, tree, names)
-    weakly, strongly = _fair(names, weak), _fair(names, strong)
+    weakly, strongly = fair_transitions(names, weak), fair_transitions(names, strong)
     text = fair_text(net, formula_text(net, tree, atoms), weakly, strongly)
     states = 0
 
@@ -204,7 +204,3 @@ def _counterexample(place: Workplace, graph: str, text: str) -> str | None:
     except FileNotFoundError:
         return None
     return shown if shown.strip() else None
-
-
-def _fair(names: Names, wanted: Iterable[str]) -> list[int]:
-    return list(dict.fromkeys(t for name in wanted for t in resolved_transitions(names, Name(name))))

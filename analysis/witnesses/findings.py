@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.model.subject import Subject
+from dineros.analysis.nets.coverability import Pumping
 
 Severity = Literal["error", "warning", "note"]
 
@@ -73,6 +74,11 @@ def witness_of(subject: Subject, trace: Sequence[int], loop: int | None = None) 
         change = {net.places[place]: tokens for place, tokens in net.delta[transition].items()}
         steps.append(Step(net.transitions[transition], subject.transition_text(transition), change))
     return Witness(tuple(steps), loop, subject)
+
+
+def pumping_witness(subject: Subject, pumping: Pumping) -> Witness:
+    """Return the run that makes tokens grow for ever."""
+    return witness_of(subject, [*pumping.prefix, *pumping.suffix], len(pumping.prefix))
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progres
 from dineros.analysis.explicit.goals import goal_tables
 from dineros.analysis.explicit.kernels.markings import rebuild, repack
 from dineros.analysis.explicit.layout import Layout, layout
+from dineros.analysis.explicit.tables import ints
 from dineros.analysis.logic.automata.automaton import Automaton
-from dineros.analysis.logic.graphs.tables import edge_tables, ints, step_tables
+from dineros.analysis.logic.graphs.tables import edge_tables, step_tables
 from dineros.analysis.logic.kernels.product import (
     BITS,
     OVERFLOW_STATE,
@@ -79,7 +80,7 @@ class Product:
         #: Most successors of one state.
         self.room = (transitions + 1) * degree
         self.scratch = Scratch(
-            ints([0] * (transitions + 1)),
+            np.zeros(transitions + 1, dtype=np.int64),
             np.zeros_like(self.tables.everything),
             np.zeros(degree, dtype=np.int64),
             np.zeros(self.conditions.fired_atoms.size, dtype=np.int64),
@@ -188,7 +189,7 @@ class Product:
 
     def _fill_table(self) -> None:
         """Enter all states into an empty table."""
-        rebuild(self.tables.shape, self.store.words, self.store.table, 0, self.states)
+        rebuild(self.tables.guards, self.store.words, self.store.table, 0, self.states)
 
     def _build_tables(self) -> None:
         self.layout = self.cells.with_number(len(self.automaton.edges))

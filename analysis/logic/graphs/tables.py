@@ -2,36 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dineros.analysis.explicit.layout import Layout
-from dineros.analysis.explicit.tables import net_tables, transition_order
+from dineros.analysis.explicit.tables import NetTables, ints, net_tables
 from dineros.analysis.logic.automata.automaton import Automaton
-from dineros.analysis.logic.kernels.product import BITS, Edges, Steps
+from dineros.analysis.logic.kernels.product import BITS, Edges
 from dineros.analysis.nets.compiled import CompiledNet
 
 Int64Array = NDArray[np.int64]
 Matrix = np.ndarray[tuple[int, int], np.dtype[np.int64]]
 
 
-def ints(values: Iterable[int]) -> Int64Array:
-    """Return an array of 64-bit integers."""
-    return np.array(list(values), dtype=np.int64)
-
-
-def step_tables(net: CompiledNet, layout: Layout) -> Steps:
-    """Return the steps of a net for a layout."""
-    order = transition_order(net, layout)
-    change = [layout.pack(tokens) for tokens in (*net.delta, {})]
-    return Steps(
-        *net_tables(net, layout, order),
-        ints(order),
-        np.array(change, dtype=np.int64),
-        np.zeros(layout.words, dtype=np.int64),
-    )
+def step_tables(net: CompiledNet, layout: Layout) -> NetTables:
+    """Return the steps of a net for a layout, in the net's own order; the last adds nothing: a deadlock's."""
+    tables = net_tables(net, layout, range(len(net.transitions)))
+    nothing = np.zeros((1, layout.words), dtype=np.int64)
+    return tables._replace(delta=np.concatenate([tables.delta, nothing]))
 
 
 def bit_words(values: Sequence[int], words: int) -> Matrix:

@@ -1,8 +1,9 @@
 """Kernels on the product of a net and an automaton: the table of states, and successors.
 
 A state of the product is a marking as the explicit engine packs it, with the automaton's state in one more
-cell. An edge is a step of the net (a transition, or staying in a deadlock) read by an edge of the automaton;
-its label is ``transition * automaton edges + automaton edge``.
+cell. The net is the explicit engine's tables (`NetTables`), with one more step, the last: staying in a
+deadlock. An edge is a step read by an edge of the automaton; its label is ``step * automaton edges +
+automaton edge``.
 """
 
 from __future__ import annotations
@@ -26,33 +27,6 @@ from dineros.analysis.explicit.kernels.stubborn import lowest_bit
 from dineros.analysis.logic.language.atoms import Combined
 
 Int64Array = NDArray[np.int64]
-
-
-class Steps(NamedTuple):
-    """Steps of a net for one layout: the explicit engine's `NetTables`, and changes in the net's own order.
-
-    `order` has the transition of each position in these tables, `change` what each transition, and then
-    staying in a deadlock, adds to a marking, by word; `shape` is as long as a marking has words. All stand
-    side by side, as Numba counts references to each array of a tuple that is taken out of another one.
-    """
-
-    word: Int64Array
-    shift: Int64Array
-    mask: Int64Array
-    is_wide: NDArray[np.bool_]
-    threshold_start: Int64Array
-    threshold: Int64Array
-    lookup_start: Int64Array
-    lookup_word: Int64Array
-    lookup_offset: Int64Array
-    allowed: Int64Array
-    everything: Int64Array
-    delta: Int64Array
-    moves: NDArray[np.bool_]
-    guards: Int64Array
-    order: Int64Array
-    change: Int64Array
-    shape: Int64Array
 
 
 class Conditions(NamedTuple):
@@ -138,7 +112,7 @@ NOT, AND, OR, TRUE, FALSE = Combined.NOT, Combined.AND, Combined.OR, Combined.TR
 
 
 @njit(cache=True, inline="always")
-def find(shape, store, box, at, code):  # type: ignore[no-untyped-def]
+def find(store, box, at, code):  # type: ignore[no-untyped-def]
     """Return the index of the state in a row of a box, added if that is allowed; -1 if it is not there."""
     table, words = store.table, store.words
     mask = table.size - 1
@@ -148,7 +122,7 @@ def find(shape, store, box, at, code):  # type: ignore[no-untyped-def]
         if entry >> INDEX_BITS == tag:
             index = (entry & INDEX_MASK) - 1
             same = True
-            for w in range(shape.size):
+            for w in range(box.shape[1]):
                 same &= words[index, w] == box[at, w]
             if same:
                 return index
@@ -158,7 +132,7 @@ def find(shape, store, box, at, code):  # type: ignore[no-untyped-def]
     index = store.counters[STATES]
     store.counters[STATES] = index + 1
     table[slot] = tag << INDEX_BITS | (index + 1)
-    for w in range(shape.size):
+    for w in range(box.shape[1]):
         words[index, w] = box[at, w]
     return index
 
@@ -171,7 +145,7 @@ def find_enabled(steps, store, scratch, state):  # type: ignore[no-untyped-def]
     for s in range(scratch.enabled_set.size):
         bits = scratch.enabled_set[s]
         while bits != 0:
-            scratch.enabled[count] = steps.order[64 * s + lowest_bit(bits)]
+            scratch.enabled[count] = 64 * s + lowest_bit(bits)
             bits &= bits - 1
             count += 1
     return count
@@ -242,9 +216,9 @@ def expand(  # type: ignore[no-untyped-def]
     ``scratch.weak_seen`` and ``strong_seen`` get the marks of weakly fair transitions that are disabled and
     of strongly fair ones that are enabled. Where states may not be added, edges to new ones are left out.
     """
-    words, change, guards = store.words, steps.change, steps.guards
-    box, codes, shape = scratch.box, scratch.codes, steps.shape
-    transitions = change.shape[0] - 1
+    words, delta, guards = store.words, steps.delta, steps.guards
+    box, codes = scratch.box, scratch.codes
+    transitions = delta.shape[0] - 1
     count = find_enabled(steps, store, scratch, state)
     read_letter(steps, conditions, store, scratch, state, count)
     letter = scratch.letter
@@ -289,14 +263,14 @@ def expand(  # type: ignore[no-untyped-def]
             if wrong == 0:
                 at = end - top
                 overflows = 0
-                for w in range(shape.size):
-                    box[at, w] = words[state, w] + change[t, w]
+                for w in range(guards.size):
+                    box[at, w] = words[state, w] + delta[t, w]
                     overflows |= box[at, w] & guards[w]
                 if overflows != 0:
                     store.counters[OVERFLOW_STATE] = state
                     return np.int64(CELL_OVERFLOW)
                 box[at, edges.state_word] += moved
-                codes[at] = hash_words(box, at, shape)
+                codes[at] = hash_words(box, at, guards)
                 prefetch(store.table, codes[at] & mask)
                 labels[end] = t * width + e
                 end += 1
@@ -306,7 +280,7 @@ def expand(  # type: ignore[no-untyped-def]
             prefetch(words, (entry & INDEX_MASK) - 1)
     kept = top
     for at in range(end - top):
-        index = find(shape, store, box, at, codes[at])
+        index = find(store, box, at, codes[at])
         if index >= 0:
             targets[kept] = index
             labels[kept] = labels[top + at]

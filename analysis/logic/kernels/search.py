@@ -91,7 +91,7 @@ def explore(steps, conditions, edges, store, scratch, search, visits):  # type: 
     control, number = search.control, search.number
     width = edges.target.size
     mark_words = conditions.required.size
-    room = steps.change.shape[0] * scratch.candidates.size
+    room = steps.delta.shape[0] * scratch.candidates.size
     while True:
         frames, top = control[FRAMES], control[POOL]
         if frames == 0 and top == 0:

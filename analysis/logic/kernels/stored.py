@@ -27,7 +27,7 @@ def build(  # type: ignore[no-untyped-def]
 
     Returns a status and the state to go on from.
     """
-    room = steps.change.shape[0] * scratch.candidates.size
+    room = steps.delta.shape[0] * scratch.candidates.size
     store.counters[MAY_ADD] = 1
     state = first
     while state < store.counters[STATES]:

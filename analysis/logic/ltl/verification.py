@@ -10,17 +10,17 @@ M. Y. Vardi, P. Wolper, *An automata-theoretic approach to automatic program ver
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.automata.translation import translate
-from dineros.analysis.logic.language.atoms import BoundAtoms, resolved_transitions
+from dineros.analysis.logic.language.atoms import BoundAtoms, fair_transitions
 from dineros.analysis.logic.language.combining import combined, condition_of
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.rewriting import negated
-from dineros.analysis.logic.language.syntax import Formula, Name
+from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.logic.verdicts.verdict import check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet
 
@@ -84,7 +84,7 @@ def verify_ltl(
     budget = budget.begun()
     tree = parse(formula) if isinstance(formula, str) else formula
     atoms = BoundAtoms(net, tree, names)
-    weakly, strongly = _fair(names, weak), _fair(names, strong)
+    weakly, strongly = fair_transitions(names, weak), fair_transitions(names, strong)
     # A strongly fair run is weakly fair.
     weakly = [t for t in weakly if t not in strongly]
     automaton = translate(negated(combined(tree)))
@@ -106,8 +106,3 @@ def verify_ltl(
     run = shortened(run, Product(net, automaton, conditions, weakly, strongly, budget, product.cells), nearby)
     check_counterexample(net, tree, atoms, run.stem, run.loop, weakly, strongly)
     return Outcome("violated", run.stem, run.loop, states, budget.spent)
-
-
-def _fair(names: Names, wanted: Iterable[str]) -> Sequence[int]:
-    found = (t for name in wanted for t in resolved_transitions(names, Name(name)))
-    return list(dict.fromkeys(found))

@@ -94,10 +94,9 @@ def statespace(
     }
     pumping = None
     if space.pumping is not None and not reduce:
-        from dineros.analysis.witnesses.findings import witness_of
+        from dineros.analysis.witnesses.findings import pumping_witness
 
-        firings = [*space.pumping.prefix, *space.pumping.suffix]
-        pumping = witness_of(subject, firings, len(space.pumping.prefix))
+        pumping = pumping_witness(subject, space.pumping)
         report["pumping"] = pumping.to_dict()
     if as_json:
         say_json(report)
