@@ -23,7 +23,7 @@ from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.files import save
-from dineros.runtime.ros.domains import claimed_domain
+from dineros.runtime.ros.process.domains import claimed_domain
 
 LIMIT = 0.5
 SETTLING = 12.0

@@ -24,10 +24,10 @@ from typing import Any
 from dineros.metamodel import rtm, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.clauses import set_clause
+from dineros.runtime import Net
 from dineros.runtime.journal import JournalRecorder
-from dineros.runtime.net import Net
-from dineros.runtime.ros.domains import claimed_domain
-from dineros.runtime.ros.environment import ros_environment
+from dineros.runtime.ros.process.domains import claimed_domain
+from dineros.runtime.ros.process.environment import ros_environment
 from dineros.runtime.ros.running import RosNode
 from dineros.transformations.flattening.split import split
 

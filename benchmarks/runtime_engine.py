@@ -24,9 +24,10 @@ from dineros.metamodel.files import load
 from dineros.metamodel.sym import SystemModel
 from dineros.metamodel.token_data import Value
 from dineros.runtime import Net, Node
-from dineros.runtime.engine import Engine
-from dineros.runtime.recording import Recorder
-from dineros.runtime.transport import ClientPort, Message, Ports, PublisherPort, Receiver
+from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.journal.recording import Recorder
+from dineros.runtime.nets.engine import Engine
+from dineros.runtime.nets.ports import ClientPort, Message, Ports, PublisherPort
 from dineros.transformations.flattening.split import split
 
 MODEL = Path(__file__).resolve().parent.parent / "case_study/sorting.sym.xmi"

@@ -4,15 +4,16 @@ Small enough for a robot: it imports neither the analysis nor the rules. `Net` i
 `Node` joins a net to a transport and a recorder.
 """
 
-from dineros.runtime.core import Change
-from dineros.runtime.handlers import Firing, HandlerError
-from dineros.runtime.inspection import Inspection
-from dineros.runtime.net import Net
-from dineros.runtime.node import Node
-from dineros.runtime.policies import Aside, Halt, Policy, Retry
-from dineros.runtime.selection import Candidates, Choice, Enabled
-from dineros.runtime.signals import Signal
-from dineros.runtime.tokens import Token
+from dineros.metamodel.moved import find_moved
+from dineros.runtime.firing.handlers import Firing, Given, Handler, HandlerError
+from dineros.runtime.firing.policies import Aside, Halt, Policy, Retry
+from dineros.runtime.firing.selection import Candidates, Choice, Enabled
+from dineros.runtime.nets.signals import Signal
+from dineros.runtime.nets.tokens import Token
+from dineros.runtime.nodes.core import Change
+from dineros.runtime.nodes.inspection import Inspection
+from dineros.runtime.nodes.net import Net
+from dineros.runtime.nodes.node import Node
 
 __all__ = [
     "Aside",
@@ -21,7 +22,9 @@ __all__ = [
     "Choice",
     "Enabled",
     "Firing",
+    "Given",
     "Halt",
+    "Handler",
     "HandlerError",
     "Inspection",
     "Net",
@@ -31,3 +34,5 @@ __all__ = [
     "Signal",
     "Token",
 ]
+
+find_moved(__name__, {"signals": "nets.signals", "transport": "channels.transport"})

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 from typing import Any, Generic, NamedTuple, Protocol, TypeAlias, TypedDict, TypeVar
 
-from dineros.runtime.handlers import Given, Handler
-from dineros.runtime.kept import Memory
-from dineros.runtime.policies import Policy
+from dineros.runtime.firing.handlers import Given, Handler
+from dineros.runtime.firing.policies import Policy
+from dineros.runtime.journal.kept import Memory
 
 Data_co = TypeVar("Data_co", covariant=True)
 Inputs_co = TypeVar("Inputs_co", covariant=True)
@@ -28,7 +28,7 @@ class InputToken(NamedTuple, Generic[Data_co]):
 
 
 class TypedFiring(Protocol[Data_co, Inputs_co, Outputs_contra]):
-    """A transition fires: `dineros.runtime.handlers.Firing`, for one transition."""
+    """A transition fires: `dineros.runtime.firing.handlers.Firing`, for one transition."""
 
     @property
     def transition(self) -> str:
@@ -63,7 +63,7 @@ Decorator: TypeAlias = Callable[[Function[Fires, Outcome]], Function[Fires, Outc
 
 
 class HandlerOptions(TypedDict, total=False):
-    """How a handler runs; see `dineros.runtime.handlers.Handler`."""
+    """How a handler runs; see `dineros.runtime.firing.handlers.Handler`."""
 
     name: str
     priority: int

@@ -16,7 +16,7 @@ from dineros.analysis.witnesses.findings import Finding, Report, Step, Witness
 from dineros.metamodel import pn
 from dineros.metamodel.elements import elements
 from dineros.metamodel.errors import Location
-from dineros.metamodel.files.positions import location_of
+from dineros.metamodel.positions import location_of
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 

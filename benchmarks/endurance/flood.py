@@ -27,7 +27,7 @@ from benchmarks.endurance.applications import APPLICATIONS
 from dineros.analysis.conformance import conform
 from dineros.metamodel.records import read_trace, traces_of_runs
 from dineros.metamodel.records.files import parts_of
-from dineros.runtime.ros.domains import claimed_domain
+from dineros.runtime.ros.process.domains import claimed_domain
 
 SORTING = APPLICATIONS["sorting"]
 #: The safety loop without a pace of its own.

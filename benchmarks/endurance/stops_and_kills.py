@@ -41,7 +41,7 @@ from dineros.metamodel.records import (
     traces_of_runs,
 )
 from dineros.runtime.journal import rebuild_at
-from dineros.runtime.ros.domains import claimed_domain
+from dineros.runtime.ros.process.domains import claimed_domain
 
 KINDS = ("SIGINT", "SIGTERM", "SIGKILL", "node SIGTERM", "node SIGKILL")
 PATIENCE = 60.0

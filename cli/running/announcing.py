@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 from dineros.metamodel.files.reading import open_plain
 from dineros.runtime.application.supervisor import ProcessEvent, status_text
-from dineros.runtime.status import Status
+from dineros.runtime.nodes.status import Status
 
 if TYPE_CHECKING:
-    from dineros.runtime.transport import Ports
+    from dineros.runtime.nets.ports import Ports
 
 _PATIENCE = 5.0
 """Seconds that the process has to end."""
@@ -60,7 +60,7 @@ class Announcer:
             flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
             with os.fdopen(open_plain(self._log, flags, follow_links=False), "ab") as log:
                 self._process = subprocess.Popen(
-                    [sys.executable, "-P", "-m", "dineros.runtime.ros.announcer"],
+                    [sys.executable, "-P", "-m", "dineros.runtime.ros.channels.announcer"],
                     stdin=subprocess.PIPE,
                     stdout=log,
                     stderr=subprocess.STDOUT,

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from dineros.analysis.conformance import Monitor
     from dineros.analysis.logic.language.conditions import Condition
     from dineros.metamodel import rtm, sym
-    from dineros.runtime.staleness import Expectation
+    from dineros.runtime.nets.staleness import Expectation
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Application:
             It is none, or names something unknown.
         """
         from dineros.analysis.logic.language.conditions import Condition
-        from dineros.runtime.structure import read_structure
+        from dineros.runtime.nets.structure import read_structure
 
         structures = [read_structure(model) for model in self.models]
         return Condition(
@@ -126,8 +126,8 @@ def _expected(
     models: Sequence[rtm.RuntimeModel], stale_after: Sequence[str]
 ) -> dict[str, dict[str, Expectation]]:
     from dineros.metamodel.errors import UnknownElementError, near_matches
-    from dineros.runtime.staleness import parse_expectation
-    from dineros.runtime.structure import read_structure
+    from dineros.runtime.nets.staleness import parse_expectation
+    from dineros.runtime.nets.structure import read_structure
 
     if not stale_after:
         return {}
@@ -146,7 +146,7 @@ def _expected(
 
 
 def _workspace_models(workspace: Path) -> list[rtm.RuntimeModel]:
-    from dineros.generators.building import manifest_of
+    from dineros.generators.workspace.building import manifest_of
     from dineros.metamodel import rtm
     from dineros.metamodel.files import load
 

@@ -10,9 +10,9 @@ from dineros.runtime.application.observer import FolderObserver
 
 if TYPE_CHECKING:
     from dineros.cli.running.applications import Application
-    from dineros.runtime.recording import Checkpoint, Recorder
-    from dineros.runtime.simulation import LocalApplication
-    from dineros.runtime.transport import Ports
+    from dineros.runtime.application.simulation import LocalApplication
+    from dineros.runtime.journal.recording import Checkpoint, Recorder
+    from dineros.runtime.nets.ports import Ports
 
 
 class CountingRecorder:
@@ -75,8 +75,8 @@ def run_in_process(
         A model cannot run, a handler cannot be registered, a journal cannot be written.
     """
     from dineros.runtime.application.handler_files import load_handler_file
+    from dineros.runtime.application.simulation import LocalApplication
     from dineros.runtime.journal import JournalRecorder, resume_journal
-    from dineros.runtime.simulation import LocalApplication
 
     marking: dict[str, int] = {}
     signals: dict[str, bool] = {}

@@ -30,8 +30,8 @@ from dineros.runtime.application.supervisor import (
 if TYPE_CHECKING:
     from dineros.cli.running.applications import Application
     from dineros.metamodel import sym
-    from dineros.runtime.ros.environment import Reach
-    from dineros.runtime.transport import Ports
+    from dineros.runtime.nets.ports import Ports
+    from dineros.runtime.ros.process.environment import Reach
 
 SUPERVISOR_LOG = "supervisor.log.jsonl"
 """File beside the traces that tells which process was started and ended when, one JSON object per line."""
@@ -79,7 +79,7 @@ def run_on_ros(
         commands, variables = _model_processes(application, application.system, wanted.folder)
     for name, command in commands:
         command.extend(_stale_parameters(application, name))
-    from dineros.runtime.structure import read_structure
+    from dineros.runtime.nets.structure import read_structure
 
     nodes = {model.node.id: read_structure(model).ports for model in application.models}
     return _run_processes(commands, variables, nodes, wanted, observer, options)
@@ -101,7 +101,7 @@ def _stale_parameters(application: Application, node: str) -> list[str]:
 
 
 def _workspace_processes(workspace: Path) -> tuple[Commands, dict[str, str]]:
-    from dineros.generators.building import build_interfaces, environment, manifest_of
+    from dineros.generators.workspace.building import build_interfaces, environment, manifest_of
 
     manifest = manifest_of(workspace)
     with working("Building the interfaces"):
@@ -125,7 +125,7 @@ def _model_processes(
 ) -> tuple[Commands, dict[str, str]]:
     """Let the interfaces be built in the user's cache, once for all models that have the same."""
     from dineros.generators import Options, generate
-    from dineros.generators.building import build_interfaces, environment
+    from dineros.generators.workspace.building import build_interfaces, environment
 
     workspace = _cache() / "workspaces" / system.id
     generate(system, workspace, Options(source=application.source.name))
@@ -148,7 +148,7 @@ def _model_processes(
 
 def _expected(system: sym.SystemModel) -> dict[str, list[str]]:
     """Return the parameters by which each node waits at its start for subscribers to what it publishes."""
-    from dineros.generators.application import application_of
+    from dineros.generators.application.collecting import application_of
 
     return {
         node.id: [
@@ -168,8 +168,8 @@ def _run_processes(
     observer: FolderObserver,
     options: RosOptions,
 ) -> Ending:
-    from dineros.runtime.ros.environment import ros_environment
-    from dineros.runtime.ros.memory import remove_abandoned
+    from dineros.runtime.ros.process.environment import ros_environment
+    from dineros.runtime.ros.process.memory import remove_abandoned
 
     folder = wanted.folder.resolve()
     variables = ros_environment(folder / "ros", options.domain, options.reach, variables)

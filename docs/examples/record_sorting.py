@@ -13,11 +13,9 @@ from pathlib import Path
 
 from dineros.metamodel import sym
 from dineros.metamodel.files import load
+from dineros.runtime import Candidates, Enabled, Net, Node
+from dineros.runtime.channels.local import LocalNetwork
 from dineros.runtime.journal import JournalRecorder
-from dineros.runtime.local import LocalNetwork
-from dineros.runtime.net import Net
-from dineros.runtime.node import Node
-from dineros.runtime.selection import Candidates, Enabled
 from dineros.transformations.flattening.split import split
 
 MOTION = 0.5

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
-from dineros.runtime.threads import join
+from dineros.runtime.scheduling.threads import join
 
 SECONDS = 4.5
 """From the signal to the end by force."""

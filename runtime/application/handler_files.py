@@ -19,8 +19,8 @@ from dineros.metamodel.errors import DinerosError, Location, ModelFileError
 from dineros.metamodel.files.reading import read_bytes
 
 if TYPE_CHECKING:
-    from dineros.runtime.net import Net
-    from dineros.runtime.simulation import LocalApplication
+    from dineros.runtime.application.simulation import LocalApplication
+    from dineros.runtime.nodes.net import Net
 
 
 class HandlerFileError(DinerosError):

@@ -10,9 +10,9 @@ from typing import Any, Literal
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.bridges.security import LOG, Credentials, Tls, is_own_machine
 from dineros.runtime.bridges.values import SIZE_LIMIT, SignalValueError, read_signals, read_truth
-from dineros.runtime.net import Net
-from dineros.runtime.sources import Source
-from dineros.runtime.threads import join
+from dineros.runtime.nets.sources import Source
+from dineros.runtime.nodes.net import Net
+from dineros.runtime.scheduling.threads import join
 
 PACKET_LIMIT = SIZE_LIMIT + 65_535 + 1_024
 """Bytes of a packet (payload, topic, properties): the broker is asked to send none that is larger."""

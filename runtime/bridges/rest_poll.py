@@ -13,10 +13,10 @@ from urllib.parse import unquote
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.bridges.security import LOG, Credentials, SecurityError, Tls, is_own_machine, shown_url
 from dineros.runtime.bridges.values import SIZE_LIMIT, SignalValueError, read_truth
-from dineros.runtime.net import Net
-from dineros.runtime.signals import Signal
-from dineros.runtime.sources import Source
-from dineros.runtime.threads import join
+from dineros.runtime.nets.signals import Signal
+from dineros.runtime.nets.sources import Source
+from dineros.runtime.nodes.net import Net
+from dineros.runtime.scheduling.threads import join
 
 
 class RestPoll:

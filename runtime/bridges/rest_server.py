@@ -25,9 +25,9 @@ from dineros.runtime.bridges.values import (
     read_signals,
     read_truth,
 )
-from dineros.runtime.net import Net
-from dineros.runtime.sources import Source
-from dineros.runtime.threads import join
+from dineros.runtime.nets.sources import Source
+from dineros.runtime.nodes.net import Net
+from dineros.runtime.scheduling.threads import join
 
 if TYPE_CHECKING:
     from starlette.applications import Starlette

@@ -26,9 +26,9 @@ from dineros.metamodel.records import (
 )
 from dineros.metamodel.records.files import file_name, journals_path, number_of_part
 from dineros.runtime.journal.outlined import Outlined
+from dineros.runtime.journal.recording import Checkpoint
 from dineros.runtime.journal.state import rebuild_at
-from dineros.runtime.recording import Checkpoint
-from dineros.runtime.transport import Ports
+from dineros.runtime.nets.ports import Ports
 
 LOG = logging.getLogger("dineros.runtime")
 PART_BYTES = 16 << 20

@@ -30,7 +30,7 @@ from dineros.metamodel.records import (
     parts_of,
     read_records,
 )
-from dineros.runtime import recording
+from dineros.runtime.journal import recording
 from dineros.runtime.journal.outlined import Outlined
 
 

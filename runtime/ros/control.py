@@ -14,10 +14,10 @@ import threading
 from dataclasses import replace
 from typing import Any
 
-from dineros.runtime.net import Net
-from dineros.runtime.ros.quality import signal_quality
-from dineros.runtime.ros.session import LOG
-from dineros.runtime.status import Status
+from dineros.runtime.nodes.net import Net
+from dineros.runtime.nodes.status import Status
+from dineros.runtime.ros.channels.quality import signal_quality
+from dineros.runtime.ros.process.session import LOG
 
 INACTIVE = "the node is not active"
 """Why a managed node is halted that waits for being activated."""
@@ -71,7 +71,7 @@ class Control:
 
             group = MutuallyExclusiveCallbackGroup()
             self._services.append(self._node.create_service(Trigger, name, answered, callback_group=group))
-        self._net._core.on_status = self._say
+        self._net.core.on_status = self._say
         self._say()
 
     def _say(self) -> None:
@@ -85,7 +85,7 @@ class Control:
                 self._publisher.publish(String(data=status.json()))
 
     def _proceed(self) -> tuple[bool, str]:
-        halted = self._net._core.execution.halted
+        halted = self._net.core.execution.halted
         if halted is None:
             return False, "the node is not halted"
         if not self.is_active:
@@ -106,7 +106,7 @@ class Control:
     def close(self) -> None:
         """Take topic and services down."""
         with self._lock:
-            self._net._core.on_status = None
+            self._net.core.on_status = None
             publisher, self._publisher = self._publisher, None
         if publisher is not None:
             self._node.destroy_publisher(publisher)

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from dineros.runtime.application.logs import OwnLogs, logs_to
-from dineros.runtime.ros.session import RosError
+from dineros.runtime.ros.process.session import RosError
 
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 """Names of ROS's levels; their numbers are those of Python's."""

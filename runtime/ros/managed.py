@@ -14,8 +14,8 @@ from collections.abc import Callable
 from typing import Any
 
 from dineros.runtime.ros.control import INACTIVE
+from dineros.runtime.ros.process.session import LOG
 from dineros.runtime.ros.running import RosNode
-from dineros.runtime.ros.session import LOG
 
 
 def make_managed_node(name: str, **options: Any) -> Any:

@@ -29,12 +29,12 @@ from dineros.runtime.application.ending import Ending
 from dineros.runtime.application.handler_files import HandlerFile, HandlerFileError, load_handler_file
 from dineros.runtime.application.logs import FORMAT
 from dineros.runtime.journal import JournalRecorder, resume_journal
-from dineros.runtime.net import Net, load_runtime_model
-from dineros.runtime.recording import Checkpoint
+from dineros.runtime.journal.recording import Checkpoint
+from dineros.runtime.nodes.net import Net, load_runtime_model
+from dineros.runtime.ros.channels.parameters import JOURNAL, LOG_LEVEL, RESUME, SEED, WATCHDOG, declare
 from dineros.runtime.ros.logs import ros_logs
-from dineros.runtime.ros.parameters import JOURNAL, LOG_LEVEL, RESUME, SEED, WATCHDOG, declare
+from dineros.runtime.ros.process.session import Session
 from dineros.runtime.ros.running import RosNode
-from dineros.runtime.ros.session import Session
 
 LOG = logging.getLogger("dineros.runtime")
 

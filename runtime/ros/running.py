@@ -8,12 +8,12 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
-from dineros.runtime.net import Net
-from dineros.runtime.node import SETTLING, Node
-from dineros.runtime.recording import Checkpoint, Recorder
+from dineros.runtime.journal.recording import Checkpoint, Recorder
+from dineros.runtime.nodes.net import Net
+from dineros.runtime.nodes.node import SETTLING, Node
+from dineros.runtime.ros.channels.transport import RclpyTransport
 from dineros.runtime.ros.control import Control
-from dineros.runtime.ros.session import Session
-from dineros.runtime.ros.transport import RclpyTransport
+from dineros.runtime.ros.process.session import Session
 
 SLICE = 0.002
 """Seconds that a busy net may go on before ROS callbacks have their turn."""
@@ -56,7 +56,7 @@ class RosNode:
         domain: int | None = None,
         session: Session | None = None,
     ) -> None:
-        core = net._core
+        core = net.core
         ports = core.structure.ports
         self.net = net
         self.session = session or Session(
@@ -69,7 +69,9 @@ class RosNode:
         )
         self.node = Node(
             net,
-            RclpyTransport(self.session, _last_seen(resume) if resume else None),
+            RclpyTransport(
+                self.session, _last_seen(resume) if resume else None, announces=recorder is not None
+            ),
             recorder,
             resume=resume,
             run=run,

@@ -139,7 +139,7 @@ def test_nothing_advises_to_clean_the_shared_memory_of_running_systems() -> None
         for path in paths
         if path.suffix in (".md", ".py", ".j2") and "shm clean" in path.read_text(encoding="utf-8")
     }
-    assert named == {"docs/ros2.md", "runtime/ros/memory.py"}  # which say why not
+    assert named == {"docs/ros2.md", "runtime/ros/process/memory.py"}  # which say why not
     assert "Do not run Fast DDS's own `fastdds shm clean`" in (ROOT / "docs/ros2.md").read_text("utf-8")
 
 

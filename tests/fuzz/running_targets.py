@@ -71,10 +71,9 @@ def _judged_log() -> Iterator[None]:
 def message(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     """Let a message arrive at a subscriber, a server and a client, which then must take a good one."""
     from dineros.metamodel.json_text import decode_json
-    from dineros.runtime.local import LocalNetwork
-    from dineros.runtime.net import Net
-    from dineros.runtime.node import Node
-    from dineros.runtime.transport import Message
+    from dineros.runtime import Net, Node
+    from dineros.runtime.channels.local import LocalNetwork
+    from dineros.runtime.nets.ports import Message
     from dineros.transformations.flattening.split import split
     from tests.generators.models import kitchen
 
@@ -119,7 +118,7 @@ def message(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
 
 def announcement(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     """Read what is announced of a message of an existing ROS type."""
-    from dineros.runtime.ros.companions import read_announcement
+    from dineros.runtime.ros.channels.companions import read_announcement
 
     def attempt(content: bytes) -> Outcome:
         return refused_or(lambda: read_announcement(content.decode("utf-8", "replace")))
@@ -215,7 +214,7 @@ def live_page(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt
 
 
 def _net(ending: ExitStack) -> Any:
-    from dineros.runtime.net import Net
+    from dineros.runtime import Net
     from dineros.transformations.flattening.split import split
     from tests.support.talker import talker
 

@@ -17,7 +17,7 @@ from click.testing import CliRunner, Result
 
 from dineros.cli.main import main
 from dineros.generators import Options, check, generate
-from dineros.generators.building import build_interfaces, environment, missing_tools
+from dineros.generators.workspace.building import build_interfaces, environment, missing_tools
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import load
@@ -112,7 +112,7 @@ def test_the_handlers_pass_mypy(workspace: Path) -> None:
 IN_PROCESS = """
 import json, sys
 from importlib import import_module
-from dineros.runtime.simulation import LocalApplication
+from dineros.runtime.application.simulation import LocalApplication
 
 bases = [import_module(f"{package}.base") for package in json.loads(sys.argv[1])]
 fleet = LocalApplication([base.runtime_model() for base in bases], seed=5)
@@ -212,7 +212,7 @@ def test_it_is_built_and_runs_on_ros(workspace: Path, tmp_path: Path) -> None:
 
 def runs_on_ros(workspace: Path, folder: Path) -> None:
     """Six processes; a seventh that knows nothing of DiNeROS switches signals on and sees who arrives."""
-    from dineros.runtime.ros.environment import ros_environment
+    from dineros.runtime.ros.process.environment import ros_environment
 
     variables = ros_environment(folder, 62, "memory", environment(workspace))
     runner = subprocess.Popen(

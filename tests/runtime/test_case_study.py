@@ -9,8 +9,8 @@ import pytest
 
 from dineros.metamodel.settings import apply
 from dineros.runtime import Candidates, Enabled, Firing, Net
-from dineros.runtime.recording import ListRecorder
-from dineros.runtime.simulation import LocalApplication
+from dineros.runtime.application.simulation import LocalApplication
+from dineros.runtime.journal.recording import ListRecorder
 from dineros.transformations.flattening.split import split
 from tests.runtime.tiny import case_study
 

@@ -13,7 +13,7 @@ from tests.runtime.tiny import ROOT, case_study
 PROGRAM = """
 import sys
 from pathlib import Path
-import dineros.runtime, dineros.runtime.simulation
+import dineros.runtime, dineros.runtime.application.simulation
 from dineros.runtime import Net
 net = Net.load(sys.argv[1])
 with net:

@@ -13,7 +13,7 @@ from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import load
 from dineros.runtime import Net, Node
-from dineros.runtime.recording import ListRecorder
+from dineros.runtime.journal.recording import ListRecorder
 
 ROOT = Path(__file__).resolve().parents[2]
 FIELDS = [

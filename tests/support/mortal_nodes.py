@@ -20,10 +20,9 @@ from typing import Any
 from dineros.metamodel import rtm
 from dineros.metamodel.files import load
 from dineros.metamodel.settings import apply
+from dineros.runtime import Net, Node
 from dineros.runtime.journal import recorder as recorder_module
 from dineros.runtime.journal import resume_journal
-from dineros.runtime.net import Net
-from dineros.runtime.node import Node
 from dineros.transformations.flattening.split import split
 from tests.support.socket_transport import SocketTransport
 

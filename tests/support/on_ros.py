@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from dineros.generators.building import missing_tools
-from dineros.runtime.ros.domains import claimed_domain
+from dineros.generators.workspace.building import missing_tools
+from dineros.runtime.ros.process.domains import claimed_domain
 
 CACHE = Path(__file__).resolve().parents[2] / "build/tests/cache"
 

@@ -14,15 +14,8 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from dineros.runtime.transport import (
-    ClientPort,
-    Message,
-    Ports,
-    PublisherPort,
-    Receiver,
-    ServerPort,
-    SubscriberPort,
-)
+from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.nets.ports import ClientPort, Message, Ports, PublisherPort, ServerPort, SubscriberPort
 
 
 def _send(connection: socket.socket, lock: threading.Lock, packet: dict[str, Any]) -> None:

@@ -15,8 +15,8 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files import load
 from dineros.metamodel.records import Drop, Record, Take, read_trace, traces_of_runs
 from dineros.metamodel.settings import apply
+from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder
-from dineros.runtime.simulation import LocalApplication
 from dineros.transformations.flattening.split import split
 from tests.support.talker import talker
 

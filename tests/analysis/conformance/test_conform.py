@@ -32,8 +32,8 @@ from dineros.metamodel.records import (
 )
 from dineros.metamodel.records.schema import Step
 from dineros.metamodel.settings import apply
+from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder
-from dineros.runtime.simulation import LocalApplication
 from dineros.transformations.flattening.split import split
 from tests.analysis.conformance.brute_force import TooLargeError, is_behaviour
 from tests.support.calling_systems import calling_systems

@@ -10,7 +10,7 @@ import pytest
 
 from dineros.metamodel import sym
 from dineros.runtime.bridges.security import Tls
-from dineros.runtime.net import Net
+from dineros.runtime.nodes.net import Net
 from dineros.transformations.flattening.split import split
 from tests.runtime.bridges.broker import MOSQUITTO, Broker
 from tests.support.system_packages import require

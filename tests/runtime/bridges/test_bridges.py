@@ -14,7 +14,7 @@ from dineros.metamodel.errors import DinerosError, UnknownElementError
 from dineros.runtime.bridges.mqtt import MqttSignals
 from dineros.runtime.bridges.rest import RestPoll, RestServer
 from dineros.runtime.bridges.values import SignalValueError, read_truth
-from dineros.runtime.net import Net
+from dineros.runtime.nodes.net import Net
 from dineros.transformations.flattening.split import split
 from tests.runtime.bridges.broker import PATIENCE, Broker, free_port
 from tests.support.talker import talker

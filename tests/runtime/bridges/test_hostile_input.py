@@ -23,8 +23,8 @@ from dineros.metamodel.errors import DinerosError
 from dineros.runtime.bridges import rest_poll, rest_server
 from dineros.runtime.bridges.mqtt import MqttSignals
 from dineros.runtime.bridges.rest import RestPoll, RestServer
-from dineros.runtime.net import Net
-from dineros.runtime.sources import SourceState
+from dineros.runtime.nets.sources import SourceState
+from dineros.runtime.nodes.net import Net
 from tests.runtime.bridges.broker import PATIENCE, Broker
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -301,7 +301,7 @@ class TestRestPoll:
 _MEMORY = """
 import socket, sys, time
 from dineros.runtime.bridges.rest import RestPoll, RestServer
-from dineros.runtime.net import Net
+from dineros.runtime.nodes.net import Net
 from dineros.transformations.flattening.split import split
 from tests.support.talker import talker
 

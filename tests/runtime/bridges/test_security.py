@@ -18,7 +18,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.runtime.bridges.mqtt import MqttSignals
 from dineros.runtime.bridges.rest import RestPoll, RestServer
 from dineros.runtime.bridges.security import Credentials, SecurityError, Tls, shown_url
-from dineros.runtime.net import Net
+from dineros.runtime.nodes.net import Net
 from tests.runtime.bridges.broker import PATIENCE, Broker
 
 SECRET = "s3cret"

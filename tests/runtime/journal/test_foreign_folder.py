@@ -15,8 +15,8 @@ from dineros.metamodel.records import Start, StoredToken
 from dineros.runtime.application.supervisor import ProcessPlan, Supervisor
 from dineros.runtime.journal import JournalRecorder, resume_journal
 from dineros.runtime.journal.outlined import Outlined
-from dineros.runtime.recording import Checkpoint
-from dineros.runtime.transport import Ports
+from dineros.runtime.journal.recording import Checkpoint
+from dineros.runtime.nets.ports import Ports
 
 
 def _record(folder: Path) -> None:

@@ -11,11 +11,11 @@ import pytest
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.records import RecordError, current_path, parts_of, read_trace
 from dineros.metamodel.records.following import Follower
+from dineros.runtime.channels.local import LocalNetwork
 from dineros.runtime.journal import JournalError, JournalRecorder, rebuild_at, resume_journal
-from dineros.runtime.local import LocalNetwork
-from dineros.runtime.net import Net
-from dineros.runtime.node import Node
-from dineros.runtime.recording import Checkpoint
+from dineros.runtime.journal.recording import Checkpoint
+from dineros.runtime.nodes.net import Net
+from dineros.runtime.nodes.node import Node
 from dineros.transformations.flattening.split import split
 from tests.support.talker import talker
 

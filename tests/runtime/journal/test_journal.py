@@ -28,6 +28,7 @@ from dineros.metamodel.records import (
     read_records,
     read_trace,
 )
+from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import (
     JournalError,
     JournalRecorder,
@@ -37,9 +38,8 @@ from dineros.runtime.journal import (
     resume_journal,
 )
 from dineros.runtime.journal.outlined import Outlined
-from dineros.runtime.recording import Checkpoint as State
-from dineros.runtime.simulation import LocalApplication
-from dineros.runtime.transport import Ports
+from dineros.runtime.journal.recording import Checkpoint as State
+from dineros.runtime.nets.ports import Ports
 from dineros.transformations.flattening.split import split
 from tests.support.calling_systems import calling_systems
 from tests.support.chatty_systems import chatty_systems

@@ -17,11 +17,11 @@ from typing import Any
 import pytest
 
 from dineros.generators import Options, generate
-from dineros.generators.building import build_interfaces, environment
+from dineros.generators.workspace.building import build_interfaces, environment
 from dineros.metamodel.files import save
-from dineros.runtime.ros.domains import claimed_domain
-from dineros.runtime.ros.environment import Reach, ros_environment
-from dineros.runtime.ros.memory import remove_abandoned
+from dineros.runtime.ros.process.domains import claimed_domain
+from dineros.runtime.ros.process.environment import Reach, ros_environment
+from dineros.runtime.ros.process.memory import remove_abandoned
 from dineros.transformations.flattening.split import split
 from tests.runtime.ros.post import post
 from tests.runtime.ros.sockets import bound_addresses

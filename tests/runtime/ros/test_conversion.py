@@ -10,12 +10,12 @@ import pytest
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.ros_names import resource_names
 from dineros.metamodel.token_data import Value
-from dineros.runtime.ros.environment import fast_dds_profile, ros_environment
-from dineros.runtime.ros.interfaces import InterfaceError, load_interface
-from dineros.runtime.ros.mappings import ConversionError, MappedCodec, _converted, _type
-from dineros.runtime.ros.quality import LossCounter
+from dineros.runtime.nets.ports import FieldMapping, FieldType, Message, TokenType
+from dineros.runtime.ros.channels.quality import LossCounter
+from dineros.runtime.ros.conversion.interfaces import InterfaceError, load_interface
+from dineros.runtime.ros.conversion.mappings import ConversionError, MappedCodec, _converted, _type
+from dineros.runtime.ros.process.environment import fast_dds_profile, ros_environment
 from dineros.runtime.ros.wheels import mend_paths
-from dineros.runtime.transport import FieldMapping, FieldType, Message, TokenType
 
 FIELDS = TokenType(
     "Token",

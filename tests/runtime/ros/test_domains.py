@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from dineros.metamodel.errors import DinerosError
-from dineros.runtime.ros.domains import claimed_domain
+from dineros.runtime.ros.process.domains import claimed_domain
 
 OTHER = """
 import sys
-from dineros.runtime.ros.domains import claimed_domain
+from dineros.runtime.ros.process.domains import claimed_domain
 with claimed_domain(7) as domain:
     print(domain, flush=True)
     sys.stdin.read()

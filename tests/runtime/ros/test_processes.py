@@ -10,7 +10,7 @@ import time
 import pytest
 
 from dineros.metamodel.files import save
-from dineros.runtime.ros.environment import Reach
+from dineros.runtime.ros.process.environment import Reach
 from dineros.transformations.flattening.split import split
 from tests.runtime.ros.conftest import PATIENCE, Ros
 from tests.runtime.ros.post import LETTER, post
@@ -159,8 +159,9 @@ def test_server_that_takes_longer_than_the_timeout_serves_once(ros: Ros) -> None
 
 DESK_AND_SCALE = """
 import threading, time
-from dineros.runtime import Net, services
-from dineros.runtime.net import load_runtime_model
+from dineros.runtime import Net
+from dineros.runtime.channels import services
+from dineros.runtime.nodes.net import load_runtime_model
 from dineros.runtime.ros.running import RosNode
 
 def wait(condition):
@@ -253,6 +254,21 @@ def test_a_client_without_a_request_wakes_nobody(ros: Ros) -> None:
         "    wait(is_done)\n"
         "    wait(timer.is_canceled)\n"
     )
+
+
+@pytest.mark.parametrize("records", [False, True])
+def test_who_records_nothing_announces_nothing(ros: Ros, records: bool) -> None:
+    """A message of an existing type is announced with an id for who sends it again after a restart."""
+    text = ros.script(
+        "from dineros.runtime.journal.recording import ListRecorder\n"
+        "from dineros.runtime.nodes.net import Net\n"
+        "from dineros.runtime.ros.running import RosNode\n"
+        f"recorder = ListRecorder() if {records} else None\n"
+        "with RosNode(Net.load('scale.rtm.xmi'), recorder) as scale:\n"
+        "    print(*[name for name, _ in scale.session.node.get_topic_names_and_types()])\n"
+    )
+    assert "/readings" in text.split()
+    assert ("/readings/_messages" in text.split()) == records
 
 
 def test_killed_server_goes_on_from_its_journal(ros: Ros) -> None:

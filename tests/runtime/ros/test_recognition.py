@@ -11,8 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dineros.runtime.ros.companions import Announcement, AnnouncementError, read_announcement
-from dineros.runtime.ros.recognition import ANNOUNCEMENT_LIMIT, HELD_LIMIT, WINDOW, Recognition, content_of
+from dineros.runtime.ros.channels.companions import Announcement, AnnouncementError, read_announcement
+from dineros.runtime.ros.channels.recognition import (
+    ANNOUNCEMENT_LIMIT,
+    HELD_LIMIT,
+    WINDOW,
+    Recognition,
+    content_of,
+)
 
 PATIENCE = 5.0
 MILLISECOND = 1_000_000

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.runtime.ros.memory import remove_abandoned
+from dineros.runtime.ros.process.memory import remove_abandoned
 from tests.runtime.ros.conftest import PATIENCE, Process, Ros
 from tests.runtime.ros.shared_memory import FOLDER, Belongings, listing, used_by
 
@@ -120,7 +120,7 @@ def test_nothing_is_taken_from_living_processes(ros: Ros) -> None:
     """Others clean up all the time while nodes start, find each other and talk; then two more start."""
     program = (
         "import time\n"
-        "from dineros.runtime.ros.memory import remove_abandoned\n"
+        "from dineros.runtime.ros.process.memory import remove_abandoned\n"
         "while True:\n"
         "    remove_abandoned()\n"
         "    time.sleep(0.05)  # other tests have their turn as well\n"

@@ -85,7 +85,7 @@ def test_latched_topic_counts_each_message_once(ros: Ros) -> None:
         "import rclpy, time\n"
         "from rclpy.qos import QoSProfile, DurabilityPolicy\n"
         "from std_msgs.msg import String\n"
-        "from dineros.runtime.ros.latched import LatchedTopic\n"
+        "from dineros.runtime.ros.channels.latched import LatchedTopic\n"
         "rclpy.init()\n"
         "node, other = rclpy.create_node('node'), rclpy.create_node('stranger')\n"
         "latched = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)\n"

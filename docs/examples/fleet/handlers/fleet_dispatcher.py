@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import logging
 
-from dineros.runtime.net import Net
-from dineros.runtime.selection import Candidates, Enabled
+from dineros.runtime import Candidates, Enabled, Net
 
 from . import firings
 

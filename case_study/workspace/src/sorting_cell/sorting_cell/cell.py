@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from typing import Any, Protocol
 
-from dineros.runtime.net import Net
+from dineros.runtime import Net
 
 from sorting_cell.world import Operation
 

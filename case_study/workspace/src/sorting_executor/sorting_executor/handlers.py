@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from dineros.runtime.net import Net
-from dineros.runtime.selection import Candidates, Choice, Enabled
+from dineros.runtime import Candidates, Choice, Enabled, Net
 from sorting_cell.cell import Cell, connect
 from sorting_cell.world import Operation
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 
-from dineros.runtime.net import Net
+from dineros.runtime import Net
 
 from . import firings
 

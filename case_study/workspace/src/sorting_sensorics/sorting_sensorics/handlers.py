@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from dineros.runtime.net import Net
+from dineros.runtime import Net
 from sorting_cell.cell import Cell, connect
 
 from . import firings

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dineros.runtime.net import Net
+from dineros.runtime import Net
 
 
 def configure(net: Net) -> None:

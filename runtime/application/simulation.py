@@ -1,0 +1,256 @@
+"""All nodes of an application in one process: stepped in simulated time, or on threads in real time.
+
+Stepped, one thread makes one move at a time, a node's or a message's, chosen at random by the seed;
+simulated time passes with each move and jumps ahead when nothing is left to do. The same seed gives the
+same run, as long as no handler runs elsewhere.
+"""
+
+from __future__ import annotations
+
+import random
+import threading
+import time
+from collections.abc import Callable, Iterable, Mapping
+from typing import Literal
+
+from dineros.metamodel import rtm
+from dineros.metamodel.errors import DinerosError
+from dineros.runtime.channels.local import LocalNetwork
+from dineros.runtime.firing.policies import Policy
+from dineros.runtime.journal.recording import Checkpoint, Recorder
+from dineros.runtime.nodes.net import Net
+from dineros.runtime.nodes.node import PATIENCE, SETTLING, Node
+from dineros.runtime.scheduling.threads import join
+from dineros.runtime.scheduling.timers import Timers
+
+Outcome = Literal["reached", "idle", "timeout"]
+"""How a stepped run ends: the condition holds, nothing can happen any more, or time is over."""
+
+STEP_TIME = 0.001
+
+
+class SimulatedClock:
+    """A clock that is set."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        """Return the seconds since the start."""
+        return self.now
+
+
+class LocalApplication:
+    """The nodes of a system model, joined in this process.
+
+    Parameters
+    ----------
+    models : iterable of rtm.RuntimeModel
+        One per node.
+    seed : int, optional
+        Seed of every choice: of the nodes' selections, and of what moves next in `run`.
+    policy : Policy, optional
+        What becomes of failed firings; by default the node halts.
+    recorder : callable, optional
+        Returns the recorder of a node, by its id.
+    resume : mapping of str to Checkpoint
+        What nodes go on from, by id.
+    simulated_time : bool
+        Whether `run` is to step the application in simulated time; False: `start` runs it on threads.
+    request_timeout : float, optional
+        Seconds after which clients ask again.
+
+    Attributes
+    ----------
+    nets : dict of str to Net
+        By the node's id: handlers go here, before `open` or later.
+    nodes : dict of str to Node
+        By id.
+    network : LocalNetwork
+        The channels.
+    """
+
+    def __init__(
+        self,
+        models: Iterable[rtm.RuntimeModel],
+        *,
+        seed: int | None = None,
+        policy: Policy | None = None,
+        recorder: Callable[[str], Recorder] | None = None,
+        resume: Mapping[str, Checkpoint] | None = None,
+        simulated_time: bool = True,
+        request_timeout: float | None = None,
+    ) -> None:
+        self.seed = random.SystemRandom().getrandbits(32) if seed is None else seed
+        self._random = random.Random(self.seed)
+        self._simulated = SimulatedClock() if simulated_time else None
+        self.clock: Callable[[], float] = self._simulated or time.monotonic
+        self.network = LocalNetwork(self._random.getrandbits(32))
+        self.nets: dict[str, Net] = {}
+        self.nodes: dict[str, Node] = {}
+        self._timers = Timers(self.clock)
+        self._ticks: list[tuple[float, Callable[[float], object]]] = []
+        self._threads: list[threading.Thread] = []
+        self._ending = threading.Event()
+        for model in models:
+            net = Net(model, seed=self._random.getrandbits(32), policy=policy, clock=self.clock)
+            if net.id in self.nets:
+                raise DinerosError(f"two of the runtime models are of the node {net.id!r}")
+            self.nets[net.id] = net
+            self.nodes[net.id] = Node(
+                net,
+                self.network.transport(),
+                recorder(net.id) if recorder is not None else None,
+                resume=(resume or {}).get(net.id),
+                request_timeout=request_timeout,
+            )
+
+    def every(self, seconds: float, action: Callable[[float], object]) -> None:
+        """Have something done again and again, such as a simulator; it is told the seconds passed."""
+        self._ticks.append((seconds, action))
+
+    def count(self, node: str, place: str) -> int:
+        """Return how many tokens a place of a node holds."""
+        return self.nets[node].count(place)
+
+    # Stepped.
+
+    def open(self) -> None:
+        """Join all nodes to their channels, before any of them sends; where one cannot, all are closed."""
+        try:
+            for node in self.nodes.values():
+                node.open()
+        except BaseException:
+            self.close("failure")
+            raise
+        if self._simulated is not None:
+            for seconds, action in self._ticks:
+                self._tick(seconds, action)
+
+    def _tick(self, seconds: float, action: Callable[[float], object]) -> None:
+        def again() -> None:
+            action(seconds)
+            self._timers.call_later(seconds, again)
+
+        self._timers.call_later(seconds, again)
+
+    def step(self) -> bool:
+        """Make one move: of a node, or of a message; False: there is none now."""
+        movers: list[Callable[[], bool]] = [node.step for node in self.nodes.values()]
+        movers.append(self.network.step)
+        while movers:
+            if movers.pop(int(self._random.random() * len(movers)))():
+                return True
+        return False
+
+    def run(self, until: Callable[[LocalApplication], bool], timeout: float | None = None) -> Outcome:
+        """Step the application, which is open, until a condition holds.
+
+        Parameters
+        ----------
+        until : callable
+            The condition; asked after each move.
+        timeout : float, optional
+            Seconds of simulated time.
+        """
+        if self._simulated is None:
+            raise DinerosError("the application runs in real time", hint="use start() and wait_for()")
+        clock = self._simulated
+        end = None if timeout is None else clock.now + timeout
+        while not until(self):
+            if end is not None and clock.now >= end:
+                return "timeout"
+            if self.step():
+                clock.now += STEP_TIME
+            elif not self._let_time_pass(end):
+                return "idle"
+            self._timers.run_due()
+        return "reached"
+
+    def _let_time_pass(self, end: float | None) -> bool:
+        """Go on to the next thing to happen; False: there is nothing to wait for."""
+        assert self._simulated is not None
+        states = [net.inspect() for net in self.nets.values()]
+        if any(state.in_flight or (state.outliving and state.halted is None) for state in states):
+            started = time.monotonic()
+            time.sleep(STEP_TIME)  # handlers elsewhere take real time
+            self._simulated.now += time.monotonic() - started
+            return True
+        times = [net.next_timer for net in self.nets.values()] + [self._timers.next_time, end]
+        due = min((each for each in times if each is not None), default=None)
+        if due is None:
+            return False
+        self._simulated.now = max(self._simulated.now, due)
+        return True
+
+    def close(self, reason: str = "stopped") -> None:
+        """End all nodes."""
+        for node in self.nodes.values():
+            node.close(reason)
+
+    # On threads.
+
+    def start(self) -> None:
+        """Run every node on a thread of its own, in real time."""
+        if self._simulated is not None:
+            raise DinerosError("the application runs in simulated time", hint="use run()")
+        self.open()
+        try:
+            self.network.start()
+            for node in self.nodes.values():
+                node.start()
+            self._ending.clear()
+            for seconds, action in self._ticks:
+                thread = threading.Thread(
+                    target=self._beat, args=(seconds, action), name="dineros simulator", daemon=True
+                )
+                thread.start()
+                self._threads.append(thread)
+        except BaseException:  # also who is interrupted meanwhile ends what runs already
+            self.stop()
+            raise
+
+    def _beat(self, seconds: float, action: Callable[[float], object]) -> None:
+        last = time.monotonic()
+        while not self._ending.wait(seconds):
+            now = time.monotonic()
+            action(now - last)
+            last = now
+
+    def stop(self, reason: str = "stopped") -> None:
+        """End simulators, nodes and channels, in this order."""
+        self._ending.set()
+        deadline = time.monotonic() + SETTLING
+        for node in self.nodes.values():  # nobody begins anything, then all end
+            node.net.halt("the application is to end")
+        while time.monotonic() < deadline and any(net.core.execution.in_flight for net in self.nets.values()):
+            time.sleep(STEP_TIME)
+        for node in self.nodes.values():
+            node.end()
+        end = time.monotonic() + PATIENCE  # for all of them together
+        for thread in self._threads:
+            join(thread, max(0.0, end - time.monotonic()))
+        self._threads.clear()
+        failures = []
+        for node in self.nodes.values():
+            try:
+                node.stop(reason, max(0.0, end - time.monotonic()))
+            except Exception as error:
+                failures.append(error)
+        self.network.stop()
+        if failures:
+            raise failures[0]
+
+    def __enter__(self) -> LocalApplication:
+        """Open the application in simulated time, or start it in real time."""
+        if self._simulated is not None:
+            self.open()
+        else:
+            self.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        if self._simulated is not None:
+            self.close()
+        else:
+            self.stop()

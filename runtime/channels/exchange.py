@@ -1,0 +1,299 @@
+"""All ports of a node: what departs and where what arrives goes, on the thread of the node's loop."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from typing import TypeVar, cast
+
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.message_ids import Senders
+from dineros.metamodel.token_data import Value
+from dineros.runtime.channels.services import Client, Instance, Server
+from dineros.runtime.channels.topics import Publisher, Subscriber
+from dineros.runtime.channels.traffic import SendError, Traffic
+from dineros.runtime.channels.transport import Answer, Transport, check_of
+from dineros.runtime.firing.observing import Observer
+from dineros.runtime.journal.recording import Checkpoint, PendingRequest
+from dineros.runtime.nets.engine import Engine
+from dineros.runtime.nets.ports import (
+    Check,
+    ClientPort,
+    Data,
+    Message,
+    Port,
+    Queue,
+    ServerPort,
+    SubscriberPort,
+)
+from dineros.runtime.nets.structure import Structure
+from dineros.runtime.scheduling.loop import Loop
+
+LOG = logging.getLogger("dineros.runtime")
+T = TypeVar("T")
+RETRY_DELAY = 1.0
+
+
+def departures_of(structure: Structure) -> list[int]:
+    """Return the places whose tokens depart: of publishers, clients, server instances."""
+    number = {id: index for index, id in enumerate(structure.places)}
+    ports = structure.ports
+    return [
+        *(number[place] for port in ports.publishers for place in port.places),
+        *(number[port.request] for port in ports.clients),
+        *(number[place] for port in ports.servers for place in port.exits),
+    ]
+
+
+class Exchange:
+    """The ports of one node.
+
+    Parameters
+    ----------
+    engine : Engine
+        Its departures are those of `departures_of`.
+    loop : Loop
+        The node's.
+    observer : Observer
+        Told what is sent and received.
+    run : str
+        Goes into the ids of messages after the node's id.
+    request_timeout : float, optional
+        Seconds after which a request is sent again.
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        loop: Loop,
+        observer: Observer,
+        *,
+        run: str = "",
+        request_timeout: float | None = None,
+    ) -> None:
+        self._engine = engine
+        self._loop = loop
+        self._traffic = traffic = Traffic(engine, loop, observer, run)
+        places = {id: number for number, id in enumerate(engine.structure.places)}
+        ports = engine.structure.ports
+        self._publishers = [
+            Publisher(traffic, port, places[place]) for port in ports.publishers for place in port.places
+        ]
+        self._subscribers = {
+            port: Subscriber(traffic, port, places[port.place]) for port in ports.subscribers
+        }
+        self._clients: dict[ClientPort, Client] = {}
+        for departure, client in enumerate(ports.clients, len(self._publishers)):
+            ends = places[client.request], places[client.response]
+            self._clients[client] = Client(traffic, client, ends, departure, request_timeout)
+        self._servers = {port: Server(traffic, port) for port in ports.servers}
+        self._instances: list[Instance] = []
+        for port, server in self._servers.items():
+            for number, (entry, exit_) in enumerate(zip(port.entries, port.exits, strict=True)):
+                departure = len(self._publishers) + len(self._clients) + len(self._instances)
+                instance = Instance(server, number, places[entry], places[exit_], departure)
+                server.instances.append(instance)
+                self._instances.append(instance)
+        self._senders: list[Publisher | Client | Instance] = [
+            *self._publishers,
+            *self._clients.values(),
+            *self._instances,
+        ]
+
+    @property
+    def drops(self) -> Mapping[tuple[str, str], int]:
+        """Messages lost, by channel and queue."""
+        return self._traffic.drops
+
+    @property
+    def refused(self) -> Mapping[str, int]:
+        """Messages that were not taken, by channel."""
+        return self._traffic.refused
+
+    @property
+    def waiting_requests(self) -> int:
+        """How many requests wait for a server instance."""
+        return sum(len(server.waiting) for server in self._servers.values())
+
+    def begin(self, transport: Transport) -> None:
+        """Let tokens depart; what was sent or asked before a restart is sent or asked again."""
+        self._traffic.transport = transport
+        for port, server in self._servers.items():
+            server.check = check_of(transport, port)
+        for publisher in self._publishers:
+            self._send_again(publisher)
+        for departure in range(len(self._publishers)):
+            self._engine.unhold_departure(departure)
+        for client in self._clients.values():
+            if client.pending is None:
+                self._engine.unhold_departure(client.departure)
+            else:
+                client.ask_again()
+
+    def _send_again(self, publisher: Publisher) -> None:
+        try:
+            publisher.send_again()
+        except SendError as error:
+            LOG.error("%s", error, exc_info=error.__cause__)
+            self._traffic.tell_error(str(error), "retry")
+            self._loop.timers.call_later(RETRY_DELAY, lambda: self._send_again(publisher))
+
+    def checks(self, transport: Transport) -> dict[int, Check]:
+        """Return what checks the data that comes onto places whose tokens are sent: place -> check."""
+        found = [(each.place, check_of(transport, each.port)) for each in self._publishers]
+        found += [(each.request, check_of(transport, port)) for port, each in self._clients.items()]
+        found += [(each.exit, check_of(transport, each.server.port)) for each in self._instances]
+        return {place: check for place, check in found if check is not None}
+
+    def depart(self) -> bool:
+        """Send all tokens that are due; return whether there were any."""
+        due = self._engine.due
+        if not due:
+            return False
+        first = self._engine.first_departure
+        while due:
+            number = due[0] - first
+            try:
+                self._senders[number].send()
+            except SendError as error:
+                self._postpone(number, error)
+        return True
+
+    def _postpone(self, number: int, error: SendError) -> None:
+        """Try again later what the transport did not take."""
+        LOG.error("%s", error, exc_info=error.__cause__)
+        self._traffic.tell_error(str(error), "retry")
+        self._engine.hold_departure(number)
+        self._loop.timers.call_later(RETRY_DELAY, lambda: self._engine.unhold_departure(number))
+
+    def arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
+        """Take a message of a topic; `lost` are missing just before it."""
+        self._subscribers[port].arrived(message, lost)
+
+    def had(self, port: SubscriberPort, message: Message) -> bool:
+        """Return whether a message of a topic came before; from any thread."""
+        return self._subscribers[port].had(message)
+
+    def lost(self, port: Port, queue: Queue, count: int) -> None:
+        """Count and record messages that a full queue lost."""
+        if isinstance(port, SubscriberPort):
+            self._subscribers[port].lost(queue, count)
+        else:
+            self._traffic.lost(port, queue, count)
+
+    def refuse(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
+        """Count something that came and is no message; the first is recorded."""
+        name = port.topic if isinstance(port, SubscriberPort) else port.service
+        self._traffic.refuse(port.channel, name, error)
+
+    def requested(self, port: ServerPort, message: Message, answer: Answer) -> None:
+        """Take a request."""
+        self._servers[port].requested(message, answer)
+
+    def responded(self, port: ClientPort, message: Message) -> None:
+        """Take a response."""
+        self._clients[port].responded(message)
+
+    def failed(self, port: ClientPort, message_id: str, reason: str) -> None:
+        """Learn that a request was not answered."""
+        self._clients[port].failed(message_id, reason)
+
+    # Going on after a restart.
+
+    def save(self, checkpoint: Checkpoint) -> None:
+        """Write what is known of channels into a checkpoint."""
+        places = self._engine.structure.places
+        checkpoint["run"] = self._traffic.run
+        checkpoint["numbers"] = {places[place]: number for place, number in self._traffic.numbers.items()}
+        checkpoint["queues"] = {places[each.place]: each.history.maxlen or 1 for each in self._publishers}
+        checkpoint["history"] = {
+            places[publisher.place]: [
+                [_number(message), _plain(message.data)] for message in publisher.history
+            ]
+            for publisher in self._publishers
+            if publisher.history
+        }
+        for port, subscriber in self._subscribers.items():
+            seen, apart = subscriber.seen.saved()
+            if subscriber.missing:
+                checkpoint["missing"][f"{port.channel}/{port.place}"] = subscriber.missing
+            if seen:
+                checkpoint["seen"][f"{port.channel}/{port.place}"] = seen
+            if apart:
+                checkpoint["seen_apart"][f"{port.channel}/{port.place}"] = apart
+        checkpoint["requests"] = {
+            f"{port.channel}/{port.client}": PendingRequest(
+                message=client.pending.id, data=_plain(client.pending.data), attempts=client.attempts
+            )
+            for port, client in self._clients.items()
+            if client.pending is not None
+        }
+        checkpoint["serving"] = {
+            places[instance.entry]: instance.message
+            for instance in self._instances
+            if instance.message is not None
+        }
+        checkpoint["responses"] = {
+            port.channel: {kept.id: _plain(kept.data) for kept in server.responses.values()}
+            for port, server in self._servers.items()
+            if server.responses
+        }
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Take over what is known of channels from a checkpoint, before `begin`.
+
+        Raises
+        ------
+        DinerosError
+            It speaks of ports that the model does not have.
+        """
+        places = self._engine.structure.places
+        numbers = {id: number for number, id in enumerate(places)}
+        self._traffic.run = checkpoint["run"]
+        self._traffic.numbers = {
+            _known(numbers, place, "place"): number for place, number in checkpoint["numbers"].items()
+        }
+        publishers = {places[each.place]: each for each in self._publishers}
+        for place, messages in checkpoint.get("history", {}).items():
+            publisher = _known(publishers, place, "publisher at")
+            for number, data in messages:
+                id = self._traffic.id_of(publisher.place, int(str(number)))
+                publisher.history.append(Message(id, cast("Data", data)))
+        subscribers = {f"{port.channel}/{port.place}": each for port, each in self._subscribers.items()}
+        seen, apart = checkpoint["seen"], checkpoint.get("seen_apart", {})
+        for key in {**seen, **apart}:
+            _known(subscribers, key, "subscriber").seen = Senders(seen.get(key), apart.get(key))
+        for key, missing in checkpoint.get("missing", {}).items():
+            _known(subscribers, key, "subscriber").missing = missing
+        clients = {f"{port.channel}/{port.client}": each for port, each in self._clients.items()}
+        for key, request in checkpoint["requests"].items():
+            client = _known(clients, key, "client")
+            client.pending = Message(request["message"], request["data"])
+            client.attempts = request["attempts"]
+        instances = {places[instance.entry]: instance for instance in self._instances}
+        for entry, message in checkpoint["serving"].items():
+            instance = _known(instances, entry, "server instance at")
+            instance.message = message
+            self._engine.unhold_departure(instance.departure)
+        servers = {port.channel: each for port, each in self._servers.items()}
+        for channel, responses in checkpoint["responses"].items():
+            server = _known(servers, channel, "server of")
+            for id, data in responses.items():
+                server.keep(Message(id, data))
+
+
+def _known(table: Mapping[str, T], key: str, kind: str) -> T:
+    if key not in table:
+        raise DinerosError(
+            f"the node cannot go on: the model has no {kind} {key!r}",
+            hint="go on with the model of the first run, or start anew",
+        )
+    return table[key]
+
+
+def _number(message: Message) -> int:
+    return int(message.id.rpartition("/")[2])
+
+
+def _plain(data: Data) -> dict[str, Value]:
+    return cast("dict[str, Value]", data) if isinstance(data, dict) else dict(data)

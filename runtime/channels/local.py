@@ -1,0 +1,297 @@
+"""Channels between the nodes of one process: for simulation, tests and `dineros run --local`.
+
+The queues are those of the paper (Fig. 8 and 9), with the model's limits: a publisher's, one dispatcher's
+per subscribing node, and the subscriber's, which the node itself keeps. Full queues drop the newest
+message. Requests and responses travel one by one. Nothing moves by itself: `step` makes one move, by the
+seed; `start` has a thread make them.
+"""
+
+from __future__ import annotations
+
+import random
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+
+from dineros.metamodel.errors import DinerosError
+from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.nets.ports import ClientPort, Message, Ports, PublisherPort, ServerPort, SubscriberPort
+from dineros.runtime.scheduling.threads import join
+
+Move = Callable[[], None]
+
+
+@dataclass
+class _PublisherQueue:
+    """Messages that left their node.
+
+    Attributes
+    ----------
+    history : deque of Message
+        What a late subscriber gets of a transient-local topic.
+    again : deque of Message
+        What the publisher had sent in an earlier life.
+    """
+
+    port: PublisherPort
+    waiting: deque[Message] = field(default_factory=deque)
+    history: deque[Message] = field(default_factory=deque)
+    again: deque[Message] = field(default_factory=deque)
+
+    def __post_init__(self) -> None:
+        self.again = deque(maxlen=max(1, self.port.limit))
+
+
+@dataclass
+class _Dispatcher:
+    """Messages of one topic for the subscribers of one node."""
+
+    receiver: Receiver
+    ports: list[SubscriberPort]
+    waiting: deque[Message] = field(default_factory=deque)
+    history: deque[Message] = field(default_factory=deque)
+
+
+@dataclass
+class _Service:
+    """Requests on their way to a server, and those it has not answered."""
+
+    receiver: Receiver | None = None
+    port: ServerPort | None = None
+    waiting: deque[tuple[str, Message]] = field(default_factory=deque)
+    unanswered: dict[str, Message] = field(default_factory=dict)
+
+
+@dataclass
+class _Client:
+    """Where responses to a client go, and those on their way."""
+
+    receiver: Receiver
+    port: ClientPort
+    waiting: deque[Message] = field(default_factory=deque)
+
+
+class LocalNetwork:
+    """The channels of one application.
+
+    Parameters
+    ----------
+    seed : int, optional
+        Which of the possible moves `step` makes.
+    """
+
+    def __init__(self, seed: int | None = None) -> None:
+        self._random = random.Random(seed)
+        self._changed = threading.Condition()
+        self._publishers: dict[str, dict[str, _PublisherQueue]] = {}  # topic -> node/place
+        self._dispatchers: dict[str, dict[str, _Dispatcher]] = {}  # topic -> node
+        self._services: dict[str, _Service] = {}
+        self._clients: dict[str, _Client] = {}
+        self._thread: threading.Thread | None = None
+        self._is_ending = False
+
+    def transport(self) -> LocalTransport:
+        """Return a transport for one node."""
+        return LocalTransport(self)
+
+    # Moving messages.
+
+    def step(self) -> bool:
+        """Make one of the possible moves; False: there is none."""
+        with self._changed:
+            moves = self._moves()
+            if not moves:
+                return False
+            moves[int(self._random.random() * len(moves))]()
+            return True
+
+    def _moves(self) -> list[Move]:
+        moves: list[Move] = []
+        for topic, publishers in self._publishers.items():
+            moves += [partial(self._spread, topic, queue) for queue in publishers.values() if queue.waiting]
+        for dispatchers in self._dispatchers.values():
+            for dispatcher in dispatchers.values():
+                if dispatcher.waiting or dispatcher.history:
+                    moves.append(partial(self._dispatch, dispatcher))
+        for service in self._services.values():
+            if service.waiting and service.receiver is not None:
+                moves.append(partial(self._call, service))
+        moves += [partial(self._respond, client) for client in self._clients.values() if client.waiting]
+        return moves
+
+    def _spread(self, topic: str, queue: _PublisherQueue) -> None:
+        """Take a message from a publisher's queue to the dispatcher of every subscribing node."""
+        message = queue.waiting.popleft()
+        if queue.port.is_kept:
+            queue.history.append(message)
+            while len(queue.history) > queue.port.limit:
+                queue.history.popleft()
+        for dispatcher in self._dispatchers.get(topic, {}).values():
+            port = dispatcher.ports[0]
+            if len(dispatcher.waiting) < port.dispatcher_limit:
+                dispatcher.waiting.append(message)
+            else:
+                dispatcher.receiver.dropped(port, "dispatcher", 1)
+
+    @staticmethod
+    def _dispatch(dispatcher: _Dispatcher) -> None:
+        """Hand a message to the subscribers of a node; what a late one missed comes first."""
+        message = (dispatcher.history or dispatcher.waiting).popleft()
+        for port in dispatcher.ports:
+            dispatcher.receiver.message_arrived(port, message, 0)
+
+    def _call(self, service: _Service) -> None:
+        key, message = service.waiting.popleft()
+        service.unanswered[key] = message
+        assert service.receiver is not None and service.port is not None
+
+        def answer(response: Message) -> None:
+            with self._changed:
+                if service.unanswered.get(key) is message:
+                    del service.unanswered[key]
+                client = self._clients.get(key)
+                if client is not None:
+                    client.waiting.append(response)
+                self._changed.notify()
+
+        service.receiver.request_arrived(service.port, message, answer)
+
+    @staticmethod
+    def _respond(client: _Client) -> None:
+        client.receiver.response_arrived(client.port, client.waiting.popleft())
+
+    # A thread that moves.
+
+    def start(self) -> None:
+        """Have a thread make moves as long as there are any."""
+        self._is_ending = False
+        self._thread = threading.Thread(target=self._run, name="dineros network", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        with self._changed:
+            while not self._is_ending:
+                if not self.step():
+                    self._changed.wait()
+
+    def stop(self) -> None:
+        """End the thread; what is on its way stays there."""
+        with self._changed:
+            self._is_ending = True
+            self._changed.notify()
+        join(self._thread)
+        self._thread = None
+
+    # What transports ask.
+
+    def join(self, ports: Ports, receiver: Receiver) -> None:
+        """Connect a node.
+
+        Raises
+        ------
+        DinerosError
+            Another node serves one of its services; the node is not connected.
+        """
+        with self._changed:
+            for server in ports.servers:
+                if self._services.setdefault(server.channel, _Service()).receiver is not None:
+                    raise DinerosError(f"two nodes serve {server.service!r}")
+            for publisher in ports.publishers:
+                known = self._publishers.setdefault(publisher.channel, {})
+                known.setdefault(_place_key(ports, publisher), _PublisherQueue(publisher))
+            for subscriber in ports.subscribers:
+                dispatchers = self._dispatchers.setdefault(subscriber.channel, {})
+                if ports.node in dispatchers:
+                    dispatchers[ports.node].ports.append(subscriber)
+                    continue
+                dispatcher = dispatchers[ports.node] = _Dispatcher(receiver, [subscriber])
+                for queue in self._publishers.get(subscriber.channel, {}).values():
+                    dispatcher.history.extend(queue.again)
+                    if subscriber.is_kept:
+                        dispatcher.history.extend(queue.history)
+            for client in ports.clients:
+                self._clients[_client_key(client)] = _Client(receiver, client)
+            for server in ports.servers:
+                service = self._services[server.channel]
+                service.receiver, service.port = receiver, server
+                service.waiting.extendleft(reversed(service.unanswered.items()))
+                service.unanswered.clear()
+            self._changed.notify()
+
+    def leave(self, ports: Ports) -> None:
+        """Disconnect a node; what it has published and asked stays on its way."""
+        with self._changed:
+            for subscriber in ports.subscribers:
+                self._dispatchers[subscriber.channel].pop(ports.node, None)
+            for client in ports.clients:
+                self._clients.pop(_client_key(client), None)
+            for server in ports.servers:
+                self._services[server.channel].receiver = None
+
+    def publish(self, ports: Ports, port: PublisherPort, message: Message) -> bool:
+        """Take a message into the publisher's queue; False: the queue is full."""
+        with self._changed:
+            queue = self._publishers[port.channel][_place_key(ports, port)]
+            if len(queue.waiting) >= port.limit:
+                return False
+            queue.waiting.append(message)
+            self._changed.notify()
+            return True
+
+    def publish_again(self, ports: Ports, port: PublisherPort, message: Message) -> None:
+        """Hand a message of an earlier life to all dispatchers, also those that come later."""
+        with self._changed:
+            self._publishers[port.channel][_place_key(ports, port)].again.append(message)
+            for dispatcher in self._dispatchers.get(port.channel, {}).values():
+                dispatcher.history.append(message)
+            self._changed.notify()
+
+    def request(self, port: ClientPort, message: Message) -> None:
+        """Take a request on its way."""
+        with self._changed:
+            service = self._services.setdefault(port.channel, _Service())
+            service.waiting.append((_client_key(port), message))
+            self._changed.notify()
+
+
+class LocalTransport:
+    """One node's end of a `LocalNetwork`."""
+
+    def __init__(self, network: LocalNetwork) -> None:
+        self._network = network
+        self._ports: Ports | None = None
+
+    def open(self, ports: Ports, receiver: Receiver) -> None:
+        """Join the channels."""
+        self._network.join(ports, receiver)
+        self._ports = ports
+
+    def publish(self, port: PublisherPort, message: Message) -> bool:
+        """Send a message; False: the publisher's queue is full."""
+        assert self._ports is not None
+        return self._network.publish(self._ports, port, message)
+
+    def publish_again(self, port: PublisherPort, message: Message) -> None:
+        """Send a message that was sent before a restart."""
+        assert self._ports is not None
+        self._network.publish_again(self._ports, port, message)
+
+    def request(self, port: ClientPort, message: Message) -> None:
+        """Send a request."""
+        self._network.request(port, message)
+
+    def close(self) -> None:
+        """Leave the channels."""
+        if self._ports is not None:
+            self._network.leave(self._ports)
+            self._ports = None
+
+
+def _place_key(ports: Ports, port: PublisherPort) -> str:
+    return f"{ports.node}/{port.place}"
+
+
+def _client_key(port: ClientPort) -> str:
+    return f"{port.channel}/{port.client}"

@@ -1,0 +1,137 @@
+"""Publishers and subscribers of a node."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+
+from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
+from dineros.runtime.channels.traffic import SendError, Traffic
+from dineros.runtime.channels.transport import Repeating
+from dineros.runtime.nets.ports import Message, PublisherPort, Queue, SubscriberPort
+
+
+class Publisher:
+    """Sends the tokens of a place on a topic; places of several server instances share the port.
+
+    Attributes
+    ----------
+    history : deque of Message
+        The last messages, as many as the queue holds.
+    """
+
+    def __init__(self, traffic: Traffic, port: PublisherPort, place: int) -> None:
+        self._traffic = traffic
+        self.port = port
+        self.place = place
+        self.history: deque[Message] = deque(maxlen=max(1, port.limit))
+
+    def send_again(self) -> None:
+        """Publish again what the queue held when its process ended; receivers ignore what they have had.
+
+        Raises
+        ------
+        SendError
+            The transport failed.
+        """
+        transport = self._traffic.joined
+        again = transport.publish_again if isinstance(transport, Repeating) else transport.publish
+        for message in tuple(self.history):
+            try:
+                again(self.port, message)
+            except Exception as error:
+                raise SendError(f"cannot publish on {self.port.topic}: {error}") from error
+
+    def send(self) -> None:
+        """Publish the oldest token.
+
+        Raises
+        ------
+        SendError
+            The transport failed; the token stays where it is.
+        """
+        traffic, port, place = self._traffic, self.port, self.place
+        token = traffic.engine.oldest(place)
+        message = Message(traffic.next_id(place), token.data)
+        try:
+            is_sent = traffic.joined.publish(port, message)
+        except Exception as error:
+            raise SendError(f"cannot publish on {port.topic}: {error}") from error
+        traffic.engine.take(place)
+        if is_sent:
+            traffic.count_sent(place)
+            self.history.append(message)
+        else:
+            traffic.drops[port.channel, "publisher"] += 1
+        if traffic.observer.is_observing:
+            name = traffic.engine.structure.places[place]
+            fields = {"channel": port.channel, "place": name, "token": token.id}
+            change = {name: -1}
+            if is_sent:
+                traffic.observer.emit("publish", **fields, message=message.id, change=change)
+            else:
+                traffic.observer.emit("drop", **fields, queue="publisher", count=1, change=change)
+
+
+class Subscriber:
+    """Makes tokens of the messages of a topic.
+
+    Attributes
+    ----------
+    seen : Senders
+        What came, or is known to be lost: what comes again is ignored.
+    missing : int
+        Messages that were lost since the last one came.
+    """
+
+    def __init__(self, traffic: Traffic, port: SubscriberPort, place: int) -> None:
+        self._traffic = traffic
+        self._port = port
+        self._place = place
+        self.seen = Senders()
+        self.missing = 0
+        self._lock = threading.Lock()
+
+    def had(self, message: Message) -> bool:
+        """Return whether a message came before; from any thread."""
+        try:
+            known = parse_id(message.id)
+        except MessageIdError:
+            return False
+        with self._lock:
+            return known is not None and self.seen.had(*known)
+
+    def lost(self, queue: Queue, count: int) -> None:
+        """Count and record messages that a full queue lost: they have been sent, and will not come."""
+        if queue != "restart":  # what a stranger's ids can feign must silence nobody
+            self.missing += count
+        self._traffic.lost(self._port, queue, count)
+
+    def arrived(self, message: Message, lost: int) -> None:
+        """Put the token of a message, unless it came before; `lost` are missing just before it."""
+        traffic, port = self._traffic, self._port
+        if not traffic.plausible(port.channel, port.topic, message.id):
+            return
+        if lost > 0:
+            self.lost("subscriber", lost)
+        known = parse_id(message.id)
+        if known is not None and self.had(message):
+            return
+        token = traffic.arriving(port.topic, message.data)
+        if token is None:
+            return
+        if known is not None:
+            with self._lock:
+                self.seen.add(*known, self.missing)
+        self.missing = 0
+        traffic.engine.put(self._place, token)
+        if traffic.observer.is_observing:
+            traffic.observer.emit(
+                "take",
+                channel=port.channel,
+                place=port.place,
+                token=token.id,
+                message=message.id,
+                data=token.data,
+                change={port.place: 1},
+            )

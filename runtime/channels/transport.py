@@ -1,0 +1,109 @@
+"""What a node asks of a transport, and what a transport tells a node.
+
+A *transport* carries messages between nodes: in this process (`dineros.runtime.channels.local`) or through
+ROS 2. A node opens it with its ports and with itself as the receiver. A transport may call the receiver from
+any thread; a node calls its transport from one thread only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Protocol, runtime_checkable
+
+from dineros.runtime.nets.ports import (
+    Check,
+    ClientPort,
+    Message,
+    Port,
+    Ports,
+    PublisherPort,
+    Queue,
+    ServerPort,
+    SubscriberPort,
+)
+from dineros.runtime.nets.sources import Source
+from dineros.runtime.nets.staleness import Expectation
+
+Answer = Callable[[Message], None]
+"""Sends the response to a request; called once by the node, on its own thread. It does not raise."""
+
+
+class Receiver(Protocol):
+    """What a transport calls, from any thread; calls return at once, the node acts on its own thread."""
+
+    def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
+        """Take a message of a topic; `lost` messages are missing just before it."""
+
+    def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
+        """Take a request. One that comes again is served once; every `answer` given for it is called."""
+
+    def response_arrived(self, port: ClientPort, message: Message) -> None:
+        """Take the response to the request of this id; one that nobody waits for (any more) is ignored."""
+
+    def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
+        """Learn that a request timed out or was not sent: it is recorded and sent again with the same id."""
+
+    def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
+        """Learn that something came that is no message; it is counted, and the first is recorded."""
+
+    def dropped(self, port: Port, queue: Queue, count: int) -> None:
+        """Learn that a full queue lost messages outside of `publish` and `message_arrived`."""
+
+    def signals_changed(self, values: Mapping[str, bool], source: str) -> None:
+        """Set input signals at once, by id or name; `source` says where they came from and is recorded.
+
+        Raises
+        ------
+        DinerosError
+            The node has no such signal; none is set.
+        """
+
+    def signal_expected(self, signal: str, expectation: Expectation) -> None:
+        """Notice from now on when nobody sets a signal."""
+
+    def source(self, name: str) -> Source:
+        """Return the counters of what sets signals under this name, shown by the node from now on."""
+
+    def remove_source(self, source: Source) -> None:
+        """Show it no more."""
+
+
+@runtime_checkable
+class Choosy(Protocol):
+    """A transport that does not send all that tokens can carry."""
+
+    def check(self, port: Port) -> Check | None:
+        """Return what raises for data that cannot be sent at a port; None: it sends all."""
+
+
+def check_of(transport: Transport, port: Port) -> Check | None:
+    """Return what raises for data that a transport cannot send at a port; None: it sends all."""
+    return transport.check(port) if isinstance(transport, Choosy) else None
+
+
+@runtime_checkable
+class Repeating(Protocol):
+    """A transport that tells what was sent before a restart from what is sent for the first time."""
+
+    def publish_again(self, port: PublisherPort, message: Message) -> object:
+        """Send a message that was sent before to those who tell by its id whether they had it."""
+
+
+class Transport(Protocol):
+    """What a node calls, from the thread of its loop."""
+
+    def open(self, ports: Ports, receiver: Receiver) -> None:
+        """Join the channels; what arrives goes to the receiver from now on."""
+
+    def publish(self, port: PublisherPort, message: Message) -> bool:
+        """Send a message; False: the publisher's queue was full and the message is dropped.
+
+        A transport that overwrites the oldest instead says True here, and `dropped` for the one overwritten
+        where it knows of it.
+        """
+
+    def request(self, port: ClientPort, message: Message) -> None:
+        """Send a request. The node has one under way per client and sends it again after a time-out."""
+
+    def close(self) -> None:
+        """Leave the channels; when it returns, the receiver is called no more."""

@@ -1,0 +1,84 @@
+"""What fires next: uniformly at random among what may fire now, or as the developers' selection says."""
+
+from __future__ import annotations
+
+from random import Random
+
+from dineros.runtime.firing.selection import Candidates, Enabled, SelectionFunction, chosen_tokens
+from dineros.runtime.firing.timing import Timing
+from dineros.runtime.nets.engine import Engine, Tokens
+from dineros.runtime.scheduling.watchdog import Watchdog
+
+
+class Chooser:
+    """Chooses among the ready transitions of an engine.
+
+    Parameters
+    ----------
+    random : Random
+        Decides where nobody else does.
+    timing : Timing
+        Which ready transitions may fire by now.
+    watchdog : Watchdog
+        Watches the selection.
+
+    Attributes
+    ----------
+    selection : callable or None
+        The developers' selection; None: uniformly at random.
+    is_paused : bool
+        Whether the selection is not asked for the time being.
+    failures : int
+        How often the selection has failed since it last returned something.
+    """
+
+    def __init__(self, random: Random, timing: Timing, watchdog: Watchdog) -> None:
+        self.selection: SelectionFunction | None = None
+        self.is_paused = False
+        self.failures = 0
+        self._random = random
+        self._timing = timing
+        self._watchdog = watchdog
+
+    def choose(self, engine: Engine) -> tuple[int, Tokens | None] | None:
+        """Return a transition and the tokens it takes, None: the oldest; or None, where nothing is to fire.
+
+        Raises
+        ------
+        BaseException
+            What the selection raised.
+        SelectionError
+            It returned something that cannot fire.
+        """
+        ready, selection = engine.ready, self.selection  # which other threads may set
+        if not ready or (self.is_paused and selection is not None):
+            self.pass_time(engine)
+            return None
+        if selection is not None:
+            return self._selected(engine, selection)
+        if engine.prioritised or self._timing:
+            ready = self._allowed(engine)
+            if not ready:
+                return None
+        size = len(ready)
+        return (ready[0] if size == 1 else ready[int(self._random.random() * size)]), None
+
+    def pass_time(self, engine: Engine) -> None:
+        """Note which transitions are ready, where nothing is to fire: their time goes on."""
+        if self._timing:
+            self._timing.of(engine, [])
+
+    def _allowed(self, engine: Engine) -> list[int]:
+        """Return the ready transitions that priorities and time let fire."""
+        allowed = [number for number in engine.ready if not engine.is_overridden(number)]
+        return self._timing.of(engine, allowed) if self._timing else allowed
+
+    def _selected(self, engine: Engine, selection: SelectionFunction) -> tuple[int, Tokens] | None:
+        allowed = sorted(self._allowed(engine))
+        if not allowed:
+            return None
+        candidates = Candidates([Enabled(engine, number) for number in allowed], self._random)
+        name = getattr(selection, "__name__", "selection")
+        chosen = chosen_tokens(engine, candidates, self._watchdog.call(selection, candidates, name))
+        self.failures = 0
+        return chosen

@@ -1,0 +1,83 @@
+"""What a handler left and returned, checked: the data that goes on, and the data of single output places."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from dineros.metamodel.errors import DinerosError, near_matches
+from dineros.runtime.firing.handlers import Given
+from dineros.runtime.nets.engine import Engine, Tokens
+from dineros.runtime.nets.ports import Data
+
+GivenData = dict[int, list[Data]]
+"""For some output places, the data of all tokens."""
+
+
+class WrongReturnError(DinerosError):
+    """A handler returned something that is no data for the output places."""
+
+
+def checked_result(
+    engine: Engine,
+    transition: int,
+    taken: Tokens,
+    left: object,
+    base: Data,
+    given: GivenData | None,
+    result: object,
+) -> tuple[Data, GivenData | None]:
+    """Return what goes on after a handler: the data, and that of single places where it says so.
+
+    Parameters
+    ----------
+    engine, transition, taken
+        What fires.
+    left : object
+        What the handler left as the firing's data.
+    base : mapping
+        The data before; it has the fields that are missing in `left`.
+    given : dict, optional
+        What former handlers gave to single places.
+    result : object
+        What the handler returned.
+
+    Raises
+    ------
+    DinerosError
+        It is no such thing, or does not fit the token type.
+    """
+    checker = engine.checker
+    data = checker.complete(left, base)
+    if result is None:
+        return data, given
+    if isinstance(result, Given):
+        return data, _given(engine, transition, taken, result, data)
+    if isinstance(result, Mapping):
+        return checker.complete(result, data), None
+    raise WrongReturnError(
+        f"returned an object of class {type(result).__name__}",
+        hint="return None, a mapping of fields, or firing.give(...)",
+    )
+
+
+def _given(engine: Engine, transition: int, taken: Tokens, result: Given, data: Data) -> GivenData:
+    structure, own = engine.structure, dict(taken)
+    outputs = {}
+    for place, weight in structure.outputs[transition]:
+        outputs[structure.place_names[place]] = outputs[structure.places[place]] = (place, weight)
+    given: GivenData = {}
+    for name, some in result.places.items():
+        if name not in outputs:
+            raise WrongReturnError(
+                f"gives tokens to {name!r}", hint=near_matches(str(name), list(outputs)) or "it is no output"
+            )
+        place, weight = outputs[name]
+        several: Sequence[object] = some if isinstance(some, (list, tuple)) else [some] * weight
+        if len(several) != weight:
+            raise WrongReturnError(f"gives {len(several)} tokens to {name!r}, whose arc has weight {weight}")
+        bases = [token.data for token in own.get(place, ())][:weight]
+        bases += [data] * (weight - len(bases))
+        given[place] = [
+            engine.checker.complete(each, base) for each, base in zip(several, bases, strict=True)
+        ]
+    return given

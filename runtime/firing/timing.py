@@ -1,0 +1,77 @@
+"""Time in a net: firing intervals (Merlin's time Petri nets) and the periods of timer callbacks.
+
+A transition with an interval fires only when it has been ready for its earliest time without a break; one
+that has been so for its latest time goes before others. A transition on the page of a timer callback fires
+at most once in each period. Both only delay: every marking is one of the net without time.
+"""
+
+from __future__ import annotations
+
+from dineros.runtime.nets.engine import Engine
+from dineros.runtime.nets.structure import Structure
+from dineros.runtime.scheduling.loop import Loop
+
+
+class Timing:
+    """Which of the ready transitions may fire by now."""
+
+    def __init__(self, structure: Structure, loop: Loop) -> None:
+        self._loop = loop
+        self._intervals = {
+            number: interval for number, interval in enumerate(structure.intervals) if interval is not None
+        }
+        self._ready_since: dict[int, float] = {}
+        self._pages: dict[float, list[int]] = {}
+        for number, period in enumerate(structure.periods):
+            if period is not None:
+                self._pages.setdefault(period, []).append(number)
+        self._waits_for_tick = {number for members in self._pages.values() for number in members}
+        self._is_ticking = False
+
+    def __bool__(self) -> bool:
+        """Whether the net has any time in it."""
+        return bool(self._intervals or self._pages)
+
+    def of(self, engine: Engine, ready: list[int]) -> list[int]:
+        """Return which of some ready transitions may fire now; those that must, if there are any."""
+        now = self._loop.clock()
+        if not self._is_ticking:
+            self._is_ticking = True
+            for period in self._pages:
+                self._start_period(period)
+        for number, (earliest, _) in self._intervals.items():
+            if not engine.is_ready(number):
+                self._ready_since.pop(number, None)
+            elif number not in self._ready_since:
+                self._ready_since[number] = now
+                self._loop.timers.call_later(earliest, _nothing)
+        may = [each for each in ready if each not in self._waits_for_tick and self._is_ripe(each, now)]
+        must = [each for each in may if self._is_late(each, now)]
+        return must or may
+
+    def began(self, number: int) -> None:
+        """Note that a transition fires: its time starts anew."""
+        self._ready_since.pop(number, None)
+        if any(number in members for members in self._pages.values()):
+            self._waits_for_tick.add(number)
+
+    def _is_ripe(self, number: int, now: float) -> bool:
+        interval = self._intervals.get(number)
+        return interval is None or now >= self._ready_since[number] + interval[0]
+
+    def _is_late(self, number: int, now: float) -> bool:
+        interval = self._intervals.get(number)
+        if interval is None or interval[1] is None:
+            return False
+        return now >= self._ready_since[number] + interval[1]
+
+    def _start_period(self, period: float) -> None:
+        def tick() -> None:
+            self._waits_for_tick.difference_update(self._pages[period])
+            self._start_period(period)
+
+        self._loop.timers.call_later(period, tick)
+
+
+def _nothing() -> None:
+    """Wake the loop up."""

@@ -1,0 +1,134 @@
+"""What a node records of its run: the protocol of recorders, and what a run needs to go on where it ended."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Protocol, TypedDict
+
+from dineros.metamodel.token_data import Value
+from dineros.runtime.journal.kept import Json
+from dineros.runtime.nets.ports import Ports
+
+RecordedToken = list[object]
+"""``[id, data]``; of a message, ``[number, data]``."""
+
+
+class Checkpoint(TypedDict):
+    """All a node needs to go on: the fields of a ``checkpoint`` record, JSON throughout.
+
+    Attributes
+    ----------
+    marking : dict
+        Place id -> its tokens in order; places without tokens are left out.
+    signals : dict
+        Signal id -> value.
+    next_token : int
+        The next token's id.
+    numbers : dict
+        Sending place -> number of its last message.
+    history : dict
+        Publishing place -> number and data of its last messages, as many as its queue
+        holds, the oldest first.
+    queues : dict
+        Publishing place -> how many messages its queue holds.
+    kept : dict
+        What handlers keep (`Firing.memory`): name -> JSON value.
+    seen : dict
+        ``CHANNEL/PLACE`` of a subscriber -> sender (a message's id without its number) -> number of its last
+        message, where all before it came or were lost.
+    seen_apart : dict
+        ``CHANNEL/PLACE`` -> sender -> first and last number of each further range of messages that came.
+    missing : dict
+        ``CHANNEL/PLACE`` -> messages that were lost since the last one came.
+    requests : dict
+        ``CHANNEL/CLIENT`` -> the request under way: message id, data, attempts so far.
+    serving : dict
+        Entry place of a server instance -> message id of the request that it serves.
+    responses : dict
+        Channel of a server -> message id -> data of the responses kept for requests that come twice, oldest
+        first.
+    aside : dict
+        Transition -> place -> ids of tokens put aside.
+    run : str
+        What the ids of this run's messages carry besides the node's id; survives a restart.
+    """
+
+    marking: dict[str, list[RecordedToken]]
+    signals: dict[str, bool]
+    next_token: int
+    numbers: dict[str, int]
+    history: dict[str, list[RecordedToken]]
+    queues: dict[str, int]
+    kept: dict[str, Json]
+    seen: dict[str, dict[str, int]]
+    seen_apart: dict[str, dict[str, list[list[int]]]]
+    missing: dict[str, int]
+    requests: dict[str, PendingRequest]
+    serving: dict[str, str]
+    responses: dict[str, dict[str, dict[str, Value]]]
+    aside: dict[str, dict[str, list[int]]]
+    run: str
+
+
+class PendingRequest(TypedDict):
+    """A request that has no response yet."""
+
+    message: str
+    data: dict[str, Value]
+    attempts: int
+
+
+class Recorder(Protocol):
+    """Keeps what a node does, in the order it happens. Called on the thread of the node's loop only.
+
+    It adds the sequence number, the time and the node to each record, and writes headers. A record is made
+    when what it says is done: at that moment a checkpoint holds it. A recorder that starts a new file after
+    a record can therefore begin it with a checkpoint.
+    """
+
+    def open(self, ports: Ports, checkpoint: Callable[[], Checkpoint]) -> None:
+        """Get ready, before the first record.
+
+        `ports` names model and node; `checkpoint` gives the node's present state, whenever it is called
+        between two records or at the end of `record`.
+        """
+
+    def record(self, event: str, **fields: object) -> None:
+        """Keep one event; the values are JSON, and are not changed later."""
+
+    def close(self) -> None:
+        """Keep all recorded so far for good; no record follows."""
+
+
+class NullRecorder:
+    """Keeps nothing; a node with it builds no records at all."""
+
+    def open(self, ports: Ports, checkpoint: Callable[[], Checkpoint]) -> None:
+        """Do nothing."""
+
+    def record(self, event: str, **fields: object) -> None:
+        """Do nothing."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class ListRecorder:
+    """Keeps records in memory, for tests and simulations."""
+
+    def __init__(self) -> None:
+        self.records: list[dict[str, object]] = []
+        self.node = ""
+
+    def open(self, ports: Ports, checkpoint: Callable[[], Checkpoint]) -> None:
+        """Note the node's id."""
+        self.node = ports.node
+
+    def record(self, event: str, **fields: object) -> None:
+        """Append a record."""
+        common = {"sequence": len(self.records), "event": event, "time": time.time(), "node": self.node}
+        self.records.append(common | fields)
+
+    def close(self) -> None:
+        """Do nothing."""

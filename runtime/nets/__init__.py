@@ -1,0 +1,1 @@
+"""A net as it runs: structure, tokens, enabled transitions, firing, signals; its ports as plain values."""

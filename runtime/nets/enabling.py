@@ -1,0 +1,184 @@
+"""Which transitions are enabled, kept incrementally: a change costs as much as its own arcs.
+
+Every transition counts its conditions that do not hold: an input place with too few free tokens, a read or
+inhibitor arc, a false disjunction of its clause, a hold. It is *ready* when there are none. Each place
+knows the thresholds at which a condition turns, so a change of its count touches only the conditions that
+turn. Departures (tokens of a place that a port sends) are counted the same way, after the transitions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dineros.runtime.nets.structure import Structure
+
+
+class Enabling:
+    """Counts of tokens and of conditions that do not hold.
+
+    Attributes
+    ----------
+    ready : list of int
+        Transitions that can fire with tokens that nobody has reserved, in no particular order. Not to be
+        changed.
+    due : list of int
+        Places whose oldest free token can depart, by the number of the departure. Not to be changed.
+    free, total : list of int
+        For each place, its tokens that nobody has reserved, and all of them.
+    signals : list of bool
+        Values of the signals.
+    """
+
+    __slots__ = (
+        "_consumers",
+        "_disjunctions",
+        "_literals",
+        "_missing",
+        "_places",
+        "_positions",
+        "_signal_literals",
+        "_transitions",
+        "_true",
+        "_watchers",
+        "due",
+        "free",
+        "ready",
+        "signals",
+        "total",
+    )
+
+    def __init__(
+        self, structure: Structure, departures: Sequence[int], counts: Sequence[int], signals: Sequence[bool]
+    ) -> None:
+        self._transitions = len(structure.transitions)
+        self._places = len(structure.places)
+        size = self._transitions + len(departures)
+        self.free = [0] * self._places
+        self.total = [0] * self._places
+        self.ready: list[int] = []
+        self.due: list[int] = []
+        self._missing = [0] * size
+        self._positions = [-1] * size
+        # Place -> [transition, free tokens it needs]: lists, because putting tokens aside raises a threshold.
+        self._consumers: list[list[list[int]]] = [[] for _ in range(self._places)]
+        # Place -> (transition, threshold of all tokens, whether it wants as many rather than fewer).
+        self._watchers: list[list[tuple[int, int, bool]]] = [[] for _ in range(self._places)]
+        self._connect(structure, departures)
+        self._disjunctions: list[int] = []  # the transition of each
+        self._true: list[int] = []  # how many of its literals are true
+        self._signal_literals: list[list[tuple[int, bool]]] = [[] for _ in structure.signals]
+        self.signals = [False] * len(structure.signals)
+        self._connect_clauses(structure)
+        for index in range(size):
+            if not self._missing[index]:
+                self._enter(index)
+        for place, count in enumerate(counts):
+            if count:
+                self.change(place, count, count)
+        for signal, value in enumerate(signals):
+            self.set_signal(signal, value)
+
+    def _connect(self, structure: Structure, departures: Sequence[int]) -> None:
+        for transition in range(self._transitions):
+            for place, weight in structure.inputs[transition]:
+                self._consumers[place].append([transition, weight])
+                self._missing[transition] += 1
+            for place, need in structure.reads[transition]:
+                self._watchers[place].append((transition, need, True))
+                self._missing[transition] += 1
+            for place, limit in structure.inhibitors[transition]:
+                self._watchers[place].append((transition, limit, False))
+        for number, place in enumerate(departures, self._transitions):
+            self._consumers[place].append([number, 1])
+            self._missing[number] += 1
+
+    def _connect_clauses(self, structure: Structure) -> None:
+        """Count true literals of each disjunction, with all signals false."""
+        for transition, clause in enumerate(structure.clauses):
+            for disjunction in clause:
+                number = len(self._disjunctions)
+                self._disjunctions.append(transition)
+                self._true.append(sum(negated for _, negated in disjunction))
+                for signal, negated in disjunction:
+                    self._signal_literals[signal].append((number, negated))
+                if not self._true[number]:
+                    self._missing[transition] += 1
+
+    def change(self, place: int, free: int, total: int) -> None:
+        """Add to the free tokens and to all tokens of a place."""
+        if free:
+            before = self.free[place]
+            after = self.free[place] = before + free
+            if free > 0:
+                for index, need in self._consumers[place]:
+                    if before < need <= after:
+                        self.satisfied(index)
+            else:
+                for index, need in self._consumers[place]:
+                    if after < need <= before:
+                        self.violated(index)
+        if total:
+            before = self.total[place]
+            after = self.total[place] = before + total
+            watchers = self._watchers[place]
+            if watchers:
+                for index, threshold, wanted in watchers:
+                    reached = after >= threshold
+                    if reached is not (before >= threshold):
+                        if reached is wanted:
+                            self.satisfied(index)
+                        else:
+                            self.violated(index)
+
+    def set_need(self, transition: int, place: int, need: int) -> None:
+        """Let a transition need another number of free tokens of an input place."""
+        for consumer in self._consumers[place]:
+            if consumer[0] == transition:
+                held, holds = self.free[place] >= consumer[1], self.free[place] >= need
+                consumer[1] = need
+                if holds and not held:
+                    self.satisfied(transition)
+                elif held and not holds:
+                    self.violated(transition)
+
+    def set_signal(self, signal: int, value: bool) -> None:
+        """Set a signal and count the literals that turn."""
+        if self.signals[signal] is value:
+            return
+        self.signals[signal] = value
+        for disjunction, negated in self._signal_literals[signal]:
+            if value is not negated:
+                self._true[disjunction] += 1
+                if self._true[disjunction] == 1:
+                    self.satisfied(self._disjunctions[disjunction])
+            else:
+                self._true[disjunction] -= 1
+                if not self._true[disjunction]:
+                    self.violated(self._disjunctions[disjunction])
+
+    def satisfied(self, index: int) -> None:
+        """Note that one more condition of a transition or departure holds."""
+        missing = self._missing[index] = self._missing[index] - 1
+        if not missing:
+            self._enter(index)
+
+    def violated(self, index: int) -> None:
+        """Note that one condition of a transition or departure holds no more."""
+        missing = self._missing[index] = self._missing[index] + 1
+        if missing == 1:
+            members = self.ready if index < self._transitions else self.due
+            last = members.pop()
+            if last != index:
+                position = self._positions[index]
+                members[position] = last
+                self._positions[last] = position
+            self._positions[index] = -1
+
+    def _enter(self, index: int) -> None:
+        members = self.ready if index < self._transitions else self.due
+        self._positions[index] = len(members)
+        members.append(index)
+
+    def is_ready(self, index: int) -> bool:
+        """Return whether no condition of a transition or departure is missing."""
+        return not self._missing[index]

@@ -1,0 +1,366 @@
+"""The marking with its balloon tokens, and the only four ways to change it: firing, put, take, set a signal.
+
+No handler, no clock and no transport here: `dineros.runtime.firing` decides what fires when. A place is a
+queue; a transition takes the oldest tokens unless it is told which. Tokens can be *reserved* for a firing
+in flight: they stay where they are, read and inhibitor arcs see them, and nobody else takes them.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import islice
+
+from dineros.runtime.nets.enabling import Enabling
+from dineros.runtime.nets.ports import Data
+from dineros.runtime.nets.structure import Structure
+from dineros.runtime.nets.tokens import Token, TokenChecker
+
+Tokens = list[tuple[int, list[Token]]]
+"""Tokens by place, in arc order."""
+
+
+class Engine:
+    """A marked net.
+
+    Parameters
+    ----------
+    structure : Structure
+        The net.
+    departures : sequence of int
+        Places whose tokens are sent by a port; departure ``i`` is `departures[i]`, and all are on hold at
+        first.
+    marking : sequence of sequence of Token, optional
+        For each place its tokens, the oldest first; by default the initial marking.
+    signals : sequence of bool, optional
+        Values of the signals; by default the initial ones.
+    next_token : int
+        The first id for new tokens; larger than any id in the marking.
+
+    Attributes
+    ----------
+    ready : list of int
+        Transitions that can fire now with free tokens, priorities aside. Not to be changed.
+    due : list of int
+        Departures that can happen now: departure ``i`` as ``first_departure + i``. Not to be changed.
+    """
+
+    def __init__(
+        self,
+        structure: Structure,
+        departures: Sequence[int] = (),
+        marking: Sequence[Sequence[Token]] | None = None,
+        signals: Sequence[bool] | None = None,
+        next_token: int = 1,
+    ) -> None:
+        self.structure = structure
+        self.checker = TokenChecker(structure.ports.token_type)
+        self.departures = tuple(departures)
+        self.next_token = next_token
+        if marking is None:
+            marking = [[self.new_token(data) for data in initial] for initial in structure.initial]
+        self._tokens = [deque(tokens) for tokens in marking]
+        self._enabling = Enabling(
+            structure,
+            self.departures,
+            [len(tokens) for tokens in marking],
+            structure.initial_signals if signals is None else signals,
+        )
+        self.ready = self._enabling.ready
+        self.due = self._enabling.due
+        self.first_departure = len(structure.transitions)
+        for number in range(len(self.departures)):
+            self.hold_departure(number)
+        self._reserved: dict[int, int] = {}  # token -> place
+        self._aside: dict[int, dict[int, set[int]]] = {}  # transition -> place -> tokens
+        self._loops = tuple(
+            frozenset(place for place, _ in inputs) & frozenset(place for place, _ in outputs)
+            for inputs, outputs in zip(structure.inputs, structure.outputs, strict=True)
+        )
+        # A pipe takes one token and puts its data on: the most frequent transition, and the quickest.
+        self._pipes = tuple(
+            (inputs[0][0], tuple(place for place, _ in outputs))
+            if len(inputs) == 1 and not loops and all(weight == 1 for _, weight in (*inputs, *outputs))
+            else None
+            for inputs, outputs, loops in zip(structure.inputs, structure.outputs, self._loops, strict=True)
+        )
+        self.prioritised = any(structure.superiors)
+
+    # What there is.
+
+    @property
+    def signals(self) -> Sequence[bool]:
+        """Values of the signals."""
+        return self._enabling.signals
+
+    def tokens(self, place: int) -> tuple[Token, ...]:
+        """Return the tokens of a place, the oldest first, those reserved included."""
+        return tuple(self._tokens[place])
+
+    def count(self, place: int) -> int:
+        """Return how many tokens a place holds."""
+        return self._enabling.total[place]
+
+    def is_ready(self, transition: int) -> bool:
+        """Return whether a transition can fire now with free tokens."""
+        return self._enabling.is_ready(transition)
+
+    def is_enabled(self, transition: int) -> bool:
+        """Return whether a transition is enabled in the net, reservations, holds and priorities aside."""
+        total = self._enabling.total
+        inputs = self.structure.inputs[transition]
+        return all(total[place] >= weight for place, weight in inputs) and self._conditions_hold(transition)
+
+    def is_overridden(self, transition: int) -> bool:
+        """Return whether a transition of higher priority is enabled."""
+        return any(self.is_enabled(above) for above in self.structure.superiors[transition])
+
+    def is_allowed(self, transition: int) -> bool:
+        """Return whether a transition whose input tokens are there may fire."""
+        return self._conditions_hold(transition) and not self.is_overridden(transition)
+
+    def _conditions_hold(self, transition: int) -> bool:
+        """Return whether clause, read and inhibitor arcs allow a transition."""
+        total, signals = self._enabling.total, self._enabling.signals
+        structure = self.structure
+        return (
+            all(total[place] >= need for place, need in structure.reads[transition])
+            and all(total[place] < limit for place, limit in structure.inhibitors[transition])
+            and all(
+                any(signals[signal] is not negated for signal, negated in disjunction)
+                for disjunction in structure.clauses[transition]
+            )
+        )
+
+    def available(self, transition: int, place: int) -> list[Token]:
+        """Return the tokens of a place that a transition may take, the oldest first."""
+        if not self._reserved and not self._aside:
+            return list(self._tokens[place])
+        aside = self._aside.get(transition, {}).get(place, ())
+        return [
+            token for token in self._tokens[place] if token.id not in self._reserved and token.id not in aside
+        ]
+
+    def would_take(self, transition: int) -> Tokens:
+        """Return the tokens that a ready transition takes unless it is told otherwise."""
+        if not self._reserved and not self._aside:
+            return [
+                (place, list(islice(self._tokens[place], weight)))
+                for place, weight in self.structure.inputs[transition]
+            ]
+        return [
+            (place, self.available(transition, place)[:weight])
+            for place, weight in self.structure.inputs[transition]
+        ]
+
+    def would_read(self, transition: int) -> Tokens:
+        """Return the tokens that read arcs of a ready transition see: the oldest behind those it takes."""
+        takes = dict(self.structure.inputs[transition])
+        return [
+            (place, list(islice(self._tokens[place], takes.get(place, 0), need)))
+            for place, need in self.structure.reads[transition]
+        ]
+
+    def passed_on(self, transition: int, taken: Tokens) -> Data:
+        """Return the data that goes on: that of the first token taken, in arc order.
+
+        Tokens of loops count only where there are no others, those that read arcs see after them. Data is not
+        merged: what a token of control happens to carry must not find its way into others.
+        """
+        loops = self._loops[transition]
+        for place, tokens in taken:
+            if place not in loops:
+                return tokens[0].data
+        for _, tokens in (*taken, *self.would_read(transition)):
+            return tokens[0].data
+        return self.checker.default
+
+    # Firing.
+
+    def fire(self, transition: int) -> None:
+        """Fire a ready transition, data passed on as it is."""
+        pipe = self._pipes[transition]
+        if pipe is not None and not self._reserved and not self._aside:
+            place, outputs = pipe
+            change, tokens = self._enabling.change, self._tokens
+            data = tokens[place].popleft()[1]
+            change(place, -1, -1)
+            number = self.next_token
+            for output in outputs:
+                tokens[output].append(Token(number, data))
+                number += 1
+                change(output, 1, 1)
+            self.next_token = number
+            return
+        taken = self.would_take(transition)
+        self.commit(taken, self.made(transition, taken, self.passed_on(transition, taken)))
+
+    def made(
+        self, transition: int, taken: Tokens, data: Data, given: Mapping[int, Sequence[Data]] | None = None
+    ) -> Tokens:
+        """Make the tokens that a firing puts.
+
+        Parameters
+        ----------
+        transition, taken : int, Tokens
+            What fires, and what it takes.
+        data : mapping
+            The data that goes on.
+        given : mapping, optional
+            Data of all tokens for some of the output places, checked and complete.
+
+        Returns
+        -------
+        Tokens
+            For each output place as many tokens as its arc's weight. What a loop takes comes back as it is.
+        """
+        own = dict(taken) if self._loops[transition] else {}
+        made: Tokens = []
+        for place, weight in self.structure.outputs[transition]:
+            if given is not None and place in given:
+                tokens = [self.new_token(each) for each in given[place]]
+            else:
+                tokens = own.get(place, [])[:weight]
+                tokens += [self.new_token(data) for _ in range(weight - len(tokens))]
+            made.append((place, tokens))
+        return made
+
+    def commit(self, taken: Tokens, made: Tokens) -> None:
+        """Take free tokens and put others, at once."""
+        change = self._enabling.change
+        for place, tokens in taken:
+            self._remove(place, tokens)
+            change(place, -len(tokens), -len(tokens))
+        for place, tokens in made:
+            self._tokens[place].extend(tokens)
+            change(place, len(tokens), len(tokens))
+        if self._aside:
+            self._forget(taken)
+
+    def reserve(self, taken: Tokens) -> None:
+        """Reserve free tokens for a firing in flight."""
+        for place, tokens in taken:
+            self._reserved.update((token.id, place) for token in tokens)
+            self._enabling.change(place, -len(tokens), 0)
+        if self._aside:
+            self._refresh_needs(place for place, _ in taken)
+
+    def release(self, taken: Tokens) -> None:
+        """Give up a reservation."""
+        for place, tokens in taken:
+            for token in tokens:
+                del self._reserved[token.id]
+            self._enabling.change(place, len(tokens), 0)
+        if self._aside:
+            self._refresh_needs(place for place, _ in taken)
+
+    def hold(self, transition: int) -> None:
+        """Keep a transition from being ready until `unhold`; holds add up."""
+        self._enabling.violated(transition)
+
+    def unhold(self, transition: int) -> None:
+        """Take back one `hold`."""
+        self._enabling.satisfied(transition)
+
+    # Tokens put aside for one transition.
+
+    def put_aside(self, transition: int, taken: Tokens) -> None:
+        """Keep a transition from taking these free tokens; others may."""
+        by_place = self._aside.setdefault(transition, {})
+        for place, tokens in taken:
+            by_place.setdefault(place, set()).update(token.id for token in tokens)
+        self._refresh_needs(place for place, _ in taken)
+
+    def aside(self) -> dict[int, dict[int, frozenset[int]]]:
+        """Return the tokens put aside: transition -> place -> ids."""
+        return {
+            transition: {place: frozenset(ids) for place, ids in by_place.items()}
+            for transition, by_place in self._aside.items()
+        }
+
+    def release_aside(self, transition: int) -> dict[int, frozenset[int]]:
+        """Let a transition take again what was put aside; return what it was: place -> ids."""
+        released = self.aside().get(transition, {})
+        if released:
+            self._aside[transition] = {place: set() for place in released}
+            self._refresh_needs(released)
+            del self._aside[transition]
+        return released
+
+    def _refresh_needs(self, places: Iterable[int]) -> None:
+        """Raise the thresholds by the free tokens that are put aside."""
+        for place in set(places):
+            for transition, by_place in self._aside.items():
+                if place in by_place:
+                    hidden = sum(
+                        token.id in by_place[place] and token.id not in self._reserved
+                        for token in self._tokens[place]
+                    )
+                    weight = dict(self.structure.inputs[transition])[place]
+                    self._enabling.set_need(transition, place, weight + hidden)
+
+    def _forget(self, taken: Tokens) -> None:
+        """Forget that tokens were put aside which are gone."""
+        for place, tokens in taken:
+            gone = {token.id for token in tokens} - {token.id for token in self._tokens[place]}
+            for by_place in self._aside.values():
+                if place in by_place:
+                    by_place[place] -= gone
+        self._refresh_needs(place for place, _ in taken)
+        self._aside = {
+            transition: kept
+            for transition, by_place in self._aside.items()
+            if (kept := {place: ids for place, ids in by_place.items() if ids})
+        }
+
+    # The outside.
+
+    def new_token(self, data: Data) -> Token:
+        """Return a token that is nowhere yet."""
+        token = Token(self.next_token, data)
+        self.next_token += 1
+        return token
+
+    def oldest(self, place: int) -> Token:
+        """Return the oldest free token of a place, which has one."""
+        if not self._reserved:
+            return self._tokens[place][0]
+        return next(token for token in self._tokens[place] if token.id not in self._reserved)
+
+    def put(self, place: int, token: Token) -> None:
+        """Put a token that arrived on a place."""
+        self._tokens[place].append(token)
+        self._enabling.change(place, 1, 1)
+
+    def take(self, place: int) -> Token:
+        """Take the oldest free token of a place, which has one."""
+        tokens = self._tokens[place]
+        if not self._reserved and not self._aside:
+            token = tokens.popleft()
+            self._enabling.change(place, -1, -1)
+            return token
+        token = self.oldest(place)
+        self.commit([(place, [token])], [])
+        return token
+
+    def set_signal(self, signal: int, value: bool) -> bool:
+        """Set a signal; return whether it changed."""
+        changed = self._enabling.signals[signal] is not value
+        self._enabling.set_signal(signal, value)
+        return changed
+
+    def hold_departure(self, departure: int) -> None:
+        """Keep tokens of a departure from being due until `unhold_departure`; holds add up."""
+        self._enabling.violated(self.first_departure + departure)
+
+    def unhold_departure(self, departure: int) -> None:
+        """Take back one `hold_departure`."""
+        self._enabling.satisfied(self.first_departure + departure)
+
+    def _remove(self, place: int, tokens: Sequence[Token]) -> None:
+        queue = self._tokens[place]
+        for token in tokens:
+            if queue[0] is token:
+                queue.popleft()
+            else:
+                queue.remove(token)

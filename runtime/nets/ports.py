@@ -1,0 +1,232 @@
+"""What a node shows to the outside, as plain values: its ports, and what goes through them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+from dineros.metamodel.token_data import Value
+
+Data = Mapping[str, Value]
+"""The fields of a token or message. Nobody changes it once it is made: it is shared, not copied."""
+
+Queue = Literal["publisher", "dispatcher", "subscriber", "restart"]
+"""A queue of a topic that can overflow; ``restart``: that of a publisher, which died with its process."""
+
+
+class Message(NamedTuple):
+    """What goes through a channel.
+
+    Attributes
+    ----------
+    id : str
+        ``NODE/PLACE/NUMBER``: sending node, sending place, and how many messages that place had sent with
+        this one. A message that is sent again keeps its id; a response has the id of its request. Empty
+        where the sender gives no ids, as programs that know nothing of DiNeROS.
+    data : mapping
+        Values of the fields of the token type.
+    """
+
+    id: str
+    data: Data
+
+
+@dataclass(frozen=True, slots=True)
+class FieldType:
+    """A field of the token type.
+
+    Attributes
+    ----------
+    kind, element_kind : {"text", "integer", "number", "boolean", "list", "map"}
+        Type of the value, and of the elements of a list or map.
+    length : int, optional
+        Number of elements of a list of fixed length.
+    default : Value
+        What a token carries where nothing else is said.
+    """
+
+    name: str
+    kind: str
+    element_kind: str
+    length: int | None
+    default: Value
+
+
+@dataclass(frozen=True, slots=True)
+class TokenType:
+    """What every token of the model carries; without fields where the model declares no type."""
+
+    name: str
+    fields: tuple[FieldType, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FieldMapping:
+    """A field of an existing ROS interface that carries a field of the token.
+
+    Attributes
+    ----------
+    part : {"message", "request", "response"}
+        Part of the interface.
+    message_field : str
+        Path in it, such as ``pose.position.x``.
+    token_field : str
+        Name of the token's field.
+    """
+
+    part: str
+    message_field: str
+    token_field: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Port:
+    """One end of a channel; each is equal to itself only, so that it is looked up quickly.
+
+    Attributes
+    ----------
+    channel : str
+        Id of the channel in the system model.
+    type : str, optional
+        Existing ROS interface (``package/msg/Name``); None: the one generated from the token type.
+    mappings : tuple of FieldMapping
+        What of that interface carries what of the token.
+    """
+
+    channel: str
+    type: str | None
+    mappings: tuple[FieldMapping, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TopicPort(Port):
+    """One end of a topic.
+
+    Attributes
+    ----------
+    topic : str
+        Its name.
+    place : str
+        The place in the model.
+    limit : int
+        Capacity of the queue.
+    reliability : {"reliable", "bestEffort"}
+    durability : {"volatile", "transientLocal"}
+        With an existing type, that of programs which know nothing of DiNeROS.
+    """
+
+    topic: str
+    place: str
+    limit: int
+    reliability: str
+    durability: str
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether publishers keep their last messages for subscribers that come back."""
+        if self.type is None:
+            return self.durability == "transientLocal"
+        return self.reliability == "reliable"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PublisherPort(TopicPort):
+    """Tokens of a place are published on a topic; the limit is the depth of its history.
+
+    Attributes
+    ----------
+    places : tuple of str
+        The place as it runs: on a server page once for each server instance. They share the queue.
+    """
+
+    places: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SubscriberPort(TopicPort):
+    """Messages of a topic become tokens of a place.
+
+    The node itself keeps to the limit: what arrives while so many messages wait for it is dropped, counted
+    and recorded.
+
+    Attributes
+    ----------
+    dispatcher_limit : int
+        Capacity of the queue that all subscribers of the node to this topic share.
+    """
+
+    dispatcher_limit: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClientPort(Port):
+    """Tokens of one place are requests of a service, their responses become tokens of another one.
+
+    A client on a server page is one for each server instance, with an id and places of its own
+    (``Pick[2].c1``): a response comes back to the instance that asked.
+    """
+
+    service: str
+    client: str
+    request: str
+    response: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ServerPort(Port):
+    """Requests of a service become tokens; entry and exit place of each server instance."""
+
+    service: str
+    entries: tuple[str, ...]
+    exits: tuple[str, ...]
+
+    @property
+    def instances(self) -> int:
+        """How many requests can be served at a time."""
+        return len(self.entries)
+
+
+@dataclass(frozen=True, slots=True)
+class SignalPort:
+    """An input signal that the outside may set."""
+
+    id: str
+    name: str
+    initial: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Ports:
+    """All that a node shows to the outside.
+
+    Attributes
+    ----------
+    model : str
+        Id of the system model.
+    node : str
+        Id of the node net.
+    name, namespace : str
+        The ROS node.
+    executor : {"single", "multi"}
+        Its executor.
+    threads : int
+        Threads of a multi-threaded executor.
+    """
+
+    model: str
+    node: str
+    name: str
+    namespace: str
+    executor: str
+    threads: int
+    token_type: TokenType
+    publishers: tuple[PublisherPort, ...]
+    subscribers: tuple[SubscriberPort, ...]
+    clients: tuple[ClientPort, ...]
+    servers: tuple[ServerPort, ...]
+    signals: tuple[SignalPort, ...]
+
+
+Check = Callable[[Data], None]
+"""Raises an error for data that cannot be sent."""

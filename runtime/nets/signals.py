@@ -1,0 +1,76 @@
+"""Input signals as developers use them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from dineros.metamodel.errors import FeatureValueError
+from dineros.runtime.nets.staleness import Expectation, WhenStale
+
+
+class Signal:
+    """An input signal of the node.
+
+    Attributes
+    ----------
+    id : str
+        Its id in the model.
+    """
+
+    def __init__(
+        self,
+        id: str,
+        read: Callable[[], bool],
+        write: Callable[[bool, str], None],
+        expect: Callable[[Expectation | None], None],
+    ) -> None:
+        self.id = id
+        self._read = read
+        self._write = write
+        self._expect = expect
+
+    @property
+    def value(self) -> bool:
+        """The value now. One that was set a moment ago may not have come through yet."""
+        return self._read()
+
+    def set(self, value: bool, source: str = "program") -> None:
+        """Set it; from any thread. It counts once the node comes round to it, which is soon.
+
+        Parameters
+        ----------
+        value : bool
+            The value.
+        source : str
+            Where it comes from, for the records.
+
+        Raises
+        ------
+        FeatureValueError
+            The value is neither True nor False.
+        """
+        if not isinstance(value, bool):
+            raise FeatureValueError(f"the signal {self.id} takes True or False, not {value!r}")
+        self._write(value, source)
+
+    def stale_after(self, seconds: float | None, then: WhenStale = "keep") -> None:
+        """Notice when nobody sets it for so long, from any thread; the time counts while the node is open.
+
+        Whoever sets it repeats the value, then, even where it does not change.
+
+        Parameters
+        ----------
+        seconds : float or None
+            None: it may be silent for ever, as at first.
+        then : {"keep", "stop"} or bool
+            What is done: it keeps its value, the net stops (see `Net.proceed`), or it gets this value.
+
+        Raises
+        ------
+        StalenessError
+            The time is not above 0, or `then` is none of these.
+        """
+        self._expect(None if seconds is None else Expectation(seconds, then))
+
+    def __repr__(self) -> str:
+        return f"<Signal {self.id} {self.value}>"

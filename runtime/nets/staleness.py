@@ -1,0 +1,199 @@
+"""Signals whose source has fallen silent: noticed after a set time, with a set consequence.
+
+A broken cable, a crashed sensor and a broker that went away all look the same to a net: the last value stays.
+For a signal that something depends on, its source therefore repeats the value, and the net says how long it
+may be silent.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal, Protocol, cast
+
+from dineros.metamodel.errors import DinerosError
+from dineros.runtime.scheduling.loop import Loop
+from dineros.runtime.scheduling.timers import Timer
+
+LOG = logging.getLogger("dineros.runtime")
+
+WhenStale = Literal["keep", "stop"] | bool
+"""What becomes of a stale signal: it keeps its value, the net fires nothing more, or it gets this value."""
+
+
+class StalenessError(DinerosError):
+    """No time, or no consequence, for stale signals."""
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """How long a signal's source may be silent, and what is done then.
+
+    Attributes
+    ----------
+    seconds : float
+        After so long the signal is stale.
+    then : {"keep", "stop"} or bool
+        ``"keep"``: it keeps its value; ``"stop"``: the net fires nothing more until `Net.proceed`; True or
+        False: it gets this value. Whichever it is, it is logged, recorded and shown by `Net.inspect`.
+
+    Raises
+    ------
+    StalenessError
+        The time is not positive and finite, or the consequence is none of these.
+    """
+
+    seconds: float
+    then: WhenStale = "keep"
+
+    def __post_init__(self) -> None:
+        if isinstance(self.seconds, bool) or not isinstance(self.seconds, (int, float)):
+            raise StalenessError(f"a signal is stale after seconds, not {self.seconds!r}")
+        if not (math.isfinite(self.seconds) and self.seconds > 0):
+            raise StalenessError(
+                f"a signal cannot be stale after {self.seconds} s", hint="give a time above 0, in seconds"
+            )
+        if not isinstance(self.then, bool) and self.then not in ("keep", "stop"):
+            raise StalenessError(
+                f"nothing is done with a stale signal by {self.then!r}", hint="keep, stop, true or false"
+            )
+
+
+def parse_expectation(text: str) -> Expectation:
+    """Read ``SECONDS`` or ``SECONDS:THEN``, such as ``2.5:false``.
+
+    Raises
+    ------
+    StalenessError
+        The text says no such thing.
+
+    Examples
+    --------
+    >>> parse_expectation("2.5:false")
+    Expectation(seconds=2.5, then=False)
+    """
+    seconds, colon, then = text.partition(":")
+    try:
+        number = float(seconds)
+    except ValueError:
+        raise StalenessError(f"{seconds!r} is no time in seconds", hint="such as 2.5 or 2.5:stop") from None
+    return Expectation(number, parse_then(then) if colon else "keep")
+
+
+def parse_then(text: str | bool) -> WhenStale:
+    """Read ``keep``, ``stop``, ``true`` or ``false``; anything else is left for `Expectation` to refuse."""
+    if isinstance(text, bool):
+        return text
+    word = text.strip().lower()
+    return {"true": True, "false": False}.get(word, cast("WhenStale", word))
+
+
+class _Target(Protocol):
+    """The net, as what watches its signals sees it."""
+
+    def set_signals(self, values: Mapping[int, bool], source: str, *, is_heard: bool = True) -> None: ...
+
+    def emit(self, event: str, **fields: object) -> None: ...
+
+
+class Expectations:
+    """Watches when the signals of a net were heard of; on the thread of its loop.
+
+    Parameters
+    ----------
+    loop : Loop
+        The net's, whose timers and clock count.
+    target : Core
+        Whose signals they are.
+    names : sequence of str
+        Ids of the signals, for people.
+    halt : callable
+        Has the net fire nothing more, for a reason.
+    """
+
+    def __init__(
+        self, loop: Loop, target: _Target, names: tuple[str, ...], halt: Callable[[str], None]
+    ) -> None:
+        self._loop = loop
+        self._target = target
+        self._names = names
+        self._halt = halt
+        self._expected: dict[int, Expectation] = {}
+        self._heard: dict[int, float] = {}
+        self._timers: dict[int, Timer] = {}
+        self._stale: set[int] = set()
+        self._is_open = False
+
+    @property
+    def stale(self) -> tuple[str, ...]:
+        """Ids of the signals whose source is silent."""
+        return tuple(self._names[number] for number in sorted(self._stale))
+
+    def expect(self, number: int, expectation: Expectation | None) -> None:
+        """Watch a signal from now on; None: no more."""
+        self._drop(number)
+        self._stale.discard(number)
+        self._expected.pop(number, None)
+        if expectation is not None:
+            self._expected[number] = expectation
+            if self._is_open:
+                self._watch(number)
+
+    def begin(self) -> None:
+        """Count the time from now on: the node is open."""
+        self._is_open = True
+        for number in self._expected:
+            self._watch(number)
+
+    def end(self) -> None:
+        """Count no more."""
+        self._is_open = False
+        for number in tuple(self._timers):
+            self._drop(number)
+
+    def heard(self, number: int) -> None:
+        """Note that a signal was set, to whatever value."""
+        if number not in self._expected or not self._is_open:
+            return
+        if number in self._stale:
+            self._stale.discard(number)
+            LOG.warning("the signal %s is heard again", self._names[number])
+            self._watch(number)
+        else:
+            self._heard[number] = self._loop.clock()
+
+    def _watch(self, number: int) -> None:
+        self._heard[number] = self._loop.clock()
+        self._arm(number, self._expected[number].seconds)
+
+    def _arm(self, number: int, delay: float) -> None:
+        self._timers[number] = self._loop.timers.call_later(delay, lambda: self._look(number))
+
+    def _drop(self, number: int) -> None:
+        timer = self._timers.pop(number, None)
+        if timer is not None:
+            timer.cancel()
+
+    def _look(self, number: int) -> None:
+        """Call a signal stale if its time is over; look again later if it was heard meanwhile."""
+        expectation = self._expected[number]
+        left = self._heard[number] + expectation.seconds - self._loop.clock()
+        if left > 0:
+            self._arm(number, left)
+            return
+        self._timers.pop(number, None)
+        self._stale.add(number)
+        then = expectation.then
+        does = {"keep": "it keeps its value", "stop": "the net stops"}.get(
+            str(then), f"it becomes {str(then).lower()}"
+        )
+        text = f"the signal {self._names[number]} is stale: not heard for {expectation.seconds:g} s; {does}"
+        LOG.error("%s", text)
+        policy = "halt" if then == "stop" else None
+        self._target.emit("error", transition=None, handler=None, error=text, attempt=1, policy=policy)
+        if isinstance(then, bool):
+            self._target.set_signals({number: then}, "stale", is_heard=False)
+        elif then == "stop":
+            self._halt(text)

@@ -1,0 +1,390 @@
+"""The structure of a runtime model as plain tuples: what the engine runs, without a single model object.
+
+Server pages are instantiated, references are resolved, and places and transitions are named as in the
+flattened net (`Pick[2].TPick` is the transition `TPick` of the second server instance of the channel `Pick`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.calls import copy_id
+from dineros.metamodel.elements import label, pages, resolve
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.limits import exceeds
+from dineros.metamodel.token_data import Value, read_data
+from dineros.runtime.nets import ports
+from dineros.runtime.nets.tokens import token_type_of
+
+Arcs = tuple[tuple[int, int], ...]
+"""Pairs of a place's index and a weight, in arc order, no place twice."""
+
+Clause = tuple[tuple[tuple[int, bool], ...], ...]
+"""Disjunctions of literals: a signal's index, and whether it is negated."""
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A runtime model, ready to run. Places, transitions and signals are numbers: positions in these tuples.
+
+    Attributes
+    ----------
+    places, transitions, signals : tuple of str
+        Ids, as in the flattened net.
+    place_names, transition_names : tuple of str
+        Ids in the model: without the server instance.
+    transition_labels : tuple of str
+        Names in the model.
+    instances : tuple of int or None
+        For each transition, the number of its server instance, from 1.
+    inputs, outputs : tuple of Arcs
+        For each transition, what it takes and puts.
+    reads, inhibitors : tuple of Arcs
+        For each transition, how many tokens a place must hold in all (what the transition takes itself
+        included), and how many it must not hold.
+    superiors : tuple of tuple of int
+        For each transition, those of higher priority: while one of them is enabled, it may not fire.
+    intervals : tuple
+        For each transition, the earliest and latest seconds since it is ready, or None.
+    periods : tuple of float or None
+        For each transition, the period of the timer callback that it belongs to.
+    clauses : tuple of Clause
+        For each transition, its input clause.
+    initial : tuple
+        For each place, the data of its initial tokens.
+    initial_signals : tuple of bool
+        Values at the start.
+    ports : Ports
+        What the node shows to the outside.
+    """
+
+    places: tuple[str, ...]
+    place_names: tuple[str, ...]
+    transitions: tuple[str, ...]
+    transition_names: tuple[str, ...]
+    transition_labels: tuple[str, ...]
+    instances: tuple[int | None, ...]
+    inputs: tuple[Arcs, ...]
+    outputs: tuple[Arcs, ...]
+    reads: tuple[Arcs, ...]
+    inhibitors: tuple[Arcs, ...]
+    superiors: tuple[tuple[int, ...], ...]
+    intervals: tuple[tuple[float, float | None] | None, ...]
+    periods: tuple[float | None, ...]
+    clauses: tuple[Clause, ...]
+    signals: tuple[str, ...]
+    initial: tuple[tuple[dict[str, Value], ...], ...]
+    initial_signals: tuple[bool, ...]
+    ports: ports.Ports
+
+
+class _Instance(NamedTuple):
+    """A server instance: the port's channel, the number, the page it copies."""
+
+    channel: str
+    number: int
+    page: pn.Page
+
+    def id_of(self, element: pn.Element) -> str:
+        return copy_id(self.channel, self.number, element.id)
+
+
+def read_structure(model: rtm.RuntimeModel) -> Structure:
+    """Return the structure of a runtime model.
+
+    Raises
+    ------
+    DinerosError
+        The model cannot run: it has no node net, a reference leads nowhere, an arc leads into a server page.
+    SizeLimitError
+        It is larger than the limits of sizes allow; see `dineros.metamodel.limits`.
+    """
+    return _Reading(model).structure()
+
+
+class _Reading:
+    """One pass over a model."""
+
+    def __init__(self, model: rtm.RuntimeModel) -> None:
+        if model.node is None:
+            raise DinerosError(f"the runtime model {model.id!r} names no node net", element=model.id)
+        self.model = model
+        self.token_type = token_type_of(model.tokenType)
+        self.servers: dict[pn.Page, rtm.ServerPort] = {}
+        for page in pages(model):
+            for node in page.objects:
+                if isinstance(node, rtm.Place):
+                    self.servers |= {p.page: p for p in node.ports if isinstance(p, rtm.ServerPort)}
+        # The page that is copied per instance, for everything on it or on a page inside.
+        self.prototypes: dict[pn.Node, pn.Page] = {}
+        self.places: dict[tuple[pn.Node, int], int] = {}
+        self.transitions: dict[tuple[pn.Node, int], int] = {}
+        self.place_ids: list[str] = []
+        self.transition_ids: list[str] = []
+
+    def structure(self) -> Structure:
+        placed = list(self._walk())
+        self._require("elements", sum(1 + len(page.objects) + len(page.arcs) for page, _ in placed))
+        taken = {node.id for page, instance in placed if instance is None for node in page.objects}
+        for page, instance in placed:
+            for node in page.objects:
+                if isinstance(node, (pn.Place, pn.Transition)):
+                    self._add(node, instance, taken)
+        joined = _Arcs(len(self.transitions))
+        for page, instance in placed:
+            for arc in page.arcs:
+                self._join(arc, instance, joined)
+        places = [node for node, _ in self.places]
+        transitions = [node for node, _ in self.transitions]
+        signals = {signal: index for index, signal in enumerate(self.model.node.signals)}
+        self._require_few_tokens(places)
+        return Structure(
+            places=tuple(self.place_ids),
+            place_names=tuple(place.id for place in places),
+            transitions=tuple(self.transition_ids),
+            transition_names=tuple(transition.id for transition in transitions),
+            transition_labels=tuple(label(transition) for transition in transitions),
+            instances=tuple(number or None for _, number in self.transitions),
+            inputs=_tuples(joined.inputs),
+            outputs=_tuples(joined.outputs),
+            reads=_tuples(joined.needs()),
+            inhibitors=_tuples(joined.inhibitors),
+            superiors=self._superiors(),
+            intervals=tuple(_interval(transition) for transition in transitions),
+            periods=tuple(_period(transition) for transition in transitions),
+            clauses=tuple(_clause(transition, signals) for transition in transitions),
+            signals=tuple(signal.id for signal in signals),
+            initial=tuple(self._initial(place) for place in places),
+            initial_signals=tuple(bool(signal.initial) for signal in signals),
+            ports=self._ports(),
+        )
+
+    def _require(self, limit: str, size: int) -> None:
+        """Refuse what is larger than a limit of sizes, before it is made."""
+        id = self.model.node.id
+        if (error := exceeds(limit, size, f"the node net {id!r} has", id)) is not None:
+            raise error
+
+    def _require_few_tokens(self, places: list[pn.Node]) -> None:
+        tokens = sum(place.tokens for place in places if isinstance(place, pn.Place))
+        self._require("tokens", tokens)
+        fields = [field.default for field in self.token_type.fields]
+        each = sum(len(value) if isinstance(value, (list, dict)) else 1 for value in fields)
+        self._require("values", tokens * each)
+
+    def _walk(self) -> Iterator[tuple[pn.Page, _Instance | None]]:
+        """Yield the pages in model order, those of a server once per instance."""
+        stack: list[tuple[pn.Page, _Instance | None]] = []
+        stack.extend((page, None) for page in reversed(list(self.model.pages)))
+        while stack:
+            page, instance = stack.pop()
+            port = self.servers.get(page)
+            if port is not None and instance is None:
+                count = max(1, port.instances)
+                self._require("instances", count)
+                stack.extend((page, _Instance(port.channel, n, page)) for n in range(count, 0, -1))
+                continue
+            yield page, instance
+            inner = [part for part in page.objects if isinstance(part, pn.Page)]
+            stack.extend((part, instance) for part in inner[::-1])
+
+    def _add(self, node: pn.Place | pn.Transition, instance: _Instance | None, taken: set[str]) -> None:
+        if instance is None:
+            id, number = node.id, 0
+        else:
+            id, number = _fresh(instance.id_of(node), taken), instance.number
+            self.prototypes[node] = instance.page
+        table, ids = (
+            (self.places, self.place_ids)
+            if isinstance(node, pn.Place)
+            else (self.transitions, self.transition_ids)
+        )
+        table[node, number] = len(ids)
+        ids.append(id)
+
+    def _key(self, node: pn.Node, instance: _Instance | None) -> tuple[pn.Node, int]:
+        """Return which instance's node is meant from a page."""
+        final = resolve(node)
+        prototype = self.prototypes.get(final)
+        if prototype is None:
+            return final, 0
+        if instance is None or prototype is not instance.page:
+            raise DinerosError(
+                f"{node.id!r} leads into the server page {prototype.id!r} from outside",
+                element=node.id,
+                hint="only the elements of a server page may use its places",
+            )
+        return final, instance.number
+
+    def _join(self, arc: pn.Arc, instance: _Instance | None, joined: _Arcs) -> None:
+        source, target = self._key(arc.source, instance), self._key(arc.target, instance)
+        if source in self.places and target in self.transitions:
+            place, transition = self.places[source], self.transitions[target]
+            if arc.kind == pn.ArcKind.inhibitor:
+                joined.inhibit(transition, place, arc.weight)
+            elif arc.kind == pn.ArcKind.read:
+                joined.add(joined.reads, transition, place, arc.weight)
+            else:
+                joined.add(joined.inputs, transition, place, arc.weight)
+        elif source in self.transitions and target in self.places and arc.kind == pn.ArcKind.normal:
+            joined.add(joined.outputs, self.transitions[source], self.places[target], arc.weight)
+        else:
+            raise DinerosError(
+                f"the {arc.kind} arc {arc.id!r} joins {arc.source.id!r} and {arc.target.id!r}", element=arc.id
+            )
+
+    def _superiors(self) -> tuple[tuple[int, ...], ...]:
+        copies: dict[pn.Node, list[tuple[int, int]]] = {}
+        for (node, number), index in self.transitions.items():
+            copies.setdefault(node, []).append((number, index))
+        superiors: list[list[int]] = [[] for _ in self.transitions]
+        for (node, number), index in self.transitions.items():
+            assert isinstance(node, pn.Transition)
+            for lower in node.overrides:
+                same = self.prototypes.get(lower) is self.prototypes.get(node)
+                for instance, below in copies.get(lower, ()):
+                    if not same or instance == number:
+                        superiors[below].append(index)
+        return tuple(tuple(above) for above in superiors)
+
+    def _initial(self, place: pn.Node) -> tuple[dict[str, Value], ...]:
+        assert isinstance(place, pn.Place)
+        declared = self.model.tokenType.fields if self.model.tokenType is not None else ()
+        fields = {field.name: field for field in declared}
+        default = {field.name: field.default for field in self.token_type.fields}
+        balloons = list(place.balloons)[: place.tokens] if isinstance(place, sym.Place) else []
+        data = [default | read_data(balloon.data or "{}", fields) for balloon in balloons]
+        return (*data, *[default] * (place.tokens - len(data)))
+
+    def _ports(self) -> ports.Ports:
+        model, node = self.model, self.model.node
+        publishers, subscribers, clients, servers = [], [], [], []
+        for place, number in self.places:
+            for port in place.ports if isinstance(place, rtm.Place) else ():
+                if number > 1 and not isinstance(port, rtm.ClientPort):
+                    continue
+                common = (port.channel, port.type or None, _mappings(port))
+                if isinstance(port, rtm.PublisherPort):
+                    ends = (port.topic, place.id, port.limit)
+                    made = (*_quality(port), self._copies(place))
+                    publishers.append(ports.PublisherPort(*common, *ends, *made))
+                elif isinstance(port, rtm.SubscriberPort):
+                    ends = (port.topic, place.id, port.limit)
+                    quality = (*_quality(port), port.dispatcherLimit)
+                    subscribers.append(ports.SubscriberPort(*common, *ends, *quality))
+                elif isinstance(port, rtm.ClientPort):
+                    clients.append(ports.ClientPort(*common, port.service, *self._client(port, number)))
+                elif isinstance(port, rtm.ServerPort):
+                    entries, exits = self._copies(place), self._copies(port.exit)
+                    servers.append(ports.ServerPort(*common, port.service, entries, exits))
+        return ports.Ports(
+            model=model.systemModel,
+            node=node.id,
+            name=label(node),
+            namespace=node.namespace or "",
+            executor=str(node.executor),
+            threads=node.threads,
+            token_type=self.token_type,
+            publishers=tuple(publishers),
+            subscribers=tuple(subscribers),
+            clients=tuple(clients),
+            servers=tuple(servers),
+            signals=tuple(ports.SignalPort(s.id, label(s), bool(s.initial)) for s in node.signals),
+        )
+
+    def _client(self, port: rtm.ClientPort, number: int) -> tuple[str, str, str]:
+        """Return id and places of a client; those of a server instance where it has a number."""
+        request = port.eContainer()
+        assert isinstance(request, rtm.Place)
+        if number:
+            channel = self.servers[self.prototypes[request]].channel
+            ends = (self.places[place, number] for place in (request, port.response))
+            asked, answered = (self.place_ids[end] for end in ends)
+            return copy_id(channel, number, port.client), asked, answered
+        return port.client, request.id, port.response.id
+
+    def _copies(self, place: pn.Node) -> tuple[str, ...]:
+        return tuple(self.place_ids[index] for (node, _), index in self.places.items() if node is place)
+
+
+class _Arcs:
+    """Arcs of each transition: place -> weight, in arc order; arcs of one kind to the same place add up."""
+
+    def __init__(self, transitions: int) -> None:
+        self.inputs: list[dict[int, int]] = [{} for _ in range(transitions)]
+        self.outputs: list[dict[int, int]] = [{} for _ in range(transitions)]
+        self.reads: list[dict[int, int]] = [{} for _ in range(transitions)]
+        self.inhibitors: list[dict[int, int]] = [{} for _ in range(transitions)]
+
+    def add(self, table: list[dict[int, int]], transition: int, place: int, weight: int) -> None:
+        table[transition][place] = table[transition].get(place, 0) + weight
+
+    def inhibit(self, transition: int, place: int, weight: int) -> None:
+        self.inhibitors[transition][place] = min(weight, self.inhibitors[transition].get(place, weight))
+
+    def needs(self) -> list[dict[int, int]]:
+        """Return how many tokens places with read arcs must hold in all."""
+        return [
+            {place: weight + inputs.get(place, 0) for place, weight in reads.items()}
+            for reads, inputs in zip(self.reads, self.inputs, strict=True)
+        ]
+
+
+def _tuples(tables: list[dict[int, int]]) -> tuple[Arcs, ...]:
+    return tuple(tuple(table.items()) for table in tables)
+
+
+def _fresh(id: str, taken: set[str]) -> str:
+    """Return an id that nothing else has, made as the flattened net makes it."""
+    fresh, number = id, 1
+    while fresh in taken:
+        number += 1
+        fresh = f"{id}~{number}"
+    taken.add(fresh)
+    return fresh
+
+
+def _clause(transition: pn.Node, signals: dict[sym.InputSignal, int]) -> Clause:
+    clause = transition.clause if isinstance(transition, sym.Transition) else None
+    if clause is None:
+        return ()
+    return tuple(
+        tuple((signals[literal.signal], bool(literal.negated)) for literal in disjunction.literals)
+        for disjunction in clause.disjunctions
+    )
+
+
+def _interval(transition: pn.Node) -> tuple[float, float | None] | None:
+    interval = transition.interval if isinstance(transition, pn.Transition) else None
+    return None if interval is None else (interval.earliest, interval.latest)
+
+
+def _period(transition: pn.Node) -> float | None:
+    """Return the period of the timer callback page that a transition stands on."""
+    page = transition.page
+    while page is not None:
+        if isinstance(page, sym.CallbackPage) and page.kind == sym.CallbackKind.timer and page.timer:
+            return page.timer
+        page = page.page
+    return None
+
+
+def _mappings(port: rtm.PlacePort) -> tuple[ports.FieldMapping, ...]:
+    return tuple(
+        ports.FieldMapping(str(mapping.part), mapping.messageField, mapping.tokenField)
+        for mapping in port.mappings
+    )
+
+
+def _quality(port: rtm.PublisherPort | rtm.SubscriberPort) -> tuple[str, str]:
+    """Return reliability and durability.
+
+    Where the model does not say, nothing is lost when a node is down for a while. An existing type is that of
+    programs outside of the model, which have ROS's defaults: no transient-local subscriber hears them.
+    """
+    if port.qos is None:
+        return "reliable", "transientLocal" if port.type is None else "volatile"
+    return str(port.qos.reliability), str(port.qos.durability)

@@ -1,0 +1,228 @@
+"""Balloon tokens: data of the model's token type, checked where it enters the engine (paper, Sect. 5.2).
+
+A token's data is never changed once the token exists, so that tokens can share it; handlers get copies.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, cast
+
+from dineros.metamodel import sym
+from dineros.metamodel.elements import label
+from dineros.metamodel.errors import FeatureValueError, near_matches
+from dineros.metamodel.limits import exceeds
+from dineros.metamodel.token_data import Value, field_value, read_json
+from dineros.runtime.nets.ports import Data, FieldType, TokenType
+
+__all__ = ["CheckedData", "Token", "TokenChecker", "copy_data", "token_type_of"]
+
+
+class Token(NamedTuple):
+    """A balloon token.
+
+    Attributes
+    ----------
+    id : int
+        Unique in its node; no later token has it again.
+    data : dict
+        A value for every field of the token type.
+    """
+
+    id: int
+    data: Data
+
+
+_EMPTY: dict[str, Value] = {"text": "", "integer": 0, "number": 0.0, "boolean": False}
+_INT64 = range(-(2**63), 2**63)
+_ARTICLES = {"text": "a text", "integer": "an integer", "number": "a finite number", "boolean": "a boolean"}
+
+
+def token_type_of(declared: sym.TokenType | None) -> TokenType:
+    """Return the token type of a model, with the default of every field.
+
+    Raises
+    ------
+    SizeLimitError
+        A list is longer than the limits of sizes allow; see `dineros.metamodel.limits`.
+    """
+    if declared is None:
+        return TokenType("Token", ())
+    return TokenType(label(declared), tuple(_field_type(field) for field in declared.fields))
+
+
+def _field_type(field: sym.TokenField) -> FieldType:
+    kind, element_kind = str(field.kind), str(field.elementKind)
+    too_long = exceeds("length", field.length or 0, f"the token field {field.name!r} has")
+    if too_long is not None:
+        raise too_long
+    if field.default is not None:
+        default = field_value(field, read_json(field.default))
+    elif kind == "list":
+        default = [_EMPTY.get(element_kind, "")] * (field.length or 0)
+    elif kind == "map":
+        default = {}
+    else:
+        default = _EMPTY[kind]
+    return FieldType(field.name, kind, element_kind, field.length, default)
+
+
+def copy_data(data: Data) -> dict[str, Value]:
+    """Return a copy of token data that shares nothing that can be changed."""
+    return {name: _copy(value) if type(value) in (list, dict) else value for name, value in data.items()}
+
+
+def _copy(value: Value) -> Value:
+    if isinstance(value, list):
+        return [_copy(element) for element in value]
+    if isinstance(value, dict):
+        return {key: _copy(element) for key, element in value.items()}
+    return value
+
+
+class CheckedData(dict[str, Value]):
+    """Data that a checker has completed: it fits `token_type` and is not checked again on its way.
+
+    Nobody changes it, as all token data; what handlers get are plain copies.
+    """
+
+    __slots__ = ("token_type",)
+
+    token_type: TokenType
+
+
+class TokenChecker:
+    """Checks data that comes from handlers, messages and people, and completes it.
+
+    Stricter than the reading of model files: a text is no number here.
+    """
+
+    def __init__(self, token_type: TokenType) -> None:
+        self.token_type = token_type
+        self._checks = {field.name: _check_for(field) for field in token_type.fields}
+        self.default: Data = self._checked({field.name: field.default for field in token_type.fields})
+
+    def complete(self, data: object, base: Data | None = None) -> Data:
+        """Return data with every field: from `data`, else from `base` (by default the fields' defaults).
+
+        Raises
+        ------
+        FeatureValueError
+            `data` is no mapping, names a field that the token type does not have, or a value does not fit.
+        """
+        if type(data) is CheckedData and (
+            data.token_type is self.token_type or data.token_type == self.token_type
+        ):
+            return data
+        if not isinstance(data, Mapping):
+            raise FeatureValueError(f"token data is a mapping of fields to values, not {_shown(data)}")
+        completed = dict(self.default if base is None else base)
+        checks = self._checks
+        for name, value in data.items():
+            check = checks.get(name)
+            if check is None:
+                raise self._unknown(name)
+            completed[name] = check(value)
+        return self._checked(completed)
+
+    def _checked(self, data: Data) -> CheckedData:
+        checked = CheckedData(data)
+        checked.token_type = self.token_type
+        return checked
+
+    def _unknown(self, name: object) -> FeatureValueError:
+        known = list(self._checks)
+        hint = near_matches(name, known) if isinstance(name, str) else None
+        return FeatureValueError(
+            f"tokens have no field {name!r}",
+            hint=hint or (f"their fields are {', '.join(known)}" if known else "the model declares none"),
+        )
+
+
+_Check = Callable[[object], Value]
+
+
+def _check_for(field: FieldType) -> _Check:
+    if field.kind == "list":
+        return _list_check(field)
+    if field.kind == "map":
+        return _map_check(field)
+    return _scalar_check(field.name, field.kind)
+
+
+def _scalar_check(name: str, kind: str) -> _Check:
+    def text(value: object) -> Value:
+        if not isinstance(value, str) or not (value.isascii() or _encodable(value)):
+            raise _wrong(name, kind, value)
+        if "\0" in value:  # ROS sends a text up to its first NUL
+            raise FeatureValueError(f"{name} takes a text without NUL, not {_shown(value)}")
+        return str(value)
+
+    def boolean(value: object) -> Value:
+        if isinstance(value, bool):
+            return value
+        raise _wrong(name, kind, value)
+
+    def integer(value: object) -> Value:
+        if isinstance(value, int) and not isinstance(value, bool) and value in _INT64:
+            return int(value)
+        raise _wrong(name, kind, value)
+
+    def number(value: object) -> Value:
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            try:
+                if math.isfinite(value):
+                    return float(value)
+            except OverflowError:
+                pass
+        raise _wrong(name, kind, value)
+
+    return {"text": text, "boolean": boolean, "integer": integer, "number": number}[kind]
+
+
+def _list_check(field: FieldType) -> _Check:
+    check, length = _scalar_check(f"an element of {field.name}", field.element_kind), field.length
+
+    def checked(value: object) -> Value:
+        if not isinstance(value, (list, tuple)):
+            raise FeatureValueError(f"{field.name} takes a list, not {_shown(value)}")
+        if length is not None and len(value) != length:
+            raise FeatureValueError(f"{field.name} takes {length} elements, not {len(value)}")
+        return [check(element) for element in cast("Sequence[Any]", value)]
+
+    return checked
+
+
+def _map_check(field: FieldType) -> _Check:
+    check = _scalar_check(f"a value of {field.name}", field.element_kind)
+    key_check = _scalar_check(f"a key of {field.name}", "text")
+
+    def checked(value: object) -> Value:
+        if not isinstance(value, Mapping):
+            raise FeatureValueError(f"{field.name} takes a map, not {_shown(value)}")
+        return {str(key_check(key)): check(element) for key, element in value.items()}
+
+    return checked
+
+
+def _encodable(text: str) -> bool:
+    """Return whether a text can be sent: no half of a surrogate pair."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def _wrong(name: str, kind: str, value: object) -> FeatureValueError:
+    return FeatureValueError(f"{name} takes {_ARTICLES[kind]}, not {_shown(value)}")
+
+
+def _shown(value: object) -> str:
+    try:
+        text = json.dumps(value, ensure_ascii=True)
+    except (TypeError, ValueError, RecursionError):
+        text = f"an object of class {type(value).__name__}"
+    return text if len(text) <= 40 else f"{text[:37]}..."

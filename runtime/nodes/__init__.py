@@ -1,0 +1,1 @@
+"""A net as developers use it, and the node that runs it."""

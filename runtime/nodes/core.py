@@ -1,0 +1,311 @@
+"""What a net consists of at run time, and what a runner needs of it; developers see a `Net`."""
+
+from __future__ import annotations
+
+import copy
+import logging
+import random
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from dineros.metamodel.errors import DinerosError, FeatureValueError
+from dineros.runtime.channels.exchange import Exchange, departures_of
+from dineros.runtime.firing.execution import Execution
+from dineros.runtime.firing.handlers import Handlers
+from dineros.runtime.firing.policies import Policy
+from dineros.runtime.journal.recording import Checkpoint
+from dineros.runtime.nets.engine import Engine
+from dineros.runtime.nets.names import Names
+from dineros.runtime.nets.signals import Signal
+from dineros.runtime.nets.sources import Source
+from dineros.runtime.nets.staleness import Expectation, Expectations
+from dineros.runtime.nets.structure import Structure
+from dineros.runtime.nets.tokens import Token
+from dineros.runtime.nodes.inspection import ErrorReport, Inspection, inspect_engine
+from dineros.runtime.nodes.status import State, Status
+from dineros.runtime.scheduling.loop import Loop
+
+LOG = logging.getLogger("dineros.runtime")
+KEPT_ERRORS = 100
+
+
+@dataclass(frozen=True)
+class Change:
+    """Something that happened in a net.
+
+    Attributes
+    ----------
+    event : str
+        Kind of event, as in a trace: ``fire``, ``signal``, ``take``, ``publish`` and so on.
+    fields : mapping
+        What a trace says of it.
+    """
+
+    event: str
+    fields: Mapping[str, object]
+
+
+class Core:
+    """Engine, handlers, loop and observers of one net.
+
+    Attributes
+    ----------
+    exchange : Exchange or None
+        What goes in and out, of the node that runs it.
+    ended_by : str or None
+        Why it does not run any more; None: it does, or has not begun.
+    failure : BaseException or None
+        What ended it unasked, such as a recorder that cannot write any more.
+    is_observing : bool
+        Whether changes are recorded or reported; if not, nothing is put together for it.
+    on_status : callable or None
+        Called when the node's status may be another one; from any thread.
+    """
+
+    def __init__(self, structure: Structure, seed: int, policy: Policy, clock: Callable[[], float]) -> None:
+        self.structure = structure
+        self.seed = seed
+        self.names = Names(structure)
+        self.loop = Loop(clock)
+        self.on_status: Callable[[], None] | None = None
+        self.handlers = Handlers(self.names.transitions, len(structure.transitions))
+        self._departures = departures_of(structure)
+        self.engine = Engine(structure, self._departures)
+        self.execution = Execution(self.engine, self.handlers, self.loop, random.Random(seed), self)
+        self.execution.policy = policy
+        self.expectations = Expectations(
+            self.loop, self, structure.signals, lambda reason: self.execution.halt(reason, logging.ERROR)
+        )
+        self.sources: tuple[Source, ...] = ()
+        self.exchange: Exchange | None = None
+        self.ended_by: str | None = None
+        self.failure: BaseException | None = None
+        self.is_observing = False
+        self._record: Callable[..., None] | None = None
+        self._callbacks: tuple[Callable[[Change], object], ...] = ()
+        self._callbacks_lock = threading.Lock()
+        self._errors: deque[ErrorReport] = deque(maxlen=KEPT_ERRORS)
+        self._failures = 0
+
+    # Observing.
+
+    def emit(self, event: str, **fields: object) -> None:
+        """Record and report something that has happened."""
+        if event == "error":
+            self._note_error(fields)
+        if self._record is not None:
+            self._record(event, **fields)
+        if self._callbacks:
+            change = Change(event, MappingProxyType(_copied(fields)))
+            for callback in self._callbacks:
+                name = f"{getattr(callback, '__name__', 'a callback')}, called at each change,"
+                try:
+                    self.execution.watchdog.call(callback, change, name)
+                except Exception:
+                    LOG.exception("a callback of on_change failed at %s", event)
+
+    def record_with(self, record: Callable[..., None] | None) -> None:
+        """Record from now on with this function, or no more."""
+        self._record = record
+        self.is_observing = record is not None or bool(self._callbacks)
+
+    def add_callback(self, callback: Callable[[Change], object]) -> None:
+        """Call a function after each change."""
+        with self._callbacks_lock:
+            self._callbacks = (*self._callbacks, callback)
+            self.is_observing = True
+
+    def remove_callback(self, callback: Callable[[Change], object]) -> None:
+        """Call it no more."""
+        with self._callbacks_lock:
+            self._callbacks = tuple(known for known in self._callbacks if known is not callback)
+            self.is_observing = self._record is not None or bool(self._callbacks)
+
+    def _note_error(self, fields: Mapping[str, object]) -> None:
+        self._failures += 1
+        transition, handler, policy = (
+            None if fields.get(name) is None else str(fields[name])
+            for name in ("transition", "handler", "policy")
+        )
+        self._errors.append(ErrorReport(time.time(), transition, handler, str(fields["error"]), policy))
+        self.status_changed()
+
+    def status_changed(self) -> None:
+        """Tell whoever wants to know that the status may be another one."""
+        if (callback := self.on_status) is not None:
+            callback()
+
+    def status(self) -> Status:
+        """Return how the node is; from any thread, also while a handler blocks it."""
+        blocked, halted = self.execution.watchdog.blocked, self.execution.halted
+        error = self._errors[-1] if self._errors else None
+        state: State = "running"
+        reason = None
+        if self.ended_by is not None:
+            reason = self.ended_by
+            state = "ended" if self.failure is None else "failed"
+        elif blocked is not None:
+            state, reason = "blocked", f"{blocked} has not returned"
+        elif halted is not None:
+            state, reason = "halted", halted
+        return Status(self.structure.ports.node, time.time(), state, reason, error, blocked, self._failures)
+
+    # What it is in.
+
+    def set_signals(self, values: Mapping[int, bool], source: str, *, is_heard: bool = True) -> None:
+        """Set signals at once: whoever is told of the first one sees all; on the node's thread."""
+        changed = [number for number, value in values.items() if self.engine.set_signal(number, value)]
+        if is_heard:
+            for number in values:
+                self.expectations.heard(number)
+        for number in changed:
+            self.emit("signal", signal=self.structure.signals[number], value=values[number], source=source)
+
+    def signal(self, name: str) -> Signal:
+        """Return an input signal, by id or name.
+
+        Raises
+        ------
+        UnknownElementError
+            The node has no such signal.
+        """
+        number = self.names.signal(name)
+
+        def write(value: bool, source: str) -> None:
+            self.loop.submit(lambda: self.set_signals({number: value}, source))
+
+        def expect(expectation: Expectation | None) -> None:
+            self.loop.submit(lambda: self.expectations.expect(number, expectation))
+
+        return Signal(self.structure.signals[number], lambda: self.engine.signals[number], write, expect)
+
+    def submit_signals(self, values: Mapping[str, bool], source: str) -> None:
+        """Have signals set at once, by id or name; from any thread.
+
+        Raises
+        ------
+        UnknownElementError
+            The node has no such signal; none is set.
+        FeatureValueError
+            A value is neither True nor False; none is set.
+        """
+        numbered = {}
+        for name, value in values.items():
+            if not isinstance(value, bool):
+                raise FeatureValueError(f"the signal {name} takes True or False, not {value!r}")
+            numbered[self.names.signal(name)] = value
+        self.loop.submit(lambda: self.set_signals(numbered, source))
+
+    def new_source(self, name: str) -> Source:
+        """Return the counters of a bridge, which inspections show from now on; from any thread."""
+
+        def tell(text: str) -> None:
+            fields = {"transition": None, "handler": None, "error": text, "attempt": 1, "policy": None}
+            self.loop.submit(lambda: self.emit("error", **fields))
+
+        source = Source(name, tell)
+        with self._callbacks_lock:
+            self.sources = (*self.sources, source)
+        return source
+
+    def remove_source(self, source: Source) -> None:
+        """Show it no more."""
+        with self._callbacks_lock:
+            self.sources = tuple(known for known in self.sources if known is not source)
+
+    def inspect(self) -> Inspection:
+        """Return what the net is in; on the node's thread."""
+        exchange = self.exchange
+        return Inspection(
+            **inspect_engine(self.engine, self.execution, self.loop.clock()),
+            waiting_requests=exchange.waiting_requests if exchange is not None else 0,
+            drops=MappingProxyType(dict(exchange.drops) if exchange is not None else {}),
+            refused=MappingProxyType(dict(exchange.refused) if exchange is not None else {}),
+            firings=self.execution.firings,
+            failures=self._failures,
+            errors=tuple(self._errors),
+            halted=self.execution.halted,
+            stale=self.expectations.stale,
+            sources=tuple(source.state for source in self.sources),
+        )
+
+    def save(self) -> Checkpoint:
+        """Return a checkpoint of the net, without what the node knows of channels."""
+        engine, structure = self.engine, self.structure
+        return Checkpoint(
+            marking={
+                id: [[token.id, token.data] for token in tokens]
+                for place, id in enumerate(structure.places)
+                if (tokens := engine.tokens(place))
+            },
+            signals=dict(zip(structure.signals, engine.signals, strict=True)),
+            next_token=engine.next_token,
+            numbers={},
+            history={},
+            queues={},
+            kept=copy.deepcopy(self.execution.kept),
+            seen={},
+            seen_apart={},
+            missing={},
+            requests={},
+            serving={},
+            responses={},
+            aside={
+                structure.transitions[transition]: {
+                    structure.places[place]: sorted(ids) for place, ids in by_place.items()
+                }
+                for transition, by_place in engine.aside().items()
+            },
+            run="",
+        )
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Take over marking and signals of a checkpoint.
+
+        Raises
+        ------
+        DinerosError
+            They do not fit the model.
+        """
+        structure, names = self.structure, self.names
+        marking: list[list[Token]] = [[] for _ in structure.places]
+        complete = self.engine.checker.complete
+        for id, tokens in checkpoint["marking"].items():
+            place = names.place(id)
+            for number, data in tokens:
+                try:
+                    marking[place].append(Token(int(str(number)), complete(data)))
+                except FeatureValueError as error:
+                    raise DinerosError(
+                        f"token {number} on {id!r} does not fit the model: {error}",
+                        hint="start the node anew",
+                    ) from error
+        signals = list(structure.initial_signals)
+        for id, value in checkpoint["signals"].items():
+            signals[names.signal(id)] = value
+        self.engine = Engine(structure, self._departures, marking, signals, checkpoint["next_token"])
+        self.execution.engine = self.engine
+        self.execution.kept = copy.deepcopy(checkpoint.get("kept", {}))
+        for id, by_place in checkpoint["aside"].items():
+            (transition,) = names.transitions(id)
+            self.engine.put_aside(
+                transition,
+                [
+                    (place, [token for token in self.engine.tokens(place) if token.id in ids])
+                    for place, ids in ((names.place(id), ids) for id, ids in by_place.items())
+                ],
+            )
+
+
+def _copied(value: Any) -> Any:
+    """Return a copy of what a record says: a callback that changes it changes no token."""
+    if isinstance(value, dict):
+        return {key: _copied(element) for key, element in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_copied(element) for element in value]
+    return value

@@ -1,0 +1,165 @@
+"""A snapshot of a running net, for people, tests and pages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TypedDict
+
+from dineros.runtime.firing.execution import Execution
+from dineros.runtime.firing.flights import Flight
+from dineros.runtime.nets.engine import Engine, Tokens
+from dineros.runtime.nets.sources import SourceState
+from dineros.runtime.nets.tokens import Token, copy_data
+
+
+@dataclass(frozen=True)
+class ErrorReport:
+    """A firing that failed and changed nothing.
+
+    Attributes
+    ----------
+    time : float
+        Seconds since the epoch.
+    transition, handler : str or None
+        Where.
+    error : str
+        What happened.
+    policy : str or None
+        What was done about it.
+    """
+
+    time: float
+    transition: str | None
+    handler: str | None
+    error: str
+    policy: str | None
+
+
+@dataclass(frozen=True)
+class InFlight:
+    """A firing whose handler runs.
+
+    Attributes
+    ----------
+    transition, handler : str
+        What runs.
+    seconds : float
+        For how long.
+    tokens : mapping of str to tuple of int
+        Ids of the reserved tokens by place.
+    """
+
+    transition: str
+    handler: str
+    seconds: float
+    tokens: Mapping[str, tuple[int, ...]]
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What a net is in at one moment; later changes of the net do not show in it.
+
+    Attributes
+    ----------
+    marking : mapping of str to tuple of Token
+        Tokens of every place, the oldest first, reserved ones included.
+    signals : mapping of str to bool
+        Values of the signals.
+    enabled : tuple of str
+        Transitions that the net's firing rule allows to fire.
+    in_flight : tuple of InFlight
+        Firings under way.
+    outliving : tuple of InFlight
+        Handlers that still run although their firings were given up; their transitions wait for their end.
+    aside : mapping of str to mapping of str to tuple of int
+        Transition -> place -> ids of the tokens it leaves alone after a failure.
+    waiting_requests : int
+        Requests that wait for a server instance.
+    drops : mapping of (str, str) to int
+        Messages lost, by channel and queue.
+    refused : mapping of str to int
+        Messages that were not taken, by channel: their id is not plausible.
+    firings, failures : int
+        How many have committed, and how many failed.
+    errors : tuple of ErrorReport
+        The last failures, the oldest first.
+    halted : str or None
+        Why nothing fires any more.
+    stale : tuple of str
+        Signals whose source is silent for longer than expected.
+    sources : tuple of SourceState
+        The bridges that set signals from outside.
+    """
+
+    marking: Mapping[str, tuple[Token, ...]]
+    signals: Mapping[str, bool]
+    enabled: tuple[str, ...]
+    in_flight: tuple[InFlight, ...]
+    outliving: tuple[InFlight, ...]
+    aside: Mapping[str, Mapping[str, tuple[int, ...]]]
+    waiting_requests: int
+    drops: Mapping[tuple[str, str], int]
+    refused: Mapping[str, int]
+    firings: int
+    failures: int
+    errors: tuple[ErrorReport, ...]
+    halted: str | None
+    stale: tuple[str, ...]
+    sources: tuple[SourceState, ...]
+
+    def count(self, place: str) -> int:
+        """Return how many tokens a place holds."""
+        return len(self.marking[place])
+
+
+class _OfEngine(TypedDict):
+    marking: Mapping[str, tuple[Token, ...]]
+    signals: Mapping[str, bool]
+    enabled: tuple[str, ...]
+    in_flight: tuple[InFlight, ...]
+    outliving: tuple[InFlight, ...]
+    aside: Mapping[str, Mapping[str, tuple[int, ...]]]
+
+
+def inspect_engine(engine: Engine, execution: Execution, now: float) -> _OfEngine:
+    """Return what engine and execution tell of an inspection."""
+    structure = engine.structure
+    places, transitions = structure.places, structure.transitions
+
+    def shown(flight: Flight, taken: Tokens) -> InFlight:
+        return InFlight(
+            transitions[flight.transition],
+            flight.handlers[flight.position].name,
+            now - flight.started,
+            _frozen({places[place]: tuple(token.id for token in tokens) for place, tokens in taken}),
+        )
+
+    aside = {
+        transitions[transition]: _frozen(
+            {places[place]: tuple(sorted(ids)) for place, ids in by_place.items()}
+        )
+        for transition, by_place in engine.aside().items()
+    }
+    return {
+        "marking": MappingProxyType(
+            {
+                id: tuple(Token(token.id, copy_data(token.data)) for token in engine.tokens(place))
+                for place, id in enumerate(places)
+            }
+        ),
+        "signals": MappingProxyType(dict(zip(structure.signals, engine.signals, strict=True))),
+        "enabled": tuple(
+            id
+            for number, id in enumerate(transitions)
+            if engine.is_enabled(number) and not engine.is_overridden(number)
+        ),
+        "in_flight": tuple(shown(flight, flight.taken) for flight in execution.in_flight),
+        "outliving": tuple(shown(flight, []) for flight in execution.in_flight.outliving),
+        "aside": MappingProxyType(aside),
+    }
+
+
+def _frozen(ids: dict[str, tuple[int, ...]]) -> Mapping[str, tuple[int, ...]]:
+    return MappingProxyType(ids)

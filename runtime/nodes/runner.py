@@ -1,0 +1,408 @@
+"""What runs a net: the transport that joins it to others, a recorder, and the loop that drives it.
+
+The loop runs on a thread of its own (`start`, `stop`, or a ``with`` block), or whoever holds the node
+drives it by `open`, `step` and `close`: tests and simulations, where the same seed then gives the same run.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Self
+
+from dineros.metamodel.errors import DinerosError
+from dineros.runtime.channels.exchange import Exchange
+from dineros.runtime.channels.transport import Answer, Transport
+from dineros.runtime.journal.recording import Checkpoint, NullRecorder, Recorder
+from dineros.runtime.nets.ports import ClientPort, Message, Port, Queue, ServerPort, SubscriberPort
+from dineros.runtime.nets.sources import Source
+from dineros.runtime.nets.staleness import Expectation
+from dineros.runtime.nodes.core import Core
+from dineros.runtime.scheduling.threads import join
+from dineros.runtime.scheduling.watchdog import GivenUpError
+
+LOG = logging.getLogger("dineros.runtime")
+SETTLING = 1.5
+"""Seconds that handlers elsewhere, and messages on their way, have when a process of a node is to end."""
+
+QUIET = 0.1
+"""Seconds without anything to do after which a node counts as settled."""
+
+PATIENCE = 2.0
+"""Seconds that a handler has to return when its node is to end; then its firing is released."""
+
+
+class Runner:
+    """Runs the core of a net, with a transport and a recorder; the receiver of its transport.
+
+    Parameters
+    ----------
+    core : Core
+        It belongs to this runner from now on.
+    transport, recorder, resume, run, request_timeout
+        As those of a `Node`.
+
+    Raises
+    ------
+    DinerosError
+        The net runs already, or does not fit what it is to go on from.
+    """
+
+    def __init__(
+        self,
+        core: Core,
+        transport: Transport | None = None,
+        recorder: Recorder | None = None,
+        *,
+        resume: Checkpoint | None = None,
+        run: str = "",
+        request_timeout: float | None = None,
+    ) -> None:
+        self._id = core.structure.ports.node
+        if core.exchange is not None:
+            raise DinerosError(f"the net of {self._id} has a node already", hint="load the net anew")
+        self._core = core
+        self._transport = transport
+        self._recorder = recorder or NullRecorder()
+        self._is_resumed = resume is not None
+        if resume is not None:
+            core.restore(resume)
+        self.exchange = Exchange(core.engine, core.loop, core, run=run, request_timeout=request_timeout)
+        if resume is not None:
+            self.exchange.restore(resume)
+        core.exchange = self.exchange
+        self._loop = core.loop
+        self._execution = core.execution
+        self._arrivals_lock = threading.Lock()
+        self._arriving: dict[SubscriberPort, int] = {}
+        self._losses: dict[tuple[Port, Queue], int] = {}
+        self._thread: threading.Thread | None = None
+        self._is_open = False
+        self._is_ending = False
+
+    @property
+    def ended_by(self) -> str | None:
+        """Why it does not run any more; None: it does, or has not begun."""
+        return self._core.ended_by
+
+    @property
+    def failure(self) -> BaseException | None:
+        """What ended the loop before `stop`, such as a recorder that cannot write any more."""
+        return self._core.failure
+
+    @property
+    def is_running(self) -> bool:
+        """Whether its own thread runs."""
+        return self._thread is not None and self._thread.is_alive()
+
+    # Lifetime.
+
+    def open(self) -> None:
+        """Record the start and join the channels; `step` drives the node from now on.
+
+        Where that fails, the node is closed again.
+        """
+        core, ports = self._core, self._core.structure.ports
+        self._recorder.open(ports, self.checkpoint)
+        if not isinstance(self._recorder, NullRecorder):
+            core.record_with(self._recorder.record)
+        state = self.checkpoint()
+        core.emit(
+            "start",
+            marking=state["marking"],
+            signals=state["signals"],
+            resumed=self._is_resumed,
+            seed=core.seed,
+        )
+        self._is_open, self._core.ended_by = True, None
+        with self._loop:
+            core.expectations.begin()
+        if self._transport is not None:
+            try:
+                self._join(self._transport)
+            except BaseException:
+                self.close("failure")
+                raise
+
+    def _join(self, transport: Transport) -> None:
+        transport.open(self._core.structure.ports, self)
+        self._execution.departures.check_by(self.exchange.checks(transport), self._core.structure)
+        self.exchange.begin(transport)
+        if self._is_resumed:
+            # What was sent when the node was killed, but not recorded any more, was sent before all that
+            # arrives now: it is sent and recorded first, so that the records are in the order of events.
+            with self._loop:
+                self.exchange.depart()
+
+    def step(self) -> bool:
+        """Do what came in, begin at most one firing, send what is due; return whether there was anything."""
+        with self._loop:
+            return self.turn()
+
+    def turn(self) -> bool:
+        """Do as `step` does, on the thread that has adopted the loop.
+
+        It does not lock the loop, so that others can end the node while a handler blocks it.
+        """
+        try:
+            return self._step()
+        except Exception as error:  # what is not recorded must not be built upon
+            self._fail(error)
+            raise
+
+    def _step(self) -> bool:
+        did = self._loop.run_actions()
+        if self._execution.fire_one():
+            did = True
+        if self.exchange.depart():
+            did = True
+        if self._execution.in_flight:
+            self._execution.refresh()
+        return did
+
+    def run_until_idle(self, limit: int = 1_000_000) -> int:
+        """Step until nothing is left to do now; return the number of steps.
+
+        Raises
+        ------
+        DinerosError
+            It is not idle after `limit` steps.
+        """
+        for steps in range(limit):
+            if not self.step():
+                return steps
+        raise DinerosError(f"the node {self._id} is not idle after {limit} steps")
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait until there is something to do, or for `timeout` seconds; return whether there is."""
+        return self._loop.wait(timeout)
+
+    def close(self, reason: str = "stopped") -> None:
+        """Leave the channels, give up firings in flight, record the end. Does nothing the second time."""
+        if not self._is_open:
+            return
+        self._is_open = False
+        self._core.ended_by = self._core.ended_by or reason
+        try:
+            if self._transport is not None:
+                self._transport.close()
+        finally:
+            with self._loop:
+                self._core.expectations.end()
+                self._execution.close()
+            try:
+                if self._core.failure is None:
+                    self._core.emit("stop", reason=reason)
+                self._core.status_changed()
+            finally:
+                self._core.record_with(None)
+                self._recorder.close()
+
+    def start(self) -> None:
+        """Run the node on a thread of its own; open it before, where it is not yet."""
+        if not self._is_open:
+            self.open()
+        self._is_ending = False
+        self._thread = threading.Thread(target=self._run, name=f"dineros {self._id}", daemon=True)
+        self._loop.begin()
+        self._thread.start()
+
+    def _run(self) -> None:
+        step, loop = self._step, self._loop
+        loop.adopt()
+        try:
+            while not self._is_ending:
+                if not step():
+                    loop.wait()
+        except GivenUpError:
+            pass
+        except BaseException as error:
+            self._fail(error)
+        finally:
+            loop.abandon()
+
+    def _fail(self, error: BaseException) -> None:
+        LOG.critical("the node %s ends: %s", self._id, error, exc_info=error)
+        self._core.failure = error
+        self._core.ended_by = f"{type(error).__name__}: {error}"
+        self._execution.halt(f"the node has ended: {error}")
+
+    def settle(self, seconds: float) -> bool:
+        """Begin no firing, let those in flight end, take what still arrives; from another thread.
+
+        What is not settled in time is not lost: a node that goes on begins it anew, or gets it again.
+
+        Parameters
+        ----------
+        seconds : float
+            How long to wait, at most.
+
+        Returns
+        -------
+        bool
+            Whether nothing is left to do.
+        """
+        execution, loop = self._execution, self._loop
+        loop.post(lambda: execution.halt("the node is to end", logging.DEBUG))
+        end = time.monotonic() + seconds
+        quiet_since: float | None = None
+        while (now := time.monotonic()) < end and self._core.failure is None:
+            is_quiet = execution.halted is not None and not execution.in_flight and not loop.has_actions
+            quiet_since = (quiet_since or now) if is_quiet else None
+            if quiet_since is not None and now - quiet_since >= QUIET:
+                return True
+            time.sleep(0.01)
+        return False
+
+    def end(self) -> None:
+        """Have the thread end after the step it is in; `stop` waits for that."""
+        self._is_ending = True
+        self._loop.post(lambda: None)
+
+    def stop(self, reason: str = "stopped", patience: float = PATIENCE) -> None:
+        """End the thread after the step it is in, and close the node.
+
+        Parameters
+        ----------
+        reason : str
+            Why, for the record.
+        patience : float
+            Seconds that a handler has to return; then its firing is released, and what it returns counts no
+            more.
+
+        Raises
+        ------
+        DinerosError
+            The thread does not end, although no handler runs.
+        BaseException
+            What ended the loop before.
+        """
+        self.end()
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self.await_end(self.join, patience)
+            self._thread = None
+        self.close(reason)
+        if self._core.failure is not None:
+            raise self._core.failure
+
+    def await_end(self, join: Callable[[float], bool], patience: float = PATIENCE) -> bool:
+        """Wait until the thread of the node has ended, or cut it off where a handler keeps it.
+
+        Parameters
+        ----------
+        join : callable
+            Waits so many seconds for the thread; returns whether it has ended.
+        patience : float
+            Seconds that a handler has to return.
+
+        Returns
+        -------
+        bool
+            Whether it has ended; False: a handler is still on it, but nothing of the node any more.
+
+        Raises
+        ------
+        DinerosError
+            It does not end, although no handler runs.
+        """
+        if join(patience):
+            return True
+        for _ in range(50):
+            if self._execution.give_up_blocking(patience):
+                self._loop.abandon()
+                return False
+            if join(0.1):
+                return True
+        raise DinerosError(f"the node {self._id} does not end", hint="its transport or its disk may hang")
+
+    def join(self, timeout: float | None = None) -> bool:
+        """Wait until the thread has ended by itself, by a failure; return whether it has."""
+        join(self._thread, timeout)
+        return not self.is_running
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.stop()
+
+    def checkpoint(self) -> Checkpoint:
+        """Return all that is needed to go on from here; on the node's thread, or while it is not running."""
+        checkpoint = self._core.save()
+        self.exchange.save(checkpoint)
+        return checkpoint
+
+    # What the transport calls, from any thread.
+
+    def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
+        """Let a message of a topic wait for the loop; drop it where as many wait as the port's limit says."""
+        if self.exchange.had(port, message):  # what comes again must not fill the queue
+            return
+        with self._arrivals_lock:
+            waiting = self._arriving.get(port, 0)
+            if waiting >= port.limit:
+                self._note_loss(port, "subscriber", 1 + lost)
+                return
+            self._arriving[port] = waiting + 1
+        self._loop.post(lambda: self._arrived(port, message, lost))
+
+    def _arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
+        with self._arrivals_lock:
+            self._arriving[port] -= 1
+        self._record_losses()  # before the take that makes room: this is when the queues were full
+        self.exchange.arrived(port, message, lost)
+
+    def _note_loss(self, port: Port, queue: Queue, count: int) -> None:
+        """Have a loss recorded, in the order in which they happened; those of a queue until then are one."""
+        if not self._losses:
+            self._loop.post(self._record_losses)
+        self._losses[port, queue] = self._losses.get((port, queue), 0) + count
+
+    def _record_losses(self) -> None:
+        with self._arrivals_lock:
+            losses, self._losses = self._losses, {}
+        for (port, queue), count in losses.items():
+            self.exchange.lost(port, queue, count)
+
+    def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
+        """Have a request served."""
+        self._post(lambda: self.exchange.requested(port, message, answer))
+
+    def response_arrived(self, port: ClientPort, message: Message) -> None:
+        """Have a response put on its place."""
+        self._post(lambda: self.exchange.responded(port, message))
+
+    def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
+        """Have a request sent again."""
+        self._post(lambda: self.exchange.failed(port, message_id, reason))
+
+    def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
+        """Have it counted that something came that is no message."""
+        self._post(lambda: self.exchange.refuse(port, error))
+
+    def dropped(self, port: Port, queue: Queue, count: int) -> None:
+        """Have messages counted and recorded that a full queue lost."""
+        with self._arrivals_lock:
+            self._note_loss(port, queue, count)
+
+    def signals_changed(self, values: Mapping[str, bool], source: str) -> None:
+        """Have signals set."""
+        self._core.submit_signals(values, source)
+
+    def signal_expected(self, signal: str, expectation: Expectation) -> None:
+        """Have it noticed when nobody sets a signal."""
+        self._core.signal(signal).stale_after(expectation.seconds, expectation.then)
+
+    def source(self, name: str) -> Source:
+        """Return the counters of what sets signals."""
+        return self._core.new_source(name)
+
+    def remove_source(self, source: Source) -> None:
+        """Show it no more."""
+        self._core.remove_source(source)
+
+    def _post(self, action: Callable[[], None]) -> None:
+        self._loop.post(action)

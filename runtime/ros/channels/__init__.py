@@ -1,0 +1,1 @@
+"""Ports as publishers, subscriptions, clients and servers of ROS."""

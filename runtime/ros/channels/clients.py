@@ -1,0 +1,235 @@
+"""The clients of a node: one request under way each, with a time-out.
+
+A request whose server never answers would leave a future that never completes: the queues of a busy server
+drop requests, and nobody is told. Here the node is told, and asks again with the same id. What it asked
+before stands: the response to any of its attempts counts, and the first that comes is handed on at once, also
+while the node pauses before it asks again. A server that takes longer than the time-out would never get its
+response through otherwise, where it knows nothing of ids.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass, field
+from typing import Any
+
+from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.nets.ports import ClientPort, Message
+from dineros.runtime.ros.channels.companions import REQUESTS, Announcer
+from dineros.runtime.ros.channels.quality import service_quality
+from dineros.runtime.ros.conversion.codecs import Codecs
+from dineros.runtime.ros.conversion.messages import Codec
+from dineros.runtime.ros.process.session import LOG, RosError
+
+FIRST_LOOK, LAST_LOOK = 0.05, 0.5
+"""Seconds between looks for a server that is not there yet: the first, doubled up to the last.
+
+ROS tells rclpy of no services that come.
+"""
+
+KEPT_ATTEMPTS = 64
+"""Attempts of a request whose responses count: the first one, and the last ones."""
+
+
+@dataclass(eq=False)
+class _Call:
+    """A request under way.
+
+    Attributes
+    ----------
+    deadline : float or None
+        When its time is over; None: it is, and the node knows.
+    attempts : list
+        The futures of its responses.
+    look : float
+        Seconds until the next look for its server; 0: it has been sent since it was last asked for.
+    """
+
+    message: Message
+    deadline: float | None
+    attempts: list[Any] = field(default_factory=list)
+    look: float = FIRST_LOOK
+
+
+@dataclass(eq=False)
+class _Client:
+    port: ClientPort
+    entity: Any
+    requests: Codec
+    responses: Codec
+    announcer: Announcer | None
+    call: _Call | None = None
+
+
+class Clients:
+    """The service clients of a ROS node.
+
+    Nothing wakes the node while no request is under way.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The ROS node.
+    receiver : Receiver
+        Told of responses and time-outs.
+    timeout : float
+        Seconds that a request may take.
+    """
+
+    def __init__(self, node: Any, receiver: Receiver, timeout: float) -> None:
+        self._node = node
+        self._receiver = receiver
+        self._timeout = timeout
+        self._clients: dict[tuple[str, str], _Client] = {}
+        self._lock = threading.Lock()
+        self._timer: Any = None
+        self._due: float | None = None  # when the timer goes off
+
+    def add(self, port: ClientPort, codecs: Codecs) -> Codec:
+        """Make the client of a port, and return the codec of its requests.
+
+        Raises
+        ------
+        RosError
+            ROS refuses its name.
+        InterfaceError
+            Its interface is not installed, or does not fit the model.
+        """
+        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+        from rclpy.clock import Clock
+        from rclpy.clock_type import ClockType
+
+        interface, requests, responses = codecs.service(port)
+        announcer = None
+        try:
+            if port.type is not None:
+                name = f"{self._node.resolve_service_name(port.service)}/{REQUESTS}"
+                announcer = Announcer(self._node, name, 1)
+            entity = self._node.create_client(
+                interface,
+                port.service,
+                qos_profile=service_quality(),
+                callback_group=MutuallyExclusiveCallbackGroup(),
+            )
+        except Exception as error:
+            raise RosError(f"the service {port.service!r} cannot be asked: {error}") from error
+        self._clients[port.channel, port.client] = _Client(port, entity, requests, responses, announcer)
+        if self._timer is None:
+            self._timer = self._node.create_timer(
+                self._timeout,
+                self._look,
+                callback_group=MutuallyExclusiveCallbackGroup(),
+                clock=Clock(clock_type=ClockType.STEADY_TIME),
+            )
+            self._timer.cancel()
+        return requests
+
+    def request(self, port: ClientPort, message: Message) -> None:
+        """Send a request, now or when its server is there.
+
+        What was under way is given up, unless it is this request, which is sent once more.
+        """
+        client = self._clients[port.channel, port.client]
+        now = time.monotonic()
+        with self._lock:
+            former, call = client.call, client.call
+            if call is None or call.message.id != message.id:
+                call = client.call = _Call(message, None)
+            call.deadline, call.look = now + self._timeout, FIRST_LOOK
+        if former is not None and former is not call:
+            self._forget(client, former)
+        if client.entity.service_is_ready():
+            self._send(client, call)
+        self._look_in_time(call, now)
+
+    def _send(self, client: _Client, call: _Call) -> None:
+        request = client.requests.encode(call.message)
+        if client.announcer is not None:
+            client.announcer.announce(call.message.id, request)
+        call.look = 0.0
+        future = client.entity.call_async(request)
+        call.attempts.append(future)
+        if len(call.attempts) > KEPT_ATTEMPTS:
+            client.entity.remove_pending_request(call.attempts.pop(1))
+        future.add_done_callback(lambda future: self._done(client, call, future))
+
+    def _done(self, client: _Client, call: _Call, future: Any) -> None:
+        with self._lock:
+            if client.call is not call:
+                return
+            client.call = None
+        self._forget(client, call)
+        try:
+            response = client.responses.decode(future.result())
+        except Exception as error:
+            self._receiver.request_failed(client.port, call.message.id, f"no response: {error}")
+            return
+        if response.id not in ("", call.message.id):
+            self._receiver.request_failed(client.port, call.message.id, "the response has another id")
+            return
+        # Servers that know nothing of DiNeROS give no ids back; the future knows which request it was.
+        self._receiver.response_arrived(client.port, Message(response.id or call.message.id, response.data))
+
+    def _look_in_time(self, call: _Call, now: float) -> None:
+        """Have the timer go off when there is something to do for a request, if not before."""
+        due = call.deadline
+        if due is not None and call.look:
+            due = min(due, now + call.look)
+        with self._lock:
+            if due is None or self._timer is None or (self._due is not None and self._due <= due):
+                return
+            self._due = due
+            self._timer.timer_period_ns = max(1, int((due - now) * 1e9))
+            self._timer.reset()
+
+    def _look(self) -> None:
+        """Send what waited for a server, tell of what took too long; then sleep as long as possible."""
+        now = time.monotonic()
+        with self._lock:
+            self._due = None
+            if self._timer is not None:
+                self._timer.cancel()
+        for client in list(self._clients.values()):
+            call = client.call
+            if call is None or call.deadline is None:
+                continue
+            if call.look and client.entity.service_is_ready():
+                try:
+                    self._send(client, call)
+                except Exception as error:
+                    self._tell(client, call, str(error))
+            elif now >= call.deadline:
+                reason = "there is no server" if call.look else "no response"
+                self._tell(client, call, f"{reason} in {self._timeout:g} s")
+            elif call.look:
+                call.look = min(LAST_LOOK, 2 * call.look)
+            self._look_in_time(call, now)
+
+    def _tell(self, client: _Client, call: _Call, reason: str) -> None:
+        """Tell the node that the time of a request is over; a response still counts."""
+        with self._lock:
+            if client.call is not call:
+                return
+            call.deadline = None
+        LOG.debug("request %s: %s", call.message.id, reason)
+        self._receiver.request_failed(client.port, call.message.id, reason)
+
+    def _forget(self, client: _Client, call: _Call) -> None:
+        """Wait for no response to a request any more."""
+        for future in call.attempts:
+            client.entity.remove_pending_request(future)
+
+    def close(self) -> None:
+        """Take the clients down; nothing is told any more."""
+        with self._lock:
+            for client in self._clients.values():
+                client.call = None
+            timer, self._timer = self._timer, None
+        if timer is not None:
+            self._node.destroy_timer(timer)
+        for client in self._clients.values():
+            self._node.destroy_client(client.entity)
+            if client.announcer is not None:
+                client.announcer.close()
+        self._clients.clear()

@@ -1,0 +1,144 @@
+"""The parameters of a node: declared with description and range, set by launch files or ``--ros-args``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from dineros.metamodel.ros_names import resource_names
+from dineros.runtime.ros.process.session import RosError
+from dineros.runtime.scheduling.watchdog import LIMIT
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter.
+
+    Attributes
+    ----------
+    name : str
+        Its name in ROS.
+    default : bool, int, float or str
+        Its value where nobody sets it; the type of all its values.
+    description : str
+        What it does.
+    least, most : int or float, optional
+        Its range, for numbers.
+    is_any : bool
+        Whether a value of another type is taken as well.
+    """
+
+    name: str
+    default: bool | int | float | str
+    description: str
+    least: float | None = None
+    most: float | None = None
+    is_any: bool = False
+
+
+REQUEST_TIMEOUT = Parameter(
+    "request_timeout",
+    5.0,
+    "Seconds after which a request without response is recorded as timed out and sent again.",
+    0.01,
+    86400.0,
+)
+DISCOVERY_TIMEOUT = Parameter(
+    "discovery_timeout",
+    10.0,
+    "Seconds that the node waits at its start until its publishers have as many subscribers as expected.",
+    0.0,
+    3600.0,
+)
+JOURNAL = Parameter("journal", "", "Folder that takes the records of the run; empty: nothing is recorded.")
+RESUME = Parameter("resume", True, "Whether to go on from the journal, where it holds an earlier run.")
+WATCHDOG = Parameter(
+    "watchdog",
+    LIMIT,
+    "Seconds after which a handler is named that keeps the node from all else; 0: never.",
+    0.0,
+    86400.0,
+)
+SEED = Parameter("seed", -1, "Seed of the firing selection; -1: another one in each run.", -1, 2**32 - 1)
+LOG_LEVEL = Parameter("log_level", "info", "What is logged: debug, info, warn, error or fatal, and worse.")
+
+
+def signal_parameters(signals: Iterable[tuple[str, bool]]) -> dict[str, Parameter]:
+    """Return the parameter for the start value of each signal, by the signal's id."""
+    initial = dict(signals)
+    names = resource_names(initial)
+    return {
+        id: Parameter(f"signals.{names[id]}", value, f"Value of the input signal {id} at the start.")
+        for id, value in initial.items()
+    }
+
+
+def stale_parameters(signals: Iterable[str]) -> dict[str, tuple[Parameter, Parameter]]:
+    """Return the parameters for a silent source of each signal, by its id: the time, and what is done."""
+    return {
+        id: (
+            Parameter(
+                f"stale_after.{name}",
+                0.0,
+                f"Seconds after which {id} is stale if nobody sets it; 0: never.",
+                0.0,
+                86400.0 * 365,
+            ),
+            Parameter(
+                f"when_stale.{name}",
+                "keep",
+                f"What is done when {id} is stale: keep its value, stop the net, or true or false.",
+                is_any=True,
+            ),
+        )
+        for id, name in resource_names(signals).items()
+    }
+
+
+def subscriber_parameters(channels: Iterable[str]) -> dict[str, Parameter]:
+    """Return the parameter for the expected subscribers of each published topic, by the channel's id."""
+    return {
+        id: Parameter(
+            f"expected_subscribers.{name}",
+            0,
+            f"Number of subscribers to {id} that the node waits for at its start.",
+            0,
+            1000,
+        )
+        for id, name in resource_names(channels).items()
+    }
+
+
+def declare(node: Any, parameter: Parameter) -> Any:
+    """Declare a parameter of a ROS node, read-only, and return its value.
+
+    Raises
+    ------
+    RosError
+        It was given a value that is out of range or of another type.
+    """
+    from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+    from rclpy.exceptions import ParameterException
+
+    if node.has_parameter(parameter.name):
+        return node.get_parameter(parameter.name).value
+    descriptor = ParameterDescriptor(
+        description=parameter.description, read_only=True, dynamic_typing=parameter.is_any
+    )
+    if parameter.least is not None and parameter.most is not None:
+        if isinstance(parameter.default, float):
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=float(parameter.least), to_value=float(parameter.most))
+            ]
+        else:
+            descriptor.integer_range = [
+                IntegerRange(from_value=int(parameter.least), to_value=int(parameter.most), step=1)
+            ]
+    try:
+        return node.declare_parameter(parameter.name, parameter.default, descriptor).value
+    except ParameterException as error:
+        raise RosError(
+            f"the parameter {parameter.name} cannot have the value it was given: {error}",
+            hint=parameter.description,
+        ) from error

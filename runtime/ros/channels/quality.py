@@ -1,0 +1,141 @@
+"""Quality of service: what the model says of a port, as rclpy wants it.
+
+The limit of a queue is the depth of the history that ROS keeps. Where it is full ROS overwrites the oldest
+message, the paper's queue drops the newest: as many tokens are lost, but not the same ones.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from dineros.metamodel.message_ids import MessageIdError, parse_id
+from dineros.runtime.nets.ports import PublisherPort, SubscriberPort
+
+SENDER_LIMIT = 256
+"""Senders whose messages are counted, those heard last."""
+
+SKIP_LIMIT = 1 << 20
+"""Messages that can be told lost at a restart of their publisher: greater gaps have been forged."""
+
+SERVICE_DEPTH = 100
+"""Requests that wait for a callback, which takes them at once; ROS's 10 would lose some of a burst."""
+
+
+def topic_quality(port: PublisherPort | SubscriberPort) -> Any:
+    """Return the QoS profile of a port."""
+    from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=max(1, port.limit),
+        reliability=(
+            ReliabilityPolicy.BEST_EFFORT if port.reliability == "bestEffort" else ReliabilityPolicy.RELIABLE
+        ),
+        durability=(
+            DurabilityPolicy.TRANSIENT_LOCAL
+            if port.durability == "transientLocal"
+            else DurabilityPolicy.VOLATILE
+        ),
+    )
+
+
+def signal_quality(*, is_kept: bool) -> Any:
+    """Return the QoS profile of a signal's topic; `is_kept`: for what was published before."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+    durability = DurabilityPolicy.TRANSIENT_LOCAL if is_kept else DurabilityPolicy.VOLATILE
+    return QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE, durability=durability)
+
+
+def companion_depth(limit: int) -> int:
+    """Return the depth of a companion topic: what waits on the topic itself is always announced."""
+    return 2 * max(1, limit) + 16
+
+
+def companion_quality(depth: int) -> Any:
+    """Return the QoS profile of a companion topic, by which messages of existing types are announced."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+    return QoSProfile(
+        depth=depth, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
+    )
+
+
+def service_quality() -> Any:
+    """Return the QoS profile of services."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+    return QoSProfile(
+        depth=SERVICE_DEPTH, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE
+    )
+
+
+class LossCounter:
+    """Counts the messages of a topic that did not come.
+
+    Each publisher numbers its messages from 1, and rclpy tells the number; whose message it is tells its id.
+    What was sent before this node came, or while it was down, is lost to it as well.
+
+    Parameters
+    ----------
+    seen : mapping of str to int, optional
+        Of each sender (a message's id without its number), the number of the last message of an earlier life.
+    """
+
+    def __init__(self, seen: Mapping[str, int] | None = None) -> None:
+        # Of each sender: its publisher's number of the last message, that of the id, the highest of its ids.
+        self._last: dict[str, tuple[int, int, int]] = {
+            sender: (0, number, number) for sender, number in (seen or {}).items()
+        }
+
+    def lost_at_restart(self, message_id: str, sequence: int) -> int:
+        """Return how many messages of a publisher that began anew are missing before this one.
+
+        It publishes again what its queue held, so that its ids go on without a gap, unless more was under way
+        than the queue holds. To be asked before `lost_before`, which counts the gaps of its numbers.
+        """
+        with contextlib.suppress(MessageIdError):
+            sender, number = parse_id(message_id) or ("", 0)
+            last, _, highest = self._last.get(sender, (0, 0, 0))
+            skipped = number - highest - 1
+            if highest and 0 < skipped <= SKIP_LIMIT and (sequence <= last or not last):
+                return max(0, skipped - (sequence - 1 if not last else 0))
+        return 0
+
+    def lost_before(self, message_id: str, sequence: int, publishers: Callable[[], int]) -> int:
+        """Return how many messages are missing just before this one.
+
+        Parameters
+        ----------
+        message_id : str
+            Its id; empty where the publisher gives none.
+        sequence : int
+            Its number among the messages of its publisher.
+        publishers : callable
+            Tells how many publishers there are: without ids, several cannot be told apart, and nothing is
+            counted.
+        """
+        try:
+            sender, number = parse_id(message_id) or ("", 0)
+        except MessageIdError:
+            return 0
+        is_known = sender in self._last
+        last, last_number, highest = self._last.pop(sender, (0, 0, 0))
+        # A publisher that began anew may send again what came before. What keeps step with neither it nor its
+        # predecessor is another one that uses its ids.
+        is_step = sequence <= last or not last or number - last_number == sequence - last
+        self._last[sender] = (sequence, number, max(highest, number) if is_step else highest)
+        if len(self._last) > SENDER_LIMIT:
+            del self._last[next(iter(self._last))]
+        missing = sequence - last - 1
+        if missing <= 0:
+            return 0
+        if not sender:
+            return missing if last and publishers() == 1 else 0
+        skipped = number - highest - 1
+        if missing > skipped and (last or not is_known):
+            return 0  # a publisher counts what it numbers: this is another one that uses its ids
+        # A publisher that began anew counts anew, and may be ahead of its predecessor; the ids go on.
+        return max(0, min(missing, skipped))

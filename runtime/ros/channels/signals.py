@@ -1,0 +1,136 @@
+"""The signals of a node in ROS: topics, services and parameters that set them, one by one or together."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.ros_names import resource_names
+from dineros.runtime.bridges.values import read_signals
+from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.nets.ports import SignalPort
+from dineros.runtime.nets.staleness import Expectation, StalenessError, parse_then
+from dineros.runtime.ros.channels.latched import LatchedTopic
+from dineros.runtime.ros.channels.parameters import declare, signal_parameters, stale_parameters
+from dineros.runtime.ros.channels.quality import signal_quality
+from dineros.runtime.ros.process.session import RosError
+
+TOGETHER = "~/signals"
+"""The topic that sets several signals at once, by JSON in a ``std_msgs/msg/String``: ``{"Red": true}``."""
+
+WANTED = "~/signals_wanted"
+"""The latched topic on which a node that starts, or goes on, asks for its signals: a JSON list of names."""
+
+
+class RosSignals:
+    """What sets the signals of a node in ROS, for as long as it is open.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The ROS node.
+    signals : sequence of SignalPort
+        The signals.
+    receiver : Receiver
+        Whose signals they are.
+
+    Raises
+    ------
+    RosError
+        A parameter has a value that it cannot have.
+    """
+
+    def __init__(self, node: Any, signals: Sequence[SignalPort], receiver: Receiver) -> None:
+        self._receiver = receiver
+        self._is_open = True
+        self._closing: list[Callable[[], object]] = []
+        if not signals:
+            return
+        self._source = receiver.source(f"ros {node.resolve_topic_name(TOGETHER)}")
+        self._source.connected(True)
+        self._closing.append(lambda: receiver.remove_source(self._source))
+        try:
+            self._start_values(node, signals)
+            names = resource_names(signal.id for signal in signals)
+            for signal in signals:
+                self._add(node, signal.id, names[signal.id])
+            self._add_together(node)
+            self._ask(node, [names[signal.id] for signal in signals])
+        except BaseException:
+            self.close()
+            raise
+
+    def _start_values(self, node: Any, signals: Sequence[SignalPort]) -> None:
+        values = signal_parameters((signal.id, signal.initial) for signal in signals)
+        stale = stale_parameters(signal.id for signal in signals)
+        for signal in signals:
+            start = bool(declare(node, values[signal.id]))
+            if start != signal.initial:
+                self._receiver.signals_changed({signal.id: start}, "parameter")
+            after, then = (declare(node, parameter) for parameter in stale[signal.id])
+            try:
+                expected = Expectation(float(after) or 1.0, parse_then(then))
+            except (StalenessError, AttributeError) as error:
+                raise RosError(
+                    f"the parameter {stale[signal.id][1].name} cannot have the value it was given: {error}"
+                ) from error
+            if after:
+                self._receiver.signal_expected(signal.id, expected)
+
+    def _add(self, node: Any, id: str, name: str) -> None:
+        from std_msgs.msg import Bool
+        from std_srvs.srv import SetBool
+
+        def asked(request: Any, response: Any) -> Any:
+            if self._is_open:
+                self._set({id: bool(request.data)}, "service")
+                response.success, response.message = True, f"{id} is {str(bool(request.data)).lower()}"
+            else:
+                response.message = "the node is not configured"
+            return response
+
+        topic = LatchedTopic(
+            node, Bool, f"{TOGETHER}/{name}", lambda message: self._set({id: bool(message.data)}, "topic")
+        )
+        service = node.create_service(SetBool, f"~/set_signal/{name}", asked)
+        self._closing += [topic.close, lambda: node.destroy_service(service)]
+
+    def _add_together(self, node: Any) -> None:
+        from std_msgs.msg import String
+
+        def heard(message: Any) -> None:
+            try:
+                values = read_signals(message.data)
+            except DinerosError as error:
+                self._source.refuse(TOGETHER, error)
+                return
+            self._set(values, "topic")
+
+        self._closing.append(LatchedTopic(node, String, TOGETHER, heard).close)
+
+    def _ask(self, node: Any, names: Sequence[str]) -> None:
+        """Tell whatever feeds the signals that all are wanted: they may have changed meanwhile."""
+        from std_msgs.msg import String
+
+        publisher = node.create_publisher(String, WANTED, signal_quality(is_kept=True))
+        publisher.publish(String(data=json.dumps(names)))
+        self._closing.append(lambda: node.destroy_publisher(publisher))
+
+    def _set(self, values: dict[str, bool], source: str) -> None:
+        if not self._is_open:
+            return
+        try:
+            self._receiver.signals_changed(values, source)
+        except DinerosError as error:
+            self._source.refuse(TOGETHER, error)
+            return
+        self._source.accept()
+
+    def close(self) -> None:
+        """Take the topics and services down; no signal is set any more."""
+        self._is_open = False
+        for close in reversed(self._closing):
+            close()
+        self._closing.clear()

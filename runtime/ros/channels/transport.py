@@ -1,0 +1,381 @@
+"""A node's channels on ROS 2: topics, services and signals through rclpy.
+
+Callbacks hand over what came and return at once. A service's response is sent when the net has one, from
+whichever thread: as many requests are under way as the net has server instances.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+from dineros.metamodel.ros_names import resource_names
+from dineros.runtime.channels.transport import Answer, Receiver
+from dineros.runtime.nets.ports import (
+    Check,
+    ClientPort,
+    Message,
+    Port,
+    Ports,
+    PublisherPort,
+    ServerPort,
+    SubscriberPort,
+)
+from dineros.runtime.ros.channels.clients import Clients
+from dineros.runtime.ros.channels.companions import MESSAGES, REQUESTS, Announcer, Listener
+from dineros.runtime.ros.channels.parameters import (
+    DISCOVERY_TIMEOUT,
+    REQUEST_TIMEOUT,
+    declare,
+    subscriber_parameters,
+)
+from dineros.runtime.ros.channels.quality import SERVICE_DEPTH, LossCounter, service_quality, topic_quality
+from dineros.runtime.ros.channels.signals import RosSignals
+from dineros.runtime.ros.conversion.codecs import Codecs
+from dineros.runtime.ros.conversion.messages import Codec
+from dineros.runtime.ros.process.session import LOG, RosError, Session
+
+
+@dataclass(frozen=True)
+class _Outlet:
+    """A publisher, and what announces its messages where they have no field for an id."""
+
+    encode: Callable[[Message], Any]
+    publisher: Any
+    announcer: Announcer | None
+    has_ids: bool
+
+
+class RclpyTransport:
+    """Joins a node to ROS 2.
+
+    Parameters
+    ----------
+    session : Session
+        The ROS node to use; it stays open when the transport closes.
+    seen : mapping, optional
+        What the node received in an earlier life, as in a checkpoint: ``CHANNEL/PLACE`` -> sender -> number.
+    announces : bool
+        Whether messages of existing types get ids, which costs as much as the messages. A node that records
+        nothing sends none a second time, so that nobody needs them.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        seen: Mapping[str, Mapping[str, int]] | None = None,
+        *,
+        announces: bool = True,
+    ) -> None:
+        self._seen = seen or {}
+        self._announces = announces
+        self._session = session
+        self._is_open = False
+        self._publishers: dict[tuple[str, str], _Outlet] = {}
+        self._entities: list[tuple[Callable[[Any], Any], Any]] = []
+        self._clients: Clients | None = None
+        self._signals: RosSignals | None = None
+        self._checks: dict[Port, Check | None] = {}
+
+    def open(self, ports: Ports, receiver: Receiver) -> None:
+        """Make publishers, subscriptions, clients and services; wait for the subscribers that are expected.
+
+        Raises
+        ------
+        RosError
+            ROS is not there or refuses a name, a quality of service or a parameter.
+        InterfaceError
+            A ROS interface is not installed, or does not fit the model.
+        """
+        self._is_open = True
+        try:
+            self._make_entities(self._session.node, ports, receiver)
+        except BaseException:
+            self.close()
+            raise
+        self._await_subscribers(ports)
+
+    def _make_entities(self, node: Any, ports: Ports, receiver: Receiver) -> None:
+        codecs = Codecs(ports)
+        self._clients = Clients(node, receiver, float(declare(node, REQUEST_TIMEOUT)))
+        for publisher in ports.publishers:
+            self._add_publisher(node, publisher, codecs)
+        for server in ports.servers:
+            self._add_server(node, server, codecs, receiver)
+        for client in ports.clients:
+            self._checks[client] = self._clients.add(client, codecs).check
+        for subscriber in ports.subscribers:
+            self._add_subscriber(node, subscriber, codecs, receiver)
+        self._signals = RosSignals(node, ports.signals, receiver)
+
+    def _own(self, destroy: Callable[[Any], Any], entity: Any) -> Any:
+        self._entities.append((destroy, entity))
+        return entity
+
+    def _add_publisher(self, node: Any, port: PublisherPort, codecs: Codecs) -> None:
+        interface, codec = codecs.topic(port)
+        announcer = None
+        if port.type is not None and port.is_kept and self._announces:
+            name = f"{node.resolve_topic_name(port.topic)}/{MESSAGES}"
+            announcer = _made(name, lambda: Announcer(node, name, port.limit))
+            self._own(Announcer.close, announcer)
+        publisher = self._own(
+            node.destroy_publisher,
+            _made(
+                port.topic,
+                lambda: node.create_publisher(
+                    interface,
+                    port.topic,
+                    topic_quality(port),
+                    qos_overriding_options=_overridable(port.place),
+                ),
+            ),
+        )
+        has_ids = port.type is None or announcer is not None
+        self._publishers[port.channel, port.place] = _Outlet(codec.encode, publisher, announcer, has_ids)
+        self._checks[port] = codec.check
+
+    def _add_subscriber(self, node: Any, port: SubscriberPort, codecs: Codecs, receiver: Receiver) -> None:
+        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+
+        interface, codec = codecs.topic(port)
+        counter = LossCounter(self._seen.get(f"{port.channel}/{port.place}"))
+        decode, arrived = codec.decode, receiver.message_arrived
+
+        def accept(message: Message, info: Mapping[str, Any]) -> None:
+            if self._is_open:
+                sequence = info["publication_sequence_number"]
+                if again := counter.lost_at_restart(message.id, sequence):
+                    receiver.dropped(port, "restart", again)
+                lost = counter.lost_before(message.id, sequence, subscription.get_publisher_count)
+                arrived(port, message, lost)
+
+        group = MutuallyExclusiveCallbackGroup()
+        if port.type is not None and port.is_kept:
+            take, group = self._with_companion(node, port, interface, codec, receiver, accept)
+        else:
+
+            def take(ros_message: Any, info: Mapping[str, Any]) -> None:
+                accept(decode(ros_message), info)
+
+        subscription = self._own(
+            node.destroy_subscription,
+            _made(
+                port.topic,
+                lambda: node.create_subscription(
+                    interface,
+                    port.topic,
+                    take,
+                    topic_quality(port),
+                    callback_group=group,
+                    qos_overriding_options=_overridable(port.place),
+                ),
+            ),
+        )
+
+    def _with_companion(
+        self,
+        node: Any,
+        port: SubscriberPort,
+        interface: Any,
+        codec: Codec,
+        receiver: Receiver,
+        accept: Callable[[Message, Mapping[str, Any]], None],
+    ) -> tuple[Callable[[Any, Mapping[str, Any]], None], Any]:
+        """Listen to what publishers announce; return what takes the messages of the topic, and its group."""
+        topic = node.resolve_topic_name(port.topic)
+        counter = LossCounter()
+
+        def publishers() -> int:
+            return int(node.count_publishers(topic))
+
+        def strange(message: Message, lost: int) -> None:
+            if self._is_open:
+                receiver.message_arrived(port, message, lost)
+
+        listener = self._listen(
+            node,
+            port,
+            f"{topic}/{MESSAGES}",
+            port.limit,
+            interface,
+            codec,
+            receiver,
+            senders=publishers,
+            announced=accept,
+            known=lambda message, lost: None,
+            strange=strange,
+        )
+
+        def take(ros_message: Any, info: Mapping[str, Any]) -> None:
+            if self._is_open:
+                lost = counter.lost_before("", info["publication_sequence_number"], publishers)
+                listener.arrived(ros_message, int(info["source_timestamp"]), lost)
+
+        return take, listener.group
+
+    def _listen(
+        self,
+        node: Any,
+        port: SubscriberPort | ServerPort,
+        name: str,
+        limit: int,
+        interface: Any,
+        codec: Codec,
+        receiver: Receiver,
+        **callbacks: Any,
+    ) -> Listener:
+        def refused(error: Exception) -> None:
+            if self._is_open:
+                receiver.refused(port, error)
+
+        listener = _made(
+            name, lambda: Listener(node, name, limit, interface, codec, refused=refused, **callbacks)
+        )
+        return cast("Listener", self._own(Listener.close, listener))
+
+    def _add_server(self, node: Any, port: ServerPort, codecs: Codecs, receiver: Receiver) -> None:
+        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+
+        interface, requests, responses = codecs.service(port)
+        self._checks[port] = responses.check
+
+        def hand_on(request: Any, response: Any) -> Any:
+            return request
+
+        def requested(message: Message, answer: Answer) -> None:
+            if self._is_open:
+                receiver.request_arrived(port, message, answer)
+
+        group, listener = MutuallyExclusiveCallbackGroup(), None
+        if port.type is not None:
+            service_name = node.resolve_service_name(port.service)
+            listener = self._listen(
+                node,
+                port,
+                f"{service_name}/{REQUESTS}",
+                SERVICE_DEPTH,
+                interface.Request,
+                requests,
+                receiver,
+                senders=lambda: int(node.count_clients(service_name)),
+                announced=lambda message, info: None,
+                known=requested,
+                strange=requested,
+            )
+            group = listener.group
+        service = self._own(
+            node.destroy_service,
+            _made(
+                port.service,
+                lambda: node.create_service(
+                    interface,
+                    port.service,
+                    hand_on,
+                    qos_profile=service_quality(),
+                    callback_group=group,
+                ),
+            ),
+        )
+        send_response = service.send_response
+
+        def keep(request: Any, header: Any) -> None:
+            """Take a request with the header that its response needs."""
+
+            def answer(message: Message) -> None:
+                if self._is_open:
+                    try:
+                        send_response(responses.encode(message), header)
+                    except Exception as error:
+                        LOG.error("the response to %s of %s is not sent: %s", message.id, port.service, error)
+
+            if listener is None:
+                requested(requests.decode(request), answer)
+            elif self._is_open:
+                listener.arrived(request, int(header.source_timestamp), answer)
+
+        # The executor calls this with what the callback returned, expecting the response at once. An async
+        # callback would keep this executor busy until its response is there (rclpy before 7.1.9).
+        service.send_response = keep
+
+    def _await_subscribers(self, ports: Ports) -> None:
+        """Wait for the subscribers that are expected; they would never get what was published before."""
+        node = self._session.node
+        limit = float(declare(node, DISCOVERY_TIMEOUT))
+        parameters = subscriber_parameters(port.channel for port in ports.publishers)
+        expected = {channel: int(declare(node, parameter)) for channel, parameter in parameters.items()}
+        missing = [port for port in ports.publishers if expected[port.channel] > 0]
+        end = time.monotonic() + limit
+        while missing and not self._session.is_ending:
+            missing = [port for port in missing if self._subscribers(port) < expected[port.channel]]
+            if missing and time.monotonic() >= end:
+                topics = ", ".join(port.topic for port in missing)
+                LOG.warning("after %g s, subscribers are missing on %s", limit, topics)
+                break
+            if missing:
+                time.sleep(0.01)
+
+    def _subscribers(self, port: PublisherPort) -> int:
+        return int(self._publishers[port.channel, port.place].publisher.get_subscription_count())
+
+    def publish(self, port: PublisherPort, message: Message) -> bool:
+        """Publish a message; ROS overwrites the oldest of a full queue, and the subscribers see the gap."""
+        outlet = self._publishers[port.channel, port.place]
+        ros_message = outlet.encode(message)
+        if outlet.announcer is not None:
+            outlet.announcer.announce(message.id, ros_message)
+        outlet.publisher.publish(ros_message)
+        return True
+
+    def publish_again(self, port: PublisherPort, message: Message) -> None:
+        """Publish a message that was published before, for those who can tell by its id."""
+        outlet = self._publishers[port.channel, port.place]
+        if outlet.announcer is not None:
+            outlet.announcer.announce(message.id, outlet.encode(message), is_alone=True)
+        elif outlet.has_ids:
+            outlet.publisher.publish(outlet.encode(message))
+
+    def request(self, port: ClientPort, message: Message) -> None:
+        """Ask a service, as soon as it is there; a time-out is told to the receiver."""
+        assert self._clients is not None
+        self._clients.request(port, message)
+
+    def check(self, port: Port) -> Check | None:
+        """Return what raises for data outside the ranges of the ROS fields that it is mapped to."""
+        return self._checks[port]
+
+    def close(self) -> None:
+        """Take the channels down; the receiver is called no more."""
+        self._is_open = False
+        if self._clients is not None:
+            self._clients.close()
+        if self._signals is not None:
+            self._signals.close()
+        for destroy, entity in reversed(self._entities):
+            destroy(entity)
+        self._entities.clear()
+        self._publishers.clear()
+
+
+def _overridable(place: str) -> Any:
+    """Let parameters such as ``qos_overrides.TOPIC.publisher_PLACE.depth`` change the quality of service."""
+    from rclpy.qos_overriding_options import QoSOverridingOptions
+
+    return QoSOverridingOptions.with_default_policies(entity_id=resource_names([place])[place])
+
+
+def _made(name: str, make: Callable[[], Any]) -> Any:
+    """Make a ROS entity.
+
+    Raises
+    ------
+    RosError
+        ROS refuses it.
+    """
+    try:
+        return make()
+    except Exception as error:
+        text = str(error).strip().partition("\n")[0] or type(error).__name__
+        raise RosError(f"{name!r} cannot be made in ROS: {text}") from error

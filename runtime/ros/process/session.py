@@ -1,0 +1,209 @@
+"""A ROS node, its context and the thread that runs its callbacks, begun and ended in the right order.
+
+Every session has a context of its own, so that several run in one process. On the thread of the session, work
+of somebody else can be done between callbacks: a node whose net reacts there answers without changing
+threads.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.ros_names import resource_name
+from dineros.runtime.ros.process.calm import Misfits, calm_executor
+from dineros.runtime.ros.process.memory import remove_abandoned
+from dineros.runtime.scheduling.threads import join
+
+LOG = logging.getLogger("dineros.runtime")
+
+Work = Callable[[], "float | None"]
+"""Done between callbacks; returns after how many seconds it wants to be called, None: when it is woken."""
+
+
+class RosError(DinerosError):
+    """ROS 2 is not there, or does not do what a node needs."""
+
+
+class Session:
+    """A ROS node that runs.
+
+    Parameters
+    ----------
+    name, namespace : str
+        Of the ROS node; arguments can remap them.
+    arguments : sequence of str
+        What ROS is to know: ``["--ros-args", "-r", "__ns:=/cell", "-p", "seed:=7"]``.
+    executor : {"single", "multi"}
+        The executor of the node; callbacks only hand over what came, so that one thread is enough as a rule.
+    threads : int
+        Threads of a multi-threaded executor.
+    domain : int, optional
+        The ROS domain; by default that of the environment.
+    make_node : callable, optional
+        Makes the rclpy node, as ``rclpy.node.Node`` does.
+    ending : threading.Event, optional
+        Set by whoever is going to end the session, such as a signal handler, before `end` is called.
+
+    Attributes
+    ----------
+    node : rclpy.node.Node
+        The ROS node.
+
+    Raises
+    ------
+    RosError
+        rclpy is not installed, or refuses the name or the arguments.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        namespace: str = "",
+        *,
+        arguments: Sequence[str] = (),
+        executor: str = "single",
+        threads: int = 1,
+        domain: int | None = None,
+        make_node: Callable[..., Any] | None = None,
+        ending: threading.Event | None = None,
+    ) -> None:
+        rclpy = import_rclpy()
+        from rclpy.executors import MultiThreadedExecutor
+        from rclpy.node import Node
+
+        self._context = rclpy.Context()
+        self._thread: threading.Thread | None = None
+        self._ending = ending or threading.Event()
+        self._is_ending = False
+        self._is_closed = False
+        self._waking = threading.Lock()
+        self.failure: BaseException | None = None
+        try:
+            rclpy.init(args=["dineros", *arguments], context=self._context, domain_id=domain)
+        except Exception as error:
+            raise RosError(f"ROS 2 does not start: {_first_line(error)}") from error
+        try:
+            self.node: Any = (make_node or Node)(
+                resource_name(name), context=self._context, namespace=namespace or None
+            )
+            self._executor: Any = (
+                MultiThreadedExecutor(max(2, threads), context=self._context)
+                if executor == "multi"
+                else calm_executor(self._context)
+            )
+        except Exception as error:
+            rclpy.shutdown(context=self._context)
+            raise RosError(f"the ROS node {name!r} cannot be made: {_first_line(error)}") from error
+        self._executor.add_node(self.node)
+        self._misfits = Misfits(self.node, self._executor) if executor != "multi" else None
+
+    @property
+    def is_ending(self) -> bool:
+        """Whether it ends, or is going to: nobody should wait for another node any more."""
+        return self._is_ending or self._ending.is_set()
+
+    @property
+    def is_own_thread(self) -> bool:
+        """Whether the caller is the thread that runs the callbacks."""
+        return self._thread is threading.current_thread()
+
+    def start(self, work: Work | None = None) -> None:
+        """Run callbacks on a thread of their own until `close`."""
+        self._thread = threading.Thread(
+            target=self._run, args=(work,), name=f"ros {self.node.get_name()}", daemon=True
+        )
+        self._thread.start()
+
+    def _run(self, work: Work | None) -> None:
+        from rclpy.executors import ExternalShutdownException
+
+        spin_once, misfits = self._executor.spin_once, self._misfits
+        self._executor.spinner = threading.get_ident()
+        try:
+            while not self._is_ending:
+                timeout = work() if work is not None else None
+                if misfits is not None and misfits.are_due and not self._is_ending:
+                    misfits.look()
+                    continue  # with what came meanwhile
+                if not self._is_ending:
+                    spin_once(timeout)
+        except ExternalShutdownException:
+            pass
+        except BaseException as error:
+            if not self._is_ending:
+                LOG.critical("the ROS node %s ends: %s", self.node.get_name(), error, exc_info=error)
+                self.failure = error
+        finally:
+            self._executor.spinner = None
+
+    def wake(self) -> None:
+        """Have the work between callbacks done now; from any thread. Does nothing after `close`."""
+        with self._waking:  # an executor that is being shut down must not be woken
+            if not self._is_closed:
+                self._executor.create_task(_do_nothing)
+
+    def end(self) -> None:
+        """Have the thread end, after the callback it is in; from any thread."""
+        self._is_ending = True
+        self.wake()
+
+    def join(self, timeout: float | None = None) -> bool:
+        """Wait until the thread has ended; return whether it has."""
+        if not self.is_own_thread:
+            join(self._thread, timeout)
+        return self._thread is None or not self._thread.is_alive()
+
+    def cut_off(self) -> None:
+        """Wait for the thread no more: a handler keeps it, and nothing of ROS is left on it."""
+        self._thread = None
+
+    def close(self) -> None:
+        """End the thread, take the node down, leave ROS; in this order nothing is left behind.
+
+        What processes that have ended before left in shared memory is removed.
+        """
+        if self._is_closed:
+            return
+        self.end()
+        self.join()
+        with self._waking:
+            self._is_closed = True
+        import rclpy
+
+        if self._misfits is not None:
+            self._misfits.close()
+        self._executor.shutdown()
+        self._executor.remove_node(self.node)
+        self.node.destroy_node()
+        rclpy.shutdown(context=self._context)
+        remove_abandoned()
+
+
+def _do_nothing() -> None:
+    """Make the executor return: waking it makes it look again for callbacks, but go on waiting."""
+
+
+def import_rclpy() -> Any:
+    """Return rclpy.
+
+    Raises
+    ------
+    RosError
+        It is not installed.
+    """
+    try:
+        import rclpy
+    except ImportError as error:
+        raise RosError(
+            f"ROS 2 is not there: {error}",
+            hint="install dineros[ros], or source the setup.bash of your installation of ROS 2",
+        ) from error
+    return rclpy
+
+
+def _first_line(error: BaseException) -> str:
+    return str(error).strip().partition("\n")[0] or type(error).__name__

@@ -1,0 +1,148 @@
+"""Nodes that go on after their process has died, with all that was on its way in it."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from dineros.metamodel import sym
+from dineros.runtime.channels.local import LocalNetwork
+from dineros.runtime.firing.handlers import Firing
+from dineros.runtime.journal import resume_journal
+from dineros.runtime.journal.kept import KeepError, Memory
+from dineros.runtime.journal.recording import ListRecorder
+from dineros.runtime.nets.ports import Message, PublisherPort
+from dineros.runtime.nodes.net import Net
+from dineros.runtime.nodes.node import Node
+from dineros.transformations.flattening.split import split
+from tests.support.talker import talker
+
+
+def part(id: str, model: sym.SystemModel | None = None) -> Net:
+    return Net(next(each for each in split(model or talker()) if each.node.id == id), seed=1)
+
+
+def node(folder: Path, id: str, network: LocalNetwork, **options: Any) -> Node:
+    """Return a node that goes on from its journal, where it has one."""
+    recorder, checkpoint = resume_journal(folder, id)
+    made = Node(part(id), network.transport(), recorder, resume=checkpoint, **options)
+    made.open()
+    return made
+
+
+def test_what_was_on_its_way_when_everything_died_comes_once(tmp_path: Path) -> None:
+    """The queue dies with the process of its node; what is published again comes to those who lack it."""
+    network = LocalNetwork(seed=1)
+    talks = node(tmp_path, "talker", network)
+    talks.net.signal("Button").set(True)
+    talks.run_until_idle()  # all is said, nothing has been moved by the network
+    talks.close()
+    for _ in range(2):  # the second time, the listener has all of it
+        network = LocalNetwork(seed=1)
+        listens, talks = node(tmp_path, "listener", network), node(tmp_path, "talker", network)
+        while listens.step() or talks.step() or network.step():
+            pass
+        assert listens.net.count("Noted") == 3
+        listens.close()
+        talks.close()
+
+
+def test_only_what_the_queue_holds_is_sent_again(tmp_path: Path) -> None:
+    sent: list[str] = []
+
+    class Wire:
+        def open(self, ports: object, receiver: object) -> None: ...
+        def close(self) -> None: ...
+        def request(self, port: object, message: Message) -> None: ...
+
+        def publish(self, port: PublisherPort, message: Message) -> bool:
+            sent.append(message.id)
+            return True
+
+    model = talker()
+    (channel,) = (each for each in model.channels if isinstance(each, sym.TopicChannel))
+    channel.publishers[0].limit = 2
+    for _ in range(2):
+        recorder, checkpoint = resume_journal(tmp_path, "talker")
+        made = Node(part("talker", model), Wire(), recorder, resume=checkpoint)
+        made.open()
+        made.net.signal("Button").set(True)
+        made.run_until_idle()
+        made.close()
+    numbers = [id.rpartition("/")[2] for id in sent]
+    assert numbers == ["1", "2", "3", "2", "3"]
+
+
+def test_a_handler_keeps_a_value_over_a_restart(tmp_path: Path) -> None:
+    """It changes with the firing or not at all."""
+    network = LocalNetwork()
+
+    def count(firing: Firing) -> None:
+        firing.memory["said"] = firing.memory.value("said", 0) + 1
+        firing.memory["last"] = {"id": firing.id}
+        if firing.memory["said"] == 3:
+            raise RuntimeError("not the third time")
+
+    for expected in (2, 2):
+        recorder, checkpoint = resume_journal(tmp_path, "talker")
+        net = part("talker")
+        net.handler("Say")(count)
+        made = Node(net, network.transport(), recorder, resume=checkpoint)
+        made.open()
+        net.signal("Button").set(True)
+        made.run_until_idle()
+        assert made.checkpoint()["kept"] == {"said": expected, "last": {"id": "Say"}}
+        made.close()
+
+
+@pytest.mark.parametrize("value", [object(), float("nan"), {1, 2}])
+def test_only_json_is_kept(value: Any, tmp_path: Path) -> None:
+    net = part("talker")
+
+    @net.handler("Say")
+    def keep(firing: Firing) -> None:
+        firing.memory["it"] = value
+
+    made = Node(net, LocalNetwork().transport())
+    made.open()
+    net.signal("Button").set(True)
+    made.run_until_idle()
+    assert "'it' cannot be kept" in net.inspect().errors[0].error
+    made.close()
+
+
+def test_a_node_that_settles_ends_what_it_has_begun(tmp_path: Path) -> None:
+    """No firing begins any more, a handler elsewhere ends, and what it puts is published."""
+    begun, may_end = threading.Event(), threading.Event()
+    network = LocalNetwork()
+    net = part("talker")
+
+    @net.handler("Say", thread=True)
+    def say(firing: Firing) -> None:
+        begun.set()
+        may_end.wait(10)
+
+    recorder = ListRecorder()
+    made = Node(net, network.transport(), recorder)
+    made.start()
+    net.signal("Button").set(True)
+    assert begun.wait(10)
+    threading.Timer(0.2, may_end.set).start()
+    assert made.settle(10)
+    made.stop()
+    events = [record["event"] for record in recorder.records]
+    assert events == ["start", "signal", "fire", "publish", "stop"]
+
+
+def test_what_is_kept_has_the_type_that_is_asked_for() -> None:
+    memory = Memory({"times": 3, "name": "cup", "list": [1]})
+    assert (memory.value("times", 0), memory.value("times", 0.5), memory.value("no", "x")) == (3, 3.0, "x")
+    with pytest.raises(KeepError, match="'name' is kept as 'cup', which is no int"):
+        memory.value("name", 0)
+    memory["list"].append(2)  # a copy
+    del memory["name"]
+    assert dict(memory) == {"times": 3, "list": [1]}
+    assert memory.changes == {"name": None}

@@ -1,0 +1,38 @@
+"""Waiting for threads that may not have been started."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from dineros.runtime.channels.local import LocalNetwork
+from dineros.runtime.scheduling.threads import join
+
+
+def test_a_thread_that_was_not_started_is_not_waited_for() -> None:
+    """Ctrl-C may come between making a thread and starting it; whoever cleans up must not fail."""
+    join(threading.Thread(target=threading.Event().wait))
+    join(None)
+
+
+def test_a_thread_that_runs_is_waited_for() -> None:
+    ends, seen = threading.Event(), []
+    thread = threading.Thread(target=lambda: seen.append(ends.wait()))
+    thread.start()
+    join(thread, 0.01)
+    assert seen == []
+    ends.set()
+    join(thread)
+    assert seen == [True]
+
+
+def test_a_network_whose_start_was_interrupted_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    def start(_: threading.Thread) -> None:
+        raise KeyboardInterrupt
+
+    network = LocalNetwork()
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(threading.Thread, "start", start)
+        network.start()
+    network.stop()
