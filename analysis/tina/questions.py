@@ -14,7 +14,7 @@ from dataclasses import replace
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.explicit import Order
-from dineros.analysis.logic.language.atoms import BoundAtoms, Step, fair_transitions
+from dineros.analysis.logic.language.atoms import BoundAtoms, Step, all_resolved
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.semantics import holds_on_lasso
@@ -161,7 +161,7 @@ def verify(
     budget = budget.begun()
     tree = parse(formula) if isinstance(formula, str) else formula
     atoms = BoundAtoms(net, tree, names)
-    weakly, strongly = fair_transitions(names, weak), fair_transitions(names, strong)
+    weakly, strongly = all_resolved(names, weak), all_resolved(names, strong)
     text = fair_text(net, formula_text(net, tree, atoms), weakly, strongly)
     states = 0
 

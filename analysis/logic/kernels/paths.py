@@ -1,6 +1,7 @@
 """Kernels on the stored part of a product: shortest paths, and the edges between some states.
 
-Nothing is stored by them: edges to states that are new are left out.
+Nothing is stored by them: edges to states that are new are left out, so that the part looked at is the one
+that a search has stored.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 Depth-first search with a stack of roots of components; a closing edge joins the components above its target
 and adds their marks. A component with all marks is an accepting run's loop, and the search stops there. A
-search that pauses, for room or for the clock, goes on where it was.
+search that pauses, for room or for the clock, goes on where it was. It knows of the net what `expand` tells
+of it.
 
 References
 ----------

@@ -1,6 +1,7 @@
 """Kernels on stored reachability graphs: building them, and the fixpoints of CTL over predecessor lists.
 
 A graph is that of the markings a `Product` stores; its edges are kept, where the search of LTL forgets them.
+Branching questions look at each of them more than once.
 
 References
 ----------

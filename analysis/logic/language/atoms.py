@@ -139,7 +139,7 @@ def resolved_transitions(names: Names, name: Name) -> Sequence[int]:
         raise error.at(name.column) from None
 
 
-def fair_transitions(names: Names, wanted: Iterable[str]) -> list[int]:
+def all_resolved(names: Names, wanted: Iterable[str]) -> list[int]:
     """Return the transitions of some names, each once."""
     return list(dict.fromkeys(t for name in wanted for t in resolved_transitions(names, Name(name))))
 

@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.automata.translation import translate
-from dineros.analysis.logic.language.atoms import BoundAtoms, fair_transitions
+from dineros.analysis.logic.language.atoms import BoundAtoms, all_resolved
 from dineros.analysis.logic.language.combining import combined, condition_of
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.parser import parse
@@ -84,7 +84,7 @@ def verify_ltl(
     budget = budget.begun()
     tree = parse(formula) if isinstance(formula, str) else formula
     atoms = BoundAtoms(net, tree, names)
-    weakly, strongly = fair_transitions(names, weak), fair_transitions(names, strong)
+    weakly, strongly = all_resolved(names, weak), all_resolved(names, strong)
     # A strongly fair run is weakly fair.
     weakly = [t for t in weakly if t not in strongly]
     automaton = translate(negated(combined(tree)))
