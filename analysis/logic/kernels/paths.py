@@ -7,12 +7,12 @@ that a search has stored.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from dineros.analysis.logic.kernels.product import MAY_ADD, expand
+from dineros.analysis.nets.kernels import kernel
 
 
-@njit(cache=True)
+@kernel()
 def shortest_path(  # type: ignore[no-untyped-def]
     steps, conditions, edges, store, scratch, start, allowed, goal, wanted, parents, labels, queue, targets,
     new_labels
@@ -56,7 +56,7 @@ def shortest_path(  # type: ignore[no-untyped-def]
     return np.int64(-1)
 
 
-@njit(cache=True)
+@kernel()
 def inner_edges(  # type: ignore[no-untyped-def]
     steps, conditions, edges, store, scratch, states, first, number, sources, targets, labels, weak, strong
 ):  # fmt: skip

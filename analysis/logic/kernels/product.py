@@ -11,7 +11,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from dineros.analysis.explicit.kernels.atomics import prefetch
@@ -25,6 +24,7 @@ from dineros.analysis.explicit.kernels.markings import (
 )
 from dineros.analysis.explicit.kernels.stubborn import lowest_bit
 from dineros.analysis.logic.language.atoms import Combined
+from dineros.analysis.nets.kernels import kernel
 
 Int64Array = NDArray[np.int64]
 
@@ -111,7 +111,7 @@ BITS = 62
 NOT, AND, OR, TRUE, FALSE = Combined.NOT, Combined.AND, Combined.OR, Combined.TRUE, Combined.FALSE
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def find(store, box, at, code):  # type: ignore[no-untyped-def]
     """Return the index of the state in a row of a box, added if that is allowed; -1 if it is not there."""
     table, words = store.table, store.words
@@ -137,7 +137,7 @@ def find(store, box, at, code):  # type: ignore[no-untyped-def]
     return index
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def find_enabled(steps, store, scratch, state):  # type: ignore[no-untyped-def]
     """List the transitions enabled in a state; return how many there are."""
     count = 0
@@ -151,7 +151,7 @@ def find_enabled(steps, store, scratch, state):  # type: ignore[no-untyped-def]
     return count
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def read_letter(steps, conditions, store, scratch, state, count):  # type: ignore[no-untyped-def]
     """Write the bits of the atoms that are true in a state whose `count` enabled transitions are listed."""
     letter = scratch.letter
@@ -180,7 +180,7 @@ def read_letter(steps, conditions, store, scratch, state, count):  # type: ignor
             letter[bit // BITS] |= 1 << (bit % BITS)
 
 
-@njit(cache=True)
+@kernel()
 def combination(conditions, scratch, c):  # type: ignore[no-untyped-def]
     """Evaluate a boolean combination of bits that are known."""
     stack = scratch.stack
@@ -207,7 +207,7 @@ def combination(conditions, scratch, c):  # type: ignore[no-untyped-def]
     return stack[0]
 
 
-@njit(cache=True)
+@kernel()
 def expand(  # type: ignore[no-untyped-def]
     steps, conditions, edges, store, scratch, state, targets, labels, top
 ):  # fmt: skip

@@ -16,10 +16,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from dineros.analysis.logic.kernels.product import MAY_ADD, STATES, expand
+from dineros.analysis.nets.kernels import kernel
 
 Int32Array = NDArray[np.int32]
 Int64Array = NDArray[np.int64]
@@ -46,7 +46,7 @@ class Search(NamedTuple):
     control: Int64Array
 
 
-@njit(cache=True)
+@kernel()
 def is_accepting(search, root, required):  # type: ignore[no-untyped-def]
     """Whether a component has all required marks and is fair to the strongly fair transitions in it."""
     for m in range(required.size):
@@ -56,7 +56,7 @@ def is_accepting(search, root, required):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True)
+@kernel()
 def has_required(search, root, required):  # type: ignore[no-untyped-def]
     """Whether a component has all required marks."""
     missing = 0
@@ -65,7 +65,7 @@ def has_required(search, root, required):  # type: ignore[no-untyped-def]
     return missing == 0
 
 
-@njit(cache=True)
+@kernel()
 def close_cycle(search, conditions, edges, number, label):  # type: ignore[no-untyped-def]
     """Join the components above a live state's, after an edge to it; return whether the result accepts."""
     control = search.control
@@ -85,7 +85,7 @@ def close_cycle(search, conditions, edges, number, label):  # type: ignore[no-un
     return is_accepting(search, root, conditions.required)
 
 
-@njit(cache=True)
+@kernel()
 def explore(steps, conditions, edges, store, scratch, search, visits):  # type: ignore[no-untyped-def]
     """Go on with the search until it is decided, something is needed, or `visits` more states are visited."""
     store.counters[MAY_ADD] = 1

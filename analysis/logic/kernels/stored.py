@@ -13,14 +13,14 @@ fixed-point equations on transition systems*, CAAP 1992, LNCS 581 (counting succ
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from dineros.analysis.logic.kernels.product import MAY_ADD, STATES, expand, find_enabled, read_letter
+from dineros.analysis.nets.kernels import kernel
 
 COMPLETE, STORE_FULL, ARCS_FULL, OVERFLOW, PAUSED = range(5)
 
 
-@njit(cache=True)
+@kernel()
 def build(  # type: ignore[no-untyped-def]
     steps, conditions, edges, store, scratch, pointer, targets, labels, first, visits
 ):  # fmt: skip
@@ -50,7 +50,7 @@ def build(  # type: ignore[no-untyped-def]
     return COMPLETE, state
 
 
-@njit(cache=True)
+@kernel()
 def letters(steps, conditions, store, scratch, result):  # type: ignore[no-untyped-def]
     """Write the bits of the atoms true in each state."""
     for state in range(store.counters[STATES]):
@@ -60,7 +60,7 @@ def letters(steps, conditions, store, scratch, result):  # type: ignore[no-untyp
             result[state, w] = scratch.letter[w]
 
 
-@njit(cache=True)
+@kernel()
 def predecessors(pointer, targets, back_pointer, sources):  # type: ignore[no-untyped-def]
     """Reverse a graph in CSR form; `back_pointer` must be zero."""
     size = pointer.size - 1
@@ -76,7 +76,7 @@ def predecessors(pointer, targets, back_pointer, sources):  # type: ignore[no-un
             place[t] += 1
 
 
-@njit(cache=True)
+@kernel()
 def some_successor(pointer, targets, inside, result):  # type: ignore[no-untyped-def]
     """EX: states with a successor in a set."""
     for s in range(pointer.size - 1):
@@ -86,7 +86,7 @@ def some_successor(pointer, targets, inside, result):  # type: ignore[no-untyped
                 break
 
 
-@njit(cache=True)
+@kernel()
 def some_until(back_pointer, sources, stay, result, queue):  # type: ignore[no-untyped-def]
     """E[stay U goal]: `result` holds the goal and becomes the answer."""
     tail = 0
@@ -106,7 +106,7 @@ def some_until(back_pointer, sources, stay, result, queue):  # type: ignore[no-u
                 tail += 1
 
 
-@njit(cache=True)
+@kernel()
 def some_globally(pointer, targets, back_pointer, sources, result, queue):  # type: ignore[no-untyped-def]
     """EG: `result` holds a set and becomes its states from which a run stays in it for ever."""
     size = result.size
@@ -136,7 +136,7 @@ def some_globally(pointer, targets, back_pointer, sources, result, queue):  # ty
                     tail += 1
 
 
-@njit(cache=True)
+@kernel()
 def path_states(pointer, targets, start, allowed, goal, parents, queue):  # type: ignore[no-untyped-def]
     """Breadth-first search over allowed states for the end of a shortest path with an edge to a goal.
 

@@ -137,8 +137,16 @@ class TestVerify:
     def test_a_violation_is_a_run_for_ever(self, run: Run, net: Path) -> None:
         result = run("verify", net, "--ltl", "G F fired(stop)")
         assert result.exit_code == 1
-        assert lines(result)[-2:][0] == "  for ever:"
-        assert lines(result)[-1].endswith("  wait")
+        assert lines(result)[-3] == "  for ever:"
+        assert lines(result)[-2].endswith("  wait")
+        assert lines(result)[-1] == "  enabled for ever, never fired (--fair leaves such runs out): start"
+
+    @uses("cycle")
+    def test_groups_of_fair_transitions(self, run: Run, net: Path) -> None:
+        assert run("verify", net, "--ltl", "G F fired(stop)", "--fair", "all").exit_code == 0
+        result = run("verify", net, "--ltl", "G F fired(stop)", "--fair", "all-but:start", "--json")
+        assert result.exit_code == 1
+        assert json.loads(result.stdout)["unfair"] == {"weakly": ["start"], "strongly": []}
 
     @uses("ends")
     def test_a_run_that_ends_stays_there(self, run: Run, net: Path) -> None:
@@ -162,7 +170,8 @@ class TestVerify:
         result = run("verify", net, "--ctl", "AG b <= 1", "--json", "-o", output)
         assert result.exit_code == 1
         report = json.loads(result.stdout)
-        assert list(report) == ["model", "formula", "status", "reason", "states", "seconds", "witness"]
+        keys = ["model", "formula", "status", "reason", "states", "seconds", "witness", "unfair"]
+        assert list(report) == keys
         assert (report["status"], report["formula"]) == ("violated", "AG b <= 1")
         assert [step["transition"] for step in report["witness"]["steps"]] == ["t", "t"]
         records = list(read_records(output))
@@ -242,7 +251,7 @@ class TestVerify:
         assert run("verify", SORTING, *none, "--ctl", "AG EF (Shown >= 3)").exit_code == 0
         result = run("verify", SORTING, *none, "--ltl", "G (PickReqL >= 1 -> F PickResL >= 1)")
         assert result.exit_code == 1
-        loop = result.stdout.partition("  for ever:\n")[2]
+        loop = result.stdout.partition("  for ever:\n")[2].partition("  enabled for ever")[0]
         assert "TSense" in loop
         assert "Pick" not in loop
 
