@@ -5,11 +5,37 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 
 from dineros.analysis.model.subject import Subject
-from dineros.analysis.witnesses.findings import Finding
+from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import node_net_of, node_nets, transitions
 from dineros.transformations.flattening.traces import Link
+
+TRANSITION = Fault(
+    "dead-transition",
+    "warning",
+    "A transition can never fire.",
+    "transition {transition}{where} can never fire",
+)
+NODE_NET = Fault(
+    "dead-node-net",
+    "error",
+    "A node net does nothing: all it has is dead.",
+    "node net {node} does nothing: all it has is dead",
+)
+TOPIC = Fault(
+    "unused-topic", "warning", "A topic never carries a message.", "topic {topic} never carries a message"
+)
+NOT_CALLED = Fault(
+    "service-never-called", "warning", "A service is never called.", "service {service} is never called"
+)
+NO_RETURN = Fault(
+    "service-never-returns",
+    "error",
+    "A service is called, but never returns.",
+    "service {service} never returns",
+)
+FAULTS = (TOPIC, NOT_CALLED, NO_RETURN, NODE_NET, TRANSITION)
 
 
 def unused_parts(subject: Subject, dead: Collection[int]) -> list[Finding]:
@@ -25,7 +51,7 @@ def unused_parts(subject: Subject, dead: Collection[int]) -> list[Finding]:
     model = subject.model
     if not isinstance(model, sym.SystemModel):
         return [
-            Finding("dead-transition", "warning", (name,), f"transition {name} can never fire")
+            TRANSITION.found(name, transition=name, where="")
             for name in (subject.net.transitions[index] for index in sorted(dead))
         ]
     alive = _Alive(subject, dead)
@@ -63,9 +89,7 @@ class _Alive:
 def _topics(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
     for channel in model.channels:
         if isinstance(channel, sym.TopicChannel) and not alive.any(channel, ["transport"]):
-            yield Finding(
-                "unused-topic", "warning", (channel.id,), f"topic {channel.topic} never carries a message"
-            )
+            yield TOPIC.found(channel.id, topic=channel.topic)
 
 
 def _services(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
@@ -73,13 +97,9 @@ def _services(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
         if not isinstance(channel, sym.ServiceChannel):
             continue
         if not alive.any(channel, ["t_req"]):
-            yield Finding(
-                "service-never-called", "warning", (channel.id,), f"service {channel.service} is never called"
-            )
+            yield NOT_CALLED.found(channel.id, service=channel.service)
         elif not alive.any(channel, ["t_return"]):
-            yield Finding(
-                "service-never-returns", "error", (channel.id,), f"service {channel.service} never returns"
-            )
+            yield NO_RETURN.found(channel.id, service=channel.service)
 
 
 def _node_nets(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
@@ -87,9 +107,7 @@ def _node_nets(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
     for node in node_nets(model):
         own = [transition for transition in transitions(model) if node_net_of(transition) is node]
         if not any(alive.any(part) for part in (*own, *ports.get(node, ()))):
-            yield Finding(
-                "dead-node-net", "error", (node.id,), f"node net {node.id} does nothing: all it has is dead"
-            )
+            yield NODE_NET.found(node.id, node=node.id)
 
 
 def _ports(model: sym.SystemModel) -> dict[sym.NodeNet, list[EObject]]:
@@ -114,9 +132,4 @@ def _transitions(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
         if not alive.any(transition):
             node = node_net_of(transition)
             where = f" of node net {node.id}" if node is not None else ""
-            yield Finding(
-                "dead-transition",
-                "warning",
-                (transition.id,),
-                f"transition {transition.id}{where} can never fire",
-            )
+            yield TRANSITION.found(transition.id, transition=transition.id, where=where)

@@ -100,6 +100,32 @@ class Finding:
     witness: Witness | None = None
 
 
+@dataclass(frozen=True)
+class Fault:
+    """A kind of fault, as the question that looks for it declares it.
+
+    Attributes
+    ----------
+    rule : str
+        What it is called, such as ``queue-overflow``.
+    severity : {"error", "warning", "note"}
+        How bad it is.
+    meaning : str
+        What it is, in general: SARIF's description of the rule.
+    message : str
+        What is wrong, with the names of its parts in braces.
+    """
+
+    rule: str
+    severity: Severity
+    meaning: str
+    message: str
+
+    def found(self, *elements: str, witness: Witness | None = None, **parts: object) -> Finding:
+        """Return a finding of this kind, with the parts of its message."""
+        return Finding(self.rule, self.severity, elements, self.message.format(**parts), witness)
+
+
 Unknown = Outcome.left_open
 """Makes what a report has of a question that was not decided."""
 

@@ -70,27 +70,20 @@ def find(
     With --engine tina the way is one that TINA's programs sift and pathto tell, replayed; it may be longer.
     Exit status 0: found; 1: proved unreachable; 3: unknown.
     """
-    from dineros.analysis.questions.reachability import find_enabled, find_marking
+    from dineros.analysis.questions.engines import ENGINES, Enabled, Marking, Question
     from dineros.analysis.witnesses.findings import witness_of
 
     if (enabled is None) == (marking is None):
         raise click.UsageError("give either --enabled or --marking")
     subject = load_subject(model, settings, signals, overflow)
+    question: Question
+    if enabled is not None:
+        question = Enabled(subject.net, subject.names, enabled, order)
+    else:
+        assert marking is not None
+        question = Marking(subject.net, subject.names, marking, order)
     with exploring() as progress, reading_formula("--marking" if enabled is None else "--enabled"):
-        limits = budget_of(memory, timeout, progress), order
-        if engine == "tina":
-            from dineros.analysis import tina
-
-            if enabled is not None:
-                answer = tina.find_enabled(subject.net, enabled, subject.names, *limits)
-            else:
-                assert marking is not None
-                answer = tina.find_marking(subject.net, marking, subject.names, *limits)
-        elif enabled is not None:
-            answer = find_enabled(subject.net, enabled, subject.names, *limits)
-        else:
-            assert marking is not None
-            answer = find_marking(subject.net, marking, subject.names, *limits)
+        answer = ENGINES[engine].answer(question, budget_of(memory, timeout, progress))
     witness = witness_of(subject, answer.trace) if answer.trace is not None else None
     report = {
         "model": str(model),

@@ -77,8 +77,7 @@ def verify(
     """
     start_quickly()
     orders = orders_beside(model, no_cache)
-    from dineros.analysis.logic.ctl.checking import check_ctl
-    from dineros.analysis.logic.ltl.verification import verify_ltl
+    from dineros.analysis.questions.engines import ENGINES, Branching, Linear, Question
     from dineros.analysis.witnesses.findings import witness_of
     from dineros.metamodel.errors import DinerosError
 
@@ -96,17 +95,14 @@ def verify(
         with reading_formula(option):
             for name in names:
                 subject.names.transitions(name)
+    question: Question
+    if ltl is not None:
+        question = Linear(subject.net, subject.names, ltl, weak, strong)
+    else:
+        assert ctl is not None
+        question = Branching(subject.net, subject.names, ctl, orders)
     with exploring() as progress, reading_formula("--ltl" if ctl is None else "--ctl"):
-        budget = budget_of(memory, timeout, progress)
-        if ltl is not None and engine == "tina":
-            from dineros.analysis import tina
-
-            verdict = tina.verify(subject.net, ltl, subject.names, weak, strong, budget)
-        elif ltl is not None:
-            verdict = verify_ltl(subject.net, ltl, subject.names, weak, strong, budget)
-        else:
-            assert ctl is not None
-            verdict = check_ctl(subject.net, ctl, subject.names, budget, orders=orders)
+        verdict = ENGINES[engine].answer(question, budget_of(memory, timeout, progress))
     witness = None
     if verdict.stem or verdict.loop:
         loop = len(verdict.stem) if verdict.loop else None
