@@ -1,0 +1,156 @@
+"""Which transitions can fire, and whether there is a deadlock, in a net whose markings may have no end.
+
+What is near is found by a breadth-first search, all at once; what is left is proved never to fire by the tree
+of Karp and Miller, or searched for one by one, led by the state equation. Each stage has a share of the
+budget; what none of them decides stays open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.covering.directed import Directed
+from dineros.analysis.covering.growing import Limited, without_growth
+from dineros.analysis.covering.steady import has_no_deadlock
+from dineros.analysis.covering.tree import Tree, tree_of
+from dineros.analysis.explicit import Goal, find_all
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.shortening import shortened
+from dineros.analysis.nets.witness import replay
+
+NEAR = 200_000
+"""Markings of the breadth-first search for everything that is near."""
+
+NEAR_BYTES = 512 << 20
+"""Bytes of its tables."""
+
+
+@dataclass
+class Firings:
+    """What is known.
+
+    Attributes
+    ----------
+    traces : dict of int to tuple of int
+        By transition that can fire: a firing sequence that ends with it.
+    dead : set of int
+        Transitions that can never fire.
+    deadlock : tuple of int or None
+        A firing sequence to a marking that enables nothing.
+    has_no_deadlock : bool
+        Whether it is proved that there is no such marking.
+    is_complete : bool
+        Whether all markings were seen, but for what no transition can tell apart.
+    tree : Tree or None
+        What the tree of Karp and Miller tells of the net without places that only grow.
+    reason : str
+        Why something is open.
+    """
+
+    traces: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    dead: set[int] = field(default_factory=set)
+    deadlock: tuple[int, ...] | None = None
+    has_no_deadlock: bool = False
+    is_complete: bool = False
+    tree: Tree | None = None
+    reason: str = ""
+
+    def is_open(self, transition: int) -> bool:
+        """Whether it is not known if a transition can fire."""
+        return transition not in self.traces and transition not in self.dead
+
+
+def firings(net: CompiledNet, budget: Budget, wanted: Iterable[int] | None = None) -> Firings:
+    """Find out which transitions can fire, and whether there is a deadlock.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    budget : Budget
+        What all stages may cost together.
+    wanted : iterable of int, optional
+        Transitions that are asked for; all by default.
+    """
+    budget = budget.begun()
+    search = _Search(net, budget, range(len(net.transitions)) if wanted is None else wanted)
+    search.look_near()
+    if not search.found.is_complete:
+        search.prove()
+        search.look_far()
+    return search.found
+
+
+class _Search:
+    def __init__(self, net: CompiledNet, budget: Budget, wanted: Iterable[int]) -> None:
+        self.net, self.budget, self.wanted = net, budget, list(wanted)
+        same = tuple(range(len(net.transitions)))
+        self.small = without_growth(net) or Limited(net, same, {p: p for p in range(len(net.places))})
+        self.images = self.small.images()
+        self.found = Firings(dead={t for t in self.wanted if t not in self.images})
+
+    def look_near(self) -> None:
+        """Search breadth first for everything."""
+        asked = [t for t in self.wanted if self.found.is_open(t)]
+        goals = [*(Goal.enabled(self.small.net, *self.images[t]) for t in asked), Goal.deadlock()]
+        share = self.budget.share(0.4, most_bytes=NEAR_BYTES, most_states=NEAR)
+        *answers, deadlock = find_all(self.small.net, goals, share)
+        found = self.found
+        for t, answer in zip(asked, answers, strict=True):
+            if answer.trace is not None:
+                found.traces[t] = self._back(answer.trace, t)
+            elif answer.status == "unreachable":
+                found.dead.add(t)
+        if deadlock.trace is not None:
+            found.deadlock = self.small.back(deadlock.trace)
+        found.has_no_deadlock = deadlock.status == "unreachable"
+        unknown = [answer for answer in (*answers, deadlock) if answer.status == "unknown"]
+        found.is_complete = not unknown
+        found.reason = unknown[0].reason if unknown else ""
+
+    def prove(self) -> None:
+        """Prove what can never happen."""
+        found = self.found
+        tree = found.tree = tree_of(self.small.net, self.budget.share(0.5))
+        found.dead |= {t for t in self.wanted if found.is_open(t) and tree.dead.issuperset(self.images[t])}
+        if found.deadlock is None:
+            unbounded = tree.unbounded()
+            share = self.budget.share(0.3, 0.5)
+            found.has_no_deadlock = unbounded is not None and has_no_deadlock(
+                self.small.net, unbounded, share
+            )
+
+    def look_far(self) -> None:
+        """Search for each transition that is left, led by the state equation."""
+        found = self.found
+        left = [t for t in self.wanted if found.is_open(t)]
+        if not left:
+            return
+        directed = Directed(self.small.net)
+        for number, t in enumerate(left):
+            if self.budget.is_over:
+                return
+            share = self.budget.share(1 / (len(left) - number))
+            ends = True
+            for image in self.images[t]:
+                trace, is_complete = directed.way_to(image, share)
+                ends = ends and is_complete
+                if trace is not None:
+                    found.traces[t] = self._short(self._back(trace[:-1], t))
+                    break
+            else:
+                if ends:
+                    found.dead.add(t)
+
+    def _back(self, trace: Sequence[int], transition: int) -> tuple[int, ...]:
+        """Return a sequence of the net itself, replayed."""
+        own = (*self.small.back(trace), transition)
+        replay(self.net, own)
+        return own
+
+    def _short(self, trace: tuple[int, ...]) -> tuple[int, ...]:
+        """Leave out what the last transition does not need."""
+        *way, last = trace
+        return (*shortened(self.net, way, lambda marking: self.net.is_enabled(last, marking)), last)
