@@ -25,9 +25,6 @@ MOST_MARKINGS = 100_000
 PULL = 3
 """How many firings are worth one that the target is nearer."""
 
-PATIENCE = 300
-"""Markings expanded without coming nearer before the programs are solved at one more."""
-
 
 class Directed:
     """Searches of a net, one for each target; they share the programs.
@@ -74,40 +71,41 @@ class Directed:
         """
         distance = Distance(self._equation, dict(self._needs[transition]))
         start = tuple(self._net.initial.tolist())
-        distance.learn(start)
         seen, markings, parents = {start}, [start], [(-1, -1, 0)]
-        best = distance.of(start)
-        queue = [(PULL * best, 0)] if best < inf else []
-        patience = PATIENCE
+        bounds = [distance.of(start)]
+        queue = [(0.0, 0, False)]
         while queue:
-            _, node = heappop(queue)
+            if budget.is_over:
+                return None, False
+            _, node, is_best = heappop(queue)
             marking, depth = markings[node], parents[node][2]
             if self._enables(transition, marking):
                 return (*_path(parents, node), transition), True
-            patience -= 1
-            if patience == 0:
-                patience = PATIENCE
-                distance.learn(marking)
-                if budget.is_over:
-                    return None, False
+            if not is_best:
+                # Few markings come to be looked at, so the program is solved for these only.
+                ahead = distance.best(marking)
+                if ahead == inf:
+                    continue
+                if ahead > bounds[node]:
+                    bounds[node] = ahead
+                    heappush(queue, (depth + PULL * ahead, node, True))
+                    continue
             for t in range(len(self._needs)):
                 if not self._enables(t, marking):
                     continue
-                after_list = list(marking)
+                changed = list(marking)
                 for place, tokens in self._changes[t]:
-                    after_list[place] += tokens
-                after = tuple(after_list)
+                    changed[place] += tokens
+                after = tuple(changed)
                 if after in seen:
                     continue
                 seen.add(after)
-                ahead = distance.of(after)
-                if ahead == inf:
-                    continue
-                if ahead < best:
-                    best, patience = ahead, PATIENCE
-                markings.append(after)
-                parents.append((node, t, depth + 1))
-                heappush(queue, (depth + 1 + PULL * ahead, len(markings) - 1))
+                ahead = max(distance.of(after), bounds[node] - 1)
+                if ahead < inf:
+                    markings.append(after)
+                    parents.append((node, t, depth + 1))
+                    bounds.append(ahead)
+                    heappush(queue, (depth + 1 + PULL * ahead, len(markings) - 1, False))
             if len(seen) > most:
                 return None, False
         return None, True

@@ -24,8 +24,17 @@ from dineros.analysis.nets.bounds import grows, integer_weights
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.linear_programs import FloatArray, LinearProgram
 
-MOST_WEIGHTS = 24
+MOST_WEIGHTS = 32
 """Weights kept for one target."""
+
+MOST_PROGRAMS = 2_000
+"""Programs solved for one target: a second or two on a small net."""
+
+LARGEST_WEIGHT = 1e6
+"""Of a place. Where the target is out of reach, no other limit would hold the program."""
+
+FARTHEST = LARGEST_WEIGHT / 2
+"""Number of firings from which on a target is thought to be out of reach, until that is proved."""
 
 
 class StateEquation:
@@ -62,7 +71,9 @@ class StateEquation:
         """Return weights that no firing raises by more than one, as large at the target as can be."""
         places, transitions = self._size
         lacks = self._lacks(marking, target)
-        return self._program.solve(-lacks, np.ones(transitions), np.zeros(places), np.full(places, 1e6))
+        return self._program.solve(
+            -lacks, np.ones(transitions), np.zeros(places), np.full(places, LARGEST_WEIGHT)
+        )
 
     def _lacks(self, marking: Sequence[int], target: Mapping[int, int]) -> FloatArray:
         wanted = np.zeros(self._size[0])
@@ -72,7 +83,7 @@ class StateEquation:
 
 
 class Distance:
-    """Lower bounds of the number of firings to a target, as sums of weights that are updated by a firing.
+    """Lower bounds of the number of firings to a target.
 
     Parameters
     ----------
@@ -84,33 +95,39 @@ class Distance:
 
     def __init__(self, equation: StateEquation, target: Mapping[int, int]) -> None:
         self._equation, self._target = equation, target
-        self._rows: list[list[tuple[int, float]]] = []
-        self._constants: list[float] = []
+        self._leading: list[tuple[list[tuple[int, float]], float]] = []
         self._excluding: list[tuple[list[tuple[int, int]], int]] = []
-
-    def learn(self, marking: Sequence[int]) -> None:
-        """Solve the programs at a marking, unless there are weights enough."""
-        if len(self._rows) + len(self._excluding) >= MOST_WEIGHTS:
-            return
-        out = self._equation.excluding(marking, self._target)
-        if out is not None:
-            least = sum(w * self._target.get(p, 0) for p, w in out.items())
-            self._excluding.append((list(out.items()), least))
-            return
-        found = self._equation.leading(marking, self._target)
-        if found is not None:
-            self._rows.append([(p, w) for p, w in enumerate(found) if w > 1e-9])
-            self._constants.append(sum(found[p] * tokens for p, tokens in self._target.items()))
+        self._programs_left = MOST_PROGRAMS
 
     def of(self, marking: Sequence[int]) -> float:
-        """Return a lower bound of the firings needed from a marking; infinite where none are enough."""
-        for weights, least in self._excluding:
-            if sum(w * marking[p] for p, w in weights) < least:
+        """Return a lower bound from weights known so far; infinite where the target is out of reach."""
+        for proof, least in self._excluding:
+            if sum(w * marking[p] for p, w in proof) < least:
                 return inf
-        return max(
-            (
-                constant - sum(w * marking[p] for p, w in row)
-                for row, constant in zip(self._rows, self._constants, strict=True)
-            ),
-            default=0.0,
-        )
+        most = 0.0
+        for weights, there in self._leading:
+            needed = there - sum(w * marking[p] for p, w in weights)
+            most = max(most, needed)
+        return most
+
+    def best(self, marking: Sequence[int]) -> float:
+        """Return the best lower bound, by a program solved for this marking, while there may be more."""
+        known = self.of(marking)
+        if known == inf or self._programs_left == 0:
+            return known
+        self._programs_left -= 1
+        found = self._equation.leading(marking, self._target)
+        if found is None:
+            return known
+        weights = [(p, w) for p, w in enumerate(found) if w > 1e-9]
+        there = sum(w * self._target.get(p, 0) for p, w in weights)
+        needed = there - sum(w * marking[p] for p, w in weights)
+        if needed > FARTHEST:
+            proof = self._equation.excluding(marking, self._target)
+            if proof is not None:
+                least = sum(w * self._target.get(p, 0) for p, w in proof.items())
+                self._excluding.append((list(proof.items()), least))
+                return inf
+        elif needed > known + 1e-6 and len(self._leading) < MOST_WEIGHTS:
+            self._leading.append((weights, there))
+        return max(known, needed)

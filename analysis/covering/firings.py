@@ -11,9 +11,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.covering.directed import Directed
+from dineros.analysis.covering.bounded_part import bounded_part
+from dineros.analysis.covering.directed import MOST_MARKINGS, Directed
 from dineros.analysis.covering.growing import Limited, without_growth
-from dineros.analysis.covering.steady import has_no_deadlock
 from dineros.analysis.covering.tree import Tree, tree_of
 from dineros.analysis.explicit import Goal, find_all
 from dineros.analysis.nets.compiled import CompiledNet
@@ -22,6 +22,9 @@ from dineros.analysis.nets.witness import replay
 
 NEAR = 200_000
 """Markings of the breadth-first search for everything that is near."""
+
+FEW_MARKINGS = 10_000
+"""Markings of a search for one transition, before the tree of Karp and Miller says whether it ever fires."""
 
 NEAR_BYTES = 512 << 20
 """Bytes of its tables."""
@@ -77,9 +80,10 @@ def firings(net: CompiledNet, budget: Budget, wanted: Iterable[int] | None = Non
     budget = budget.begun()
     search = _Search(net, budget, range(len(net.transitions)) if wanted is None else wanted)
     search.look_near()
-    if not search.found.is_complete:
-        search.prove()
-        search.look_far()
+    search.look_at_bounds()
+    search.look_far(FEW_MARKINGS)
+    search.make_tree()
+    search.look_far(MOST_MARKINGS)
     return search.found
 
 
@@ -93,7 +97,7 @@ class _Search:
 
     def look_near(self) -> None:
         """Search breadth first for everything."""
-        asked = [t for t in self.wanted if self.found.is_open(t)]
+        asked = self._open
         goals = [*(Goal.enabled(self.small.net, *self.images[t]) for t in asked), Goal.deadlock()]
         share = self.budget.share(0.4, most_bytes=NEAR_BYTES, most_states=NEAR)
         *answers, deadlock = find_all(self.small.net, goals, share)
@@ -110,39 +114,43 @@ class _Search:
         found.is_complete = not unknown
         found.reason = unknown[0].reason if unknown else ""
 
-    def prove(self) -> None:
-        """Prove what can never happen."""
+    def look_at_bounds(self) -> None:
+        """Prove what the places with bounds alone tell."""
         found = self.found
-        tree = found.tree = tree_of(self.small.net, self.budget.share(0.5))
-        found.dead |= {t for t in self.wanted if found.is_open(t) and tree.dead.issuperset(self.images[t])}
-        if found.deadlock is None:
-            unbounded = tree.unbounded()
-            share = self.budget.share(0.3, 0.5)
-            found.has_no_deadlock = unbounded is not None and has_no_deadlock(
-                self.small.net, unbounded, share
-            )
-
-    def look_far(self) -> None:
-        """Search for each transition that is left, led by the state equation."""
-        found = self.found
-        left = [t for t in self.wanted if found.is_open(t)]
-        if not left:
+        if not self._open and (found.deadlock is not None or found.has_no_deadlock):
             return
-        directed = Directed(self.small.net)
+        part = bounded_part(self.small.net, self.budget.share(0.3, 0.5))
+        found.dead |= {t for t in self._open if part.dead.issuperset(self.images[t])}
+        found.has_no_deadlock |= part.has_no_deadlock and found.deadlock is None
+
+    def make_tree(self) -> None:
+        """Prove by the tree of Karp and Miller what can never fire."""
+        if self._open and not self.budget.is_over:
+            tree = self.found.tree = tree_of(self.small.net, self.budget.share(0.5))
+            self.found.dead |= {t for t in self._open if tree.dead.issuperset(self.images[t])}
+
+    def look_far(self, most: int) -> None:
+        """Search for each transition that is left, led by the state equation."""
+        left = self._open
+        directed = Directed(self.small.net) if left else None
         for number, t in enumerate(left):
-            if self.budget.is_over:
+            if directed is None or self.budget.is_over:
                 return
-            share = self.budget.share(1 / (len(left) - number))
+            share = self.budget.share(0.5 / (len(left) - number))
             ends = True
             for image in self.images[t]:
-                trace, is_complete = directed.way_to(image, share)
+                trace, is_complete = directed.way_to(image, share, most)
                 ends = ends and is_complete
                 if trace is not None:
-                    found.traces[t] = self._short(self._back(trace[:-1], t))
+                    self.found.traces[t] = self._short(self._back(trace[:-1], t))
                     break
             else:
                 if ends:
-                    found.dead.add(t)
+                    self.found.dead.add(t)
+
+    @property
+    def _open(self) -> list[int]:
+        return [t for t in self.wanted if self.found.is_open(t)]
 
     def _back(self, trace: Sequence[int], transition: int) -> tuple[int, ...]:
         """Return a sequence of the net itself, replayed."""

@@ -16,7 +16,7 @@ from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.coverability import OmegaMarking, Pumping, coverability
 
-MOST_NODES = 20_000
+MOST_NODES = 10_000
 """Nodes of the tree."""
 
 LARGEST_COMPLEMENT = 1_000

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
-from dineros.metamodel.elements import node_nets
+from dineros.metamodel.elements import node_nets, transitions
 from tests.support.calling_systems import calling_systems
 from tests.support.chatty_systems import chatty_systems
 from tests.support.small_systems import small_system_models
@@ -16,6 +16,8 @@ from tests.support.small_systems import small_system_models
 def unbounded_systems(draw: st.DrawFn) -> sym.SystemModel:
     """Return a random model with one or two timers that publish for ever."""
     model = draw(st.one_of(small_system_models(), chatty_systems(), calling_systems()))
+    for transition in transitions(model):
+        transition.overrides.clear()  # priorities are not analysed
     for number in range(draw(st.integers(1, 2))):
         _put_timer(draw, model, number)
     return model

@@ -1,46 +1,65 @@
-"""That something can always fire, where some places have no bound.
+"""What the part of a net that has bounds proves of the whole net.
 
-The places without a bound are left out: what is left can do all that the net can, and more. Where even there
-each marking enables a transition that no place left out can hold up, the net has no deadlock.
+Places without a proved bound are left out. What is left can do all that the net can, and more, and its state
+space ends: what can never fire there never can in the net. Where each of its markings enables a transition
+that no place left out can hold up, the net has no deadlock.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import dataclass
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 
 
-def has_no_deadlock(net: CompiledNet, unbounded: Collection[int], budget: Budget) -> bool:
-    """Whether it is proved that each reachable marking enables something.
+@dataclass(frozen=True)
+class BoundedPart:
+    """What is proved.
+
+    Attributes
+    ----------
+    dead : frozenset of int
+        Transitions that can never fire.
+    has_no_deadlock : bool
+        Whether there is no deadlock.
+    """
+
+    dead: frozenset[int] = frozenset()
+    has_no_deadlock: bool = False
+
+
+def bounded_part(net: CompiledNet, budget: Budget) -> BoundedPart:
+    """Prove what the places with bounds alone tell; nothing where the budget is not enough.
 
     Parameters
     ----------
     net : CompiledNet
         The net.
-    unbounded : collection of int
-        Places that may have no bound; all others have one.
     budget : Budget
         What it may cost.
     """
     from dineros.analysis.symbolic.engine import symbolic_state_space
     from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
     from dineros.analysis.symbolic.saturation import DiagramMemoryError
-    from dineros.analysis.symbolic.vector_sets import Scope
 
+    unbounded = {place for place, bound in enumerate(place_bounds(net)) if bound is None}
     free = [t for t in range(len(net.transitions)) if not _looked_at(net, t).intersection(unbounded)]
-    if any(not net.pre.row(t) and not net.inhibitor.row(t) for t in free):
-        return True
+    always = any(not _looked_at(net, t) for t in free)
+    if len(unbounded) == len(net.places):
+        return BoundedPart(has_no_deadlock=always)
     try:
         space = symbolic_state_space(without_places(net, unbounded), budget)
         if not space.complete:
-            return False
+            return BoundedPart(has_no_deadlock=always)
+        dead = frozenset(t for t, name in enumerate(net.transitions) if space.enabled(name) == 0)
         masks = [mask for t in free for mask in space.event_masks(t)]
-        with Scope(space.diagram):
-            return space.sets.without_boxes(space.diagram.root, masks) == 0
+        stuck = 0 if always else space.sets.without_boxes(space.diagram.root, masks)
     except (UnknownBoundError, LevelSizeError, DiagramMemoryError, BudgetExceededError):
-        return False
+        return BoundedPart(has_no_deadlock=always)
+    return BoundedPart(dead, stuck == 0)
 
 
 def without_places(net: CompiledNet, places: Collection[int]) -> CompiledNet:
