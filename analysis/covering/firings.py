@@ -29,6 +29,13 @@ FEW_MARKINGS = 10_000
 NEAR_BYTES = 512 << 20
 """Bytes of its tables."""
 
+_REASONS = {
+    "unbounded": "there is no end of markings",
+    "states": "there are too many markings",
+    "memory": "memory ran out",
+    "time": "time ran out",
+}
+
 
 @dataclass
 class Firings:
@@ -49,7 +56,7 @@ class Firings:
     tree : Tree or None
         What the tree of Karp and Miller tells of the net without places that only grow.
     reason : str
-        Why something is open.
+        What ended the search for all markings.
     """
 
     traces: dict[int, tuple[int, ...]] = field(default_factory=dict)
@@ -59,6 +66,11 @@ class Firings:
     is_complete: bool = False
     tree: Tree | None = None
     reason: str = ""
+
+    @property
+    def why_open(self) -> str:
+        """Why something is open, in words."""
+        return _REASONS.get(self.reason, self.reason)
 
     def is_open(self, transition: int) -> bool:
         """Whether it is not known if a transition can fire."""

@@ -18,8 +18,8 @@ from dineros.analysis.nets.compiled import CompiledNet, Transition
 Arcs = dict[int, int]
 """Weights by place."""
 
-_Choice = tuple[Arcs, Arcs]
-"""Input and output arcs."""
+_Choice = tuple[Arcs, Arcs, dict[str, int], dict[str, int]]
+"""Input and output arcs at a place, then at its complement."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ def _rows(
     inputs, outputs = dict(net.pre.row(t)), dict(net.post.row(t))
     inhibitors = dict(net.inhibitor.row(t))
     reads: dict[str, int] = {}
-    choices: list[list[tuple[Arcs, Arcs, dict[str, int], dict[str, int]]]] = []
+    choices: list[list[_Choice]] = []
     for place, limit in limits.items():
         taken, put = inputs.pop(place, 0), outputs.pop(place, 0)
         weight = inhibitors.pop(place, None)
@@ -170,14 +170,14 @@ def _rows(
     return result
 
 
-def _choices(
-    place: int, free: str, limit: int, taken: int, put: int
-) -> list[tuple[Arcs, Arcs, dict[str, int], dict[str, int]]]:
+def _choices(place: int, free: str, limit: int, taken: int, put: int) -> list[_Choice]:
     """Return arcs to a place and to its complement, for each number of tokens that there may be room for."""
     gain = put - taken
     if gain <= 0:
         return [({place: taken}, {place: put}, {}, {free: -gain})]
-    result = [({place: taken}, {place: put}, {free: gain}, {})] if put <= limit else []
+    result: list[_Choice] = []
+    if put <= limit:
+        result.append(({place: taken}, {place: put}, {free: gain}, {}))
     for room in range(min(gain - 1, limit - taken), -1, -1):
         held = limit - room
         result.append(({place: held}, {place: limit}, {free: room}, {}))

@@ -28,7 +28,7 @@ def _put_timer(draw: st.DrawFn, model: sym.SystemModel, number: int) -> None:
     nets, limits = node_nets(model), st.integers(1, 3)
     said = add_timer(model, f"beat{number}")
     topics = [channel for channel in model.channels if isinstance(channel, sym.TopicChannel)]
-    if topics and draw(st.booleans()):
+    if draw(st.booleans()) and topics:
         topics[0].publishers.append(sym.PublisherPort(place=said, limit=draw(limits)))
         return
     topic = sym.TopicChannel(id=f"beats{number}", topic=f"/beats{number}", model=model)
