@@ -77,7 +77,9 @@ class Firings:
         return transition not in self.traces and transition not in self.dead
 
 
-def firings(net: CompiledNet, budget: Budget, wanted: Iterable[int] | None = None) -> Firings:
+def firings(
+    net: CompiledNet, budget: Budget, wanted: Iterable[int] | None = None, asks_deadlock: bool = True
+) -> Firings:
     """Find out which transitions can fire, and whether there is a deadlock.
 
     Parameters
@@ -88,9 +90,11 @@ def firings(net: CompiledNet, budget: Budget, wanted: Iterable[int] | None = Non
         What all stages may cost together.
     wanted : iterable of int, optional
         Transitions that are asked for; all by default.
+    asks_deadlock : bool
+        Whether a deadlock is asked for.
     """
-    budget = budget.begun()
-    search = _Search(net, budget, range(len(net.transitions)) if wanted is None else wanted)
+    asked = range(len(net.transitions)) if wanted is None else wanted
+    search = _Search(net, budget.begun(), asked, asks_deadlock)
     search.look_near()
     search.look_at_bounds()
     search.look_far(FEW_MARKINGS)
@@ -100,8 +104,9 @@ def firings(net: CompiledNet, budget: Budget, wanted: Iterable[int] | None = Non
 
 
 class _Search:
-    def __init__(self, net: CompiledNet, budget: Budget, wanted: Iterable[int]) -> None:
+    def __init__(self, net: CompiledNet, budget: Budget, wanted: Iterable[int], asks_deadlock: bool) -> None:
         self.net, self.budget, self.wanted = net, budget, list(wanted)
+        self.asks_deadlock = asks_deadlock
         same = tuple(range(len(net.transitions)))
         self.small = without_growth(net) or Limited(net, same, {p: p for p in range(len(net.places))})
         self.images = self.small.images()
@@ -110,30 +115,33 @@ class _Search:
     def look_near(self) -> None:
         """Search breadth first for everything."""
         asked = self._open
-        goals = [*(Goal.enabled(self.small.net, *self.images[t]) for t in asked), Goal.deadlock()]
+        goals = [Goal.enabled(self.small.net, *self.images[t]) for t in asked]
         share = self.budget.share(0.4, most_bytes=NEAR_BYTES, most_states=NEAR)
-        *answers, deadlock = find_all(self.small.net, goals, share)
+        deadlock = [Goal.deadlock()] if self.asks_deadlock else []
+        all_answers = find_all(self.small.net, [*goals, *deadlock], share)
+        answers = all_answers[: len(goals)]
         found = self.found
         for t, answer in zip(asked, answers, strict=True):
             if answer.trace is not None:
                 found.traces[t] = self._back(answer.trace, t)
             elif answer.status == "unreachable":
                 found.dead.add(t)
-        if deadlock.trace is not None:
-            found.deadlock = self.small.back(deadlock.trace)
-        found.has_no_deadlock = deadlock.status == "unreachable"
-        unknown = [answer for answer in (*answers, deadlock) if answer.status == "unknown"]
+        for answer in all_answers[len(goals) :]:
+            found.deadlock = None if answer.trace is None else self.small.back(answer.trace)
+            found.has_no_deadlock = answer.status == "unreachable"
+        unknown = [answer for answer in all_answers if answer.status == "unknown"]
         found.is_complete = not unknown
         found.reason = unknown[0].reason if unknown else ""
 
     def look_at_bounds(self) -> None:
         """Prove what the places with bounds alone tell."""
         found = self.found
-        if not self._open and (found.deadlock is not None or found.has_no_deadlock):
+        knows_deadlock = not self.asks_deadlock or found.deadlock is not None or found.has_no_deadlock
+        if not self._open and knows_deadlock:
             return
         part = bounded_part(self.small.net, self.budget.share(0.3, 0.5))
         found.dead |= {t for t in self._open if part.dead.issuperset(self.images[t])}
-        found.has_no_deadlock |= part.has_no_deadlock and found.deadlock is None
+        found.has_no_deadlock |= self.asks_deadlock and part.has_no_deadlock
 
     def make_tree(self) -> None:
         """Prove by the tree of Karp and Miller what can never fire."""
