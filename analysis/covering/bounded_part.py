@@ -45,8 +45,8 @@ def bounded_part(net: CompiledNet, budget: Budget) -> BoundedPart:
     from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
     from dineros.analysis.symbolic.saturation import DiagramMemoryError
 
-    unbounded = {place for place, bound in enumerate(place_bounds(net)) if bound is None}
-    free = [t for t in range(len(net.transitions)) if not _looked_at(net, t).intersection(unbounded)]
+    unbounded = unbounded_places(net)
+    free = free_transitions(net, unbounded)
     always = any(not _looked_at(net, t) for t in free)
     if len(unbounded) == len(net.places):
         return BoundedPart(has_no_deadlock=always)
@@ -60,6 +60,16 @@ def bounded_part(net: CompiledNet, budget: Budget) -> BoundedPart:
     except (UnknownBoundError, LevelSizeError, DiagramMemoryError, BudgetExceededError):
         return BoundedPart(has_no_deadlock=always)
     return BoundedPart(dead, stuck == 0)
+
+
+def unbounded_places(net: CompiledNet) -> set[int]:
+    """Places whose structure proves no bound."""
+    return {place for place, bound in enumerate(place_bounds(net)) if bound is None}
+
+
+def free_transitions(net: CompiledNet, unbounded: Collection[int]) -> list[int]:
+    """Transitions that none of some places can hold up."""
+    return [t for t in range(len(net.transitions)) if not _looked_at(net, t).intersection(unbounded)]
 
 
 def without_places(net: CompiledNet, places: Collection[int]) -> CompiledNet:
