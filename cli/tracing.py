@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from dineros.cli.console import note, warn
 
@@ -59,27 +59,13 @@ def loads_of(model: pn.Net | None, header: Header) -> dict[str, Queue]:
 
 def load_places(trace: Trace) -> dict[str, Queue]:
     """Return the queue of each load place that the rules made."""
-    from dineros.metamodel import sym
+    from dineros.analysis.model.queues import queues_of
 
     found: dict[str, Queue] = {}
-    for rule, queue in (
-        ("T2", "publisher"),
-        ("T2History", "publisher"),
-        ("T3", "dispatcher"),
-        ("T4", "subscriber"),
-    ):
-        for link in trace.role(rule, "queue.load"):
-            channel = next(source for source in link.sources if isinstance(source, sym.TopicChannel))
-            port = next((source for source in link.sources if isinstance(source, sym.TopicPort)), None)
-            end = port.place if port is not None else _node_net(link.sources)
-            found[str(link.target.id)] = (str(channel.id), queue, str(end.id))
+    for queue in queues_of(trace):
+        channel, end = queue.elements
+        found[queue.load] = (channel, queue.kind, end)
     return found
-
-
-def _node_net(sources: Sequence[Any]) -> Any:
-    from dineros.metamodel import sym
-
-    return next(source for source in sources if isinstance(source, sym.NodeNet))
 
 
 def witness_builder(

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterator
 
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import node_net_of, node_nets, transitions
+from dineros.metamodel.records import Reply, Request
+from dineros.metamodel.records.schema import Step
 from dineros.transformations.flattening.traces import Link
+from dineros.transformations.language.meaning import Meaning
 
 TRANSITION = Fault(
     "dead-transition",
@@ -76,19 +79,24 @@ class _Alive:
                 if subject.transition_index[link.target.id] not in dead:
                     self._alive.add(link.target.id)
 
-    def any(self, source: EObject, roles: Iterable[str] | None = None) -> bool:
-        """Tell whether a transition that came of an element in one of the roles can fire."""
-        wanted = None if roles is None else set(roles)
+    def any(self, source: EObject, wanted: Callable[[Meaning], bool] | None = None) -> bool:
+        """Tell whether a transition that came of an element, and means what is wanted, can fire."""
         return any(
             link.target.id in self._alive
             for link in self._by_source.get(source, ())
-            if wanted is None or link.role in wanted
+            if wanted is None or (link.meaning is not None and wanted(link.meaning))
         )
+
+    def has(self, channel: EObject, step: type[Step]) -> bool:
+        """Tell whether a transition of a channel can fire that is a kind of step."""
+        return self.any(channel, lambda meaning: meaning.step is step)
 
 
 def _topics(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
     for channel in model.channels:
-        if isinstance(channel, sym.TopicChannel) and not alive.any(channel, ["transport"]):
+        if isinstance(channel, sym.TopicChannel) and not alive.any(
+            channel, lambda meaning: meaning.part == "transport"
+        ):
             yield TOPIC.found(channel.id, topic=channel.topic)
 
 
@@ -96,9 +104,9 @@ def _services(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
     for channel in model.channels:
         if not isinstance(channel, sym.ServiceChannel):
             continue
-        if not alive.any(channel, ["t_req"]):
+        if not alive.has(channel, Request):
             yield NOT_CALLED.found(channel.id, service=channel.service)
-        elif not alive.any(channel, ["t_return"]):
+        elif not alive.has(channel, Reply):
             yield NO_RETURN.found(channel.id, service=channel.service)
 
 

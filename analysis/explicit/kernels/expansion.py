@@ -37,7 +37,7 @@ CHUNK = 64
 STRIDE = 16
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def enabled_in(net, store, row, enabled):  # type: ignore[no-untyped-def]
     """Set of the transitions that a stored marking enables; whether it is empty."""
     word, shift, mask, is_wide = net.word, net.shift, net.mask, net.is_wide

@@ -1,4 +1,7 @@
-"""Kernels on the stored part of a product: shortest paths, and the edges between some states."""
+"""Kernels on the stored part of a product: shortest paths, and the edges between some states.
+
+Nothing is stored by them: edges to states that are new are left out.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from dineros.analysis.logic.kernels.product import MAY_ADD, expand
 
 @njit(cache=True)
 def shortest_path(  # type: ignore[no-untyped-def]
-    net, conditions, edges, store, scratch, start, allowed, goal, wanted, parents, labels, queue, targets,
+    steps, conditions, edges, store, scratch, start, allowed, goal, wanted, parents, labels, queue, targets,
     new_labels
 ):  # fmt: skip
     """Breadth-first search from a state over stored, allowed states to the first edge that reaches a goal.
@@ -28,7 +31,7 @@ def shortest_path(  # type: ignore[no-untyped-def]
     while head < tail:
         state = np.int64(queue[head])
         head += 1
-        top = expand(net, conditions, edges, store, scratch, state, targets, new_labels, np.int64(0))
+        top = expand(steps, conditions, edges, store, scratch, state, targets, new_labels, np.int64(0))
         for k in range(top):
             target, label = targets[k], new_labels[k]
             if not allowed[target]:
@@ -54,7 +57,7 @@ def shortest_path(  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def inner_edges(  # type: ignore[no-untyped-def]
-    net, conditions, edges, store, scratch, states, first, number, sources, targets, labels, weak, strong
+    steps, conditions, edges, store, scratch, states, first, number, sources, targets, labels, weak, strong
 ):  # fmt: skip
     """List the edges between the given states, from position `first` of them on, as far as there is room.
 
@@ -67,7 +70,7 @@ def inner_edges(  # type: ignore[no-untyped-def]
     position = first
     while position < states.size and top + room <= targets.size:
         state = np.int64(states[position])
-        end = expand(net, conditions, edges, store, scratch, state, targets, labels, top)
+        end = expand(steps, conditions, edges, store, scratch, state, targets, labels, top)
         for m in range(scratch.weak_seen.size):
             weak[position, m] = scratch.weak_seen[m]
             strong[position, m] = scratch.strong_seen[m]

@@ -1,7 +1,8 @@
 """On-the-fly emptiness check of a product by strongly connected components, as a machine that can stop.
 
 Depth-first search with a stack of roots of components; a closing edge joins the components above its target
-and adds their marks. A component with all marks is an accepting run's loop, and the search stops there.
+and adds their marks. A component with all marks is an accepting run's loop, and the search stops there. A
+search that pauses, for room or for the clock, goes on where it was.
 
 References
 ----------
@@ -84,13 +85,13 @@ def close_cycle(search, conditions, edges, number, label):  # type: ignore[no-un
 
 
 @njit(cache=True)
-def explore(net, conditions, edges, store, scratch, search, visits):  # type: ignore[no-untyped-def]
+def explore(steps, conditions, edges, store, scratch, search, visits):  # type: ignore[no-untyped-def]
     """Go on with the search until it is decided, something is needed, or `visits` more states are visited."""
     store.counters[MAY_ADD] = 1
     control, number = search.control, search.number
     width = edges.target.size
     mark_words = conditions.required.size
-    room = (net.pre_pointer.size) * scratch.candidates.size
+    room = steps.change.shape[0] * scratch.candidates.size
     while True:
         frames, top = control[FRAMES], control[POOL]
         if frames == 0 and top == 0:
@@ -142,7 +143,7 @@ def explore(net, conditions, edges, store, scratch, search, visits):  # type: ig
             return SEARCH_FULL
         # Successors go on top of the edge taken; only when all have room is it removed and the state visited.
         end = expand(
-            net, conditions, edges, store, scratch, state, search.pool_target, search.pool_label, top
+            steps, conditions, edges, store, scratch, state, search.pool_target, search.pool_label, top
         )
         if end < 0:
             return OVERFLOW

@@ -1,5 +1,7 @@
 """Kernels on stored reachability graphs: building them, and the fixpoints of CTL over predecessor lists.
 
+A graph is that of the markings a `Product` stores; its edges are kept, where the search of LTL forgets them.
+
 References
 ----------
 E. M. Clarke, E. A. Emerson, A. P. Sistla, *Automatic verification of finite-state concurrent systems using
@@ -19,13 +21,13 @@ COMPLETE, STORE_FULL, ARCS_FULL, OVERFLOW, PAUSED = range(5)
 
 @njit(cache=True)
 def build(  # type: ignore[no-untyped-def]
-    net, conditions, edges, store, scratch, pointer, targets, labels, first, visits
+    steps, conditions, edges, store, scratch, pointer, targets, labels, first, visits
 ):  # fmt: skip
     """Expand states in the order they were found, from `first` on; write their successors in CSR form.
 
     Returns a status and the state to go on from.
     """
-    room = net.pre_pointer.size * scratch.candidates.size
+    room = steps.change.shape[0] * scratch.candidates.size
     store.counters[MAY_ADD] = 1
     state = first
     while state < store.counters[STATES]:
@@ -38,7 +40,7 @@ def build(  # type: ignore[no-untyped-def]
         if pointer[state] + room > targets.size:
             return ARCS_FULL, state
         top = pointer[state]
-        end = expand(net, conditions, edges, store, scratch, state, targets[top:], labels, np.int64(0))
+        end = expand(steps, conditions, edges, store, scratch, state, targets[top:], labels, np.int64(0))
         if end < 0:
             return OVERFLOW, state
         pointer[state + 1] = top + end
@@ -48,11 +50,11 @@ def build(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def letters(net, conditions, store, scratch, result):  # type: ignore[no-untyped-def]
+def letters(steps, conditions, store, scratch, result):  # type: ignore[no-untyped-def]
     """Write the bits of the atoms true in each state."""
     for state in range(store.counters[STATES]):
-        vector = store.words[state]
-        read_letter(conditions, scratch, vector, find_enabled(net, vector, scratch.enabled))
+        count = find_enabled(steps, store, scratch, state)
+        read_letter(steps, conditions, store, scratch, state, count)
         for w in range(scratch.letter.size):
             result[state, w] = scratch.letter[w]
 

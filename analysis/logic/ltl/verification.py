@@ -126,7 +126,7 @@ def verify_ltl(
     if run is None:
         return Outcome("holds", states=states, seconds=budget.spent)
     nearby = min(max(FEWEST_NEARBY, states), MOST_NEARBY, budget.states or MOST_NEARBY)
-    run = shortened(run, Product(net, automaton, conditions, weakly, strongly, budget), nearby)
+    run = shortened(run, Product(net, automaton, conditions, weakly, strongly, budget, product.cells), nearby)
     check_counterexample(net, tree, atoms, run.stem, run.loop, weakly, strongly)
     return Outcome("violated", run.stem, run.loop, states, budget.spent)
 
