@@ -133,7 +133,7 @@ class EndlessRuns:
         return self._without_counters(budget) or self._refuted(budget) or self._proved(budget)
 
     def _without_counters(self, budget: Budget) -> Outcome | None:
-        compared = self._compared()
+        compared = compared_tokens(self.net, self.atoms)
         if compared is None or set(growing_places(self.net)).isdisjoint(unbounded_places(self.net)):
             return None
         small = without_growth(self.net, compared)
@@ -145,7 +145,7 @@ class EndlessRuns:
         return answer if answer.status == "holds" else None
 
     def _refuted(self, budget: Budget) -> Outcome | None:
-        weights, compared = largest_weights(self.net), self._compared() or {}
+        weights, compared = largest_weights(self.net), compared_tokens(self.net, self.atoms) or {}
         for room in ROOM:
             limits = {
                 place: max(weights[place], compared.get(place, 0), int(self.net.initial[place]), 1) + room
@@ -182,23 +182,6 @@ class EndlessRuns:
         names = LimitedNames(self.names, small.place, small.images())
         return self.verify(small.net, self.formula, names, self.weak, self.strong, budget)
 
-    def _compared(self) -> Mapping[int, int] | None:
-        """By place: the number of tokens from which on no atom tells more apart; None where there is none."""
-        compared: dict[int, int] = {}
-        growing = set(growing_places(self.net))
-        for condition in self.atoms.conditions.values():
-            if isinstance(condition, Linear):
-                is_sum = len(condition.factors) > 1
-                if (
-                    is_sum
-                    and not growing.isdisjoint(condition.factors)
-                    and min(condition.factors.values()) < 0
-                ):
-                    return None
-                for place, factor in condition.factors.items():
-                    compared[place] = max(compared.get(place, 0), abs(condition.bound) // abs(factor) + 1)
-        return compared
-
     def _shown(self, stem: tuple[int, ...], loop: tuple[int, ...], answer: Outcome) -> Outcome | None:
         """Return a counterexample that stands on the net itself; None where it does not."""
         try:
@@ -213,6 +196,20 @@ class EndlessRuns:
             if asked and all(step.transition != t for step in again):
                 return None
         return replace(answer, trace=stem, loop=loop)
+
+
+def compared_tokens(net: CompiledNet, atoms: BoundAtoms) -> Mapping[int, int] | None:
+    """By place: the number of tokens from which on no atom tells more apart; None where there is none."""
+    compared: dict[int, int] = {}
+    growing = set(growing_places(net))
+    for condition in atoms.conditions.values():
+        if isinstance(condition, Linear):
+            factors = list(condition.factors.values())
+            if len(factors) > 1 and min(factors) < 0 and not growing.isdisjoint(condition.factors):
+                return None
+            for place, factor in condition.factors.items():
+                compared[place] = max(compared.get(place, 0), abs(condition.bound) // abs(factor) + 1)
+    return compared
 
 
 def settled(

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.parser import parse
@@ -128,3 +129,35 @@ def test_atoms_stay_what_they_are_once_a_run_is_settled(
         return
     row = [[atoms.is_true(atom, step) for atom in atoms.conditions] for step in again]
     assert row == [[atoms.is_true(atom, step) for atom in atoms.conditions] for step in once_more]
+
+
+@pytest.mark.parametrize(
+    ("formula", "status"),
+    [
+        ("EF (work >= 7 & busy >= 1)", "holds"),
+        ("EF (on == 0)", "violated"),
+        ("AG (busy + hands == 1)", "holds"),
+        ("AG (busy <= 1)", "holds"),
+        ("AG (work <= 20)", "violated"),
+        ("AF (done >= 1)", "violated"),
+        ("AG (busy >= 1 -> AF busy == 0)", "violated"),
+        ("AG EF (work == 0)", "unknown"),
+    ],
+)
+def test_ctl_of_work_that_comes_for_ever(formula: str, status: str) -> None:
+    answer = check_ctl(WORK, formula, budget=LIMITS)
+    assert answer.status == status, answer.reason
+    if answer.status == "unknown":
+        assert answer.reason.endswith("since work grows whenever this is fired again: tick")
+    if answer.loop:
+        settled(WORK, BoundAtoms(WORK, parse(formula, "ctl"), NetNames(WORK)), answer.stem, answer.loop)
+
+
+def test_ctl_of_a_net_where_only_a_counter_grows() -> None:
+    net = CompiledNet.build(
+        {"on": 1, "off": 0, "count": 0},
+        [("flip", {"on": 1}, {"off": 1, "count": 1}), ("flop", {"off": 1}, {"on": 1})],
+    )
+    assert check_ctl(net, "AG EF on == 1").status == "holds"
+    assert check_ctl(net, "AF count >= 20").status == "holds"
+    assert check_ctl(net, "AG EF count == 3").status == "violated"
