@@ -42,7 +42,7 @@ from dineros.analysis.logic.verdicts.verdict import ReplayError
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping, coverability
 
-MANY_STATES = 30_000
+MANY_STATES = 300_000
 """States of a product from which on it is asked whether there is an end of them."""
 
 NODES = 2_000
