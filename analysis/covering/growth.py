@@ -68,7 +68,11 @@ def remedy_of(net: CompiledNet) -> Remedy | None:
     if weights is None:
         return None
     gains = [sum(weights.get(p, 0) * n for p, n in change.items()) for change in small.delta]
-    most = weighted_sum(small, weights) + max(gains, default=0)
+    # Enough for each step that takes credits, and for some step that gives them back.
+    asked = [
+        sum(weights.get(p, 0) * n for p, n in small.pre.row(t)) for t, gain in enumerate(gains) if gain < 0
+    ]
+    most = max(weighted_sum(small, weights) + max(gains, default=0), min(asked, default=0))
     if any(bound is None for bound in place_bounds(with_credits(small, weights, most))):
         return None
     back = [place for place in range(len(net.places)) if place not in counters]
