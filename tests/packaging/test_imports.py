@@ -36,6 +36,7 @@ FOLDERS = {
         "witnesses",
         "tina",
         "questions",
+        "properties",
         "conformance",
         "sweeps",
     ],

@@ -1,0 +1,87 @@
+"""The engines as properties use them: each with a share of time and memory, and None where that was not enough."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from dineros.analysis.explicit import Found, Unreachable, find
+from dineros.analysis.explicit.goals import Goal
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.syntax import Formula
+from dineros.analysis.logic.ltl.verification import verify_ltl
+from dineros.analysis.logic.verdicts.budget import Budget, BudgetExceededError, Meter
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.properties.part_of_graph import PartOfGraph
+from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
+from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
+from dineros.analysis.symbolic.saturation import DiagramMemoryError
+
+#: What an engine raises that has not got enough, or cannot take the net.
+GIVEN_UP = (BudgetExceededError, DiagramMemoryError, UnknownBoundError, LevelSizeError, MemoryError)
+
+
+class Clock:
+    """Time for one stage of the work.
+
+    Parameters
+    ----------
+    seconds : float
+        From now on.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self.until = time.perf_counter() + max(0.0, seconds)
+
+    @property
+    def left(self) -> float:
+        """Seconds left."""
+        return max(0.0, self.until - time.perf_counter())
+
+    def is_over(self) -> bool:
+        """Whether time is up."""
+        return self.left == 0.0
+
+    def tell(self, _: Any = None) -> None:
+        """Raise `BudgetExceededError` when time is up."""
+        if self.is_over():
+            raise BudgetExceededError("time")
+
+
+def part_of_graph(net: CompiledNet, states: int | None, memory: int, seconds: float) -> PartOfGraph:
+    """Return the first markings of a net, all where they are few."""
+    return PartOfGraph(net, Meter(Budget(memory, states, seconds)))
+
+
+def diagram(net: CompiledNet, memory: int, clock: Clock) -> SymbolicStateSpace | None:
+    """Return all markings as a decision diagram."""
+    try:
+        space = symbolic_state_space(net, memory, clock.tell)
+    except GIVEN_UP:
+        return None
+    return space if space.complete else None
+
+
+def always(net: CompiledNet, formula: Formula, names: Names, memory: int, seconds: float) -> bool | None:
+    """Decide whether all runs satisfy an LTL formula."""
+    try:
+        status = verify_ltl(net, formula, names, budget=Budget(memory, seconds=seconds)).status
+    except GIVEN_UP:
+        return None
+    return {"holds": True, "violated": False, "unknown": None}[status]
+
+
+def can_deadlock(net: CompiledNet, memory: int, seconds: float) -> bool | None:
+    """Decide whether a marking is reachable that enables nothing, by stubborn sets."""
+    answer = find(net, Goal.deadlock(), memory=memory, seconds=seconds, reduction="stubborn", workers=1)
+    return True if isinstance(answer, Found) else False if isinstance(answer, Unreachable) else None
+
+
+def can_reach(net: CompiledNet, goal: Goal, memory: int, seconds: float) -> bool | None:
+    """Decide whether a goal is met in a reachable marking, by explicit search."""
+    answer = find(net, goal, memory=memory, seconds=seconds, workers=1)
+    return True if isinstance(answer, Found) else False if isinstance(answer, Unreachable) else None
+
+
+Tell = Callable[[str], None]

@@ -1,0 +1,232 @@
+"""CTL on a part of the reachability graph, with three truth values.
+
+The markings first found are stored with their successors; what lies behind the last of them is not known. A set
+of states is a pair: those surely in it, and those that may be. Where all markings were stored, both are the
+same.
+
+References
+----------
+G. Bruns, P. Godefroid, *Model checking partial state spaces with 3-valued temporal logics*, CAV 1999, LNCS 1633.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dineros.analysis.logic.automata.automaton import Automaton, Edge
+from dineros.analysis.logic.ctl.state_sets import Run
+from dineros.analysis.logic.graphs.product import Product
+from dineros.analysis.logic.kernels.stored import (
+    ARCS_FULL,
+    COMPLETE,
+    OVERFLOW,
+    PAUSED,
+    STORE_FULL,
+    build,
+    predecessors,
+    some_globally,
+    some_successor,
+    some_until,
+)
+from dineros.analysis.logic.language.atoms import Condition
+from dineros.analysis.logic.language.syntax import Atom, Formula
+from dineros.analysis.logic.verdicts.budget import BudgetExceededError, Meter
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.properties.predicates import Flags, Int64Array, holds
+
+VISITS = 20_000
+#: A set of states: surely in it, perhaps in it.
+Pair = tuple[Flags, Flags]
+
+
+class PartOfGraph:
+    """Markings of a net, breadth first, with their successors, as far as a budget goes.
+
+    Parameters
+    ----------
+    net : CompiledNet
+    meter : Meter
+        Its limits end the search, not the object.
+
+    Attributes
+    ----------
+    size : int
+        Markings stored.
+    expanded : int
+        Of these, the first so many have their successors; a deadlock is its own.
+    is_complete : bool
+        Whether that is all.
+    """
+
+    def __init__(self, net: CompiledNet, meter: Meter) -> None:
+        self.net = net
+        everything = Automaton((), 0, 0, ((Edge(0, 0, 0, 0),),))
+        self._product = Product(net, everything, [], (), (), meter)
+        self.pointer: Int64Array = np.zeros(len(self._product.store.words) + 1, dtype=np.int64)
+        self.targets: NDArray[np.int32] = np.empty(1 << 14 | 2 * self._product.room, dtype=np.int32)
+        self.expanded = 0
+        self.is_complete = False
+        try:
+            self._explore(meter)
+        except (BudgetExceededError, MemoryError):
+            pass
+        self.size = self._product.states
+        self._columns: dict[int, Int64Array] = {}
+        self._index()
+
+    def _explore(self, meter: Meter) -> None:
+        product, status = self._product, PAUSED
+        labels = np.empty(product.room, dtype=np.int32)
+        while status != COMPLETE:
+            status, self.expanded = build(
+                product.tables,
+                product.conditions,
+                product.edges,
+                product.store,
+                product.scratch,
+                self.pointer,
+                self.targets,
+                labels,
+                self.expanded,
+                VISITS,
+            )
+            others = self.pointer.nbytes + 2 * self.targets.nbytes
+            if status in (PAUSED, STORE_FULL):
+                meter.report(product.states, product.memory_bytes + others)
+            if status == STORE_FULL:
+                product.grow(others)
+                self.pointer = _longer(self.pointer, len(product.store.words) + 1)
+            elif status == ARCS_FULL:
+                meter.check_memory(product.memory_bytes + others + 4 * self.targets.nbytes)
+                self.targets = _longer(self.targets, 2 * self.targets.size)
+            elif status == OVERFLOW:
+                product.widen(others)
+        self.is_complete = True
+
+    def _index(self) -> None:
+        arcs = int(self.pointer[self.expanded])
+        pointer = np.full(self.size + 1, arcs, dtype=np.int64)
+        pointer[: self.expanded + 1] = self.pointer[: self.expanded + 1]
+        self.pointer, self.targets = pointer, self.targets[:arcs].copy()
+        if self.targets.size and int(self.targets.max()) >= self.size:
+            raise AssertionError("an arc leads out of the store")
+        self.back_pointer: Int64Array = np.zeros(self.size + 1, dtype=np.int64)
+        self.sources: NDArray[np.int32] = np.empty(arcs, dtype=np.int32)
+        predecessors(self.pointer, self.targets, self.back_pointer, self.sources)
+        self.is_known = np.arange(self.size) < self.expanded
+
+    def tokens(self, place: int) -> Int64Array:
+        """Return the tokens of a place in each marking."""
+        layout = self._product.layout
+        word, shift = layout.fields[place]
+        mask = np.uint64((1 << layout.bits[place]) - 1)
+        column = (self._product.store.words[: self.size, word] >> np.uint64(shift)) & mask
+        return column.astype(np.int64)
+
+    def marking(self, state: int) -> tuple[int, ...]:
+        """Return a marking."""
+        return self._product.marking(state)
+
+    def with_loops(self) -> tuple[Int64Array, NDArray[np.int32], Int64Array, NDArray[np.int32]]:
+        """Return arcs and reversed arcs where states without known successors are their own."""
+        if self.is_complete:
+            return self.pointer, self.targets, self.back_pointer, self.sources
+        rest = np.arange(self.expanded, self.size, dtype=np.int32)
+        arcs = self.targets.size
+        pointer = self.pointer.copy()
+        pointer[self.expanded :] = arcs + np.arange(self.size - self.expanded + 1)
+        targets = np.concatenate([self.targets, rest])
+        back_pointer = np.zeros(self.size + 1, dtype=np.int64)
+        sources = np.empty(targets.size, dtype=np.int32)
+        predecessors(pointer, targets, back_pointer, sources)
+        return pointer, targets, back_pointer, sources
+
+
+class PartialSets:
+    """The `StateSets` of a part of a graph; see the module.
+
+    Parameters
+    ----------
+    graph : PartOfGraph
+    conditions : mapping
+        What atoms ask.
+    """
+
+    def __init__(self, graph: PartOfGraph, conditions: Mapping[Atom, Condition]) -> None:
+        self.graph, self.conditions = graph, conditions
+        self._loops = graph.with_loops()
+
+    def constant(self, value: bool) -> Pair:
+        """Return all states or none."""
+        return self._exact(np.full(self.graph.size, value))
+
+    def atom(self, atom: Atom) -> Pair:
+        """Return the states in which an atom is true."""
+        return self._exact(holds(self.graph, self.conditions[atom]))
+
+    def complement(self, states: Pair) -> Pair:
+        """Return the other states."""
+        sure, possible = states
+        return self._exact(~sure) if sure is possible else (~possible, ~sure)
+
+    def intersection(self, left: Pair, right: Pair) -> Pair:
+        """Return the states in both sets."""
+        return left[0] & right[0], left[1] & right[1]
+
+    def union(self, left: Pair, right: Pair) -> Pair:
+        """Return the states in one of the sets."""
+        return left[0] | right[0], left[1] | right[1]
+
+    def some_next(self, states: Pair) -> Pair:
+        """EX."""
+        return self._next(states[0]), self._next(states[1]) | ~self.graph.is_known
+
+    def some_until(self, stay: Pair, goal: Pair) -> Pair:
+        """EU."""
+        outside = ~self.graph.is_known & stay[1]
+        return self._until(stay[0], goal[0]), self._until(stay[1], goal[1] | outside)
+
+    def some_globally(self, states: Pair) -> Pair:
+        """EG."""
+        graph = self.graph
+        sure = states[0] & graph.is_known
+        possible = states[1].copy()
+        queue = np.empty(graph.size, dtype=np.int32)
+        some_globally(graph.pointer, graph.targets, graph.back_pointer, graph.sources, sure, queue)
+        some_globally(*self._loops, possible, queue)
+        return sure, possible
+
+    def initially(self, states: Pair) -> bool:
+        """Whether the initial state is surely in a set."""
+        return bool(states[0][0])
+
+    def value(self, states: Pair) -> bool | None:
+        """Whether the initial state is in a set; None where that is not known."""
+        return True if states[0][0] else None if states[1][0] else False
+
+    def path(self, path: Formula, found: Mapping[Formula, Pair]) -> Run:
+        """Runs are not asked for."""
+        raise NotImplementedError
+
+    def _exact(self, flags: Flags) -> Pair:
+        return flags, flags
+
+    def _next(self, inside: Flags) -> Flags:
+        result = np.zeros_like(inside)
+        some_successor(self.graph.pointer, self.graph.targets, inside, result)
+        return result
+
+    def _until(self, stay: Flags, goal: Flags) -> Flags:
+        result = goal.copy()
+        queue = np.empty(result.size, dtype=np.int32)
+        some_until(self.graph.back_pointer, self.graph.sources, stay, result, queue)
+        return result
+
+
+def _longer(array: NDArray[np.int64], size: int) -> NDArray[np.int64]:
+    longer = np.zeros(size, dtype=array.dtype)
+    longer[: array.size] = array
+    return longer
