@@ -10,6 +10,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Sequence
 
 from dineros.analysis.logic.ctl.checking import basic, satisfying
@@ -18,13 +19,14 @@ from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.logic.language.syntax import Atom, Formula, Not
+from dineros.analysis.logic.verdicts.budget import BudgetExceededError
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties import engines
 from dineros.analysis.properties.engines import GIVEN_UP, Clock
 from dineros.analysis.properties.exclusion import is_excluded
 from dineros.analysis.properties.global_properties import GlobalQuestions
-from dineros.analysis.properties.normal_form import is_linear
+from dineros.analysis.properties.normal_form import goal_of, is_linear
 from dineros.analysis.properties.part_of_graph import PartialSets, PartOfGraph
 from dineros.analysis.properties.predicates import total
 from dineros.analysis.properties.property import Property, PropertyAnswer
@@ -102,21 +104,19 @@ class _Work:
 
     def run(self) -> None:
         """Go through the stages until everything is answered."""
-        stages = (
-            (self._few, 0.1),
-            (self._walk, 0.1),
-            (self._bound, 0.3),
-            (self._exclude, 0.5),
-            (self._many, 0.3),
-            (self._draw, 1.0),
-            (self._alone, None),
-        )
-        for stage, share in stages:
+        for stage, share in (
+            (self._few, 0.02),
+            (self._walk, 0.03),
+            (self._bound, 0.05),
+            (self._exclude, 0.08),
+            (self._many, 0.08),
+            (self._draw, 0.25),
+            (self._alone, 1.0),
+        ):
             if self.sheet.is_done or self.clock.is_over():
                 return
             self._stage(stage.__name__.lstrip("_"))
-            left = self.clock.left
-            stage(Clock(left if share is None else min(self.seconds * share, left / 2)))
+            stage(Clock(min(self.clock.left, share * self.seconds * len(self.sheet.properties))))
 
     # stages
 
@@ -138,7 +138,11 @@ class _Work:
         self.sheet.always.update(self.sheet.constants(bounds))
         for limits in self.sheet.open_limits().values():
             parts = [bounds[place] for place in limits.factors]
-            known = [factor * part for part, factor in zip(parts, limits.factors.values(), strict=True) if part is not None]
+            known = [
+                factor * part
+                for part, factor in zip(parts, limits.factors.values(), strict=True)
+                if part is not None
+            ]
             if len(known) == len(parts):
                 limits.most = sum(known)
         self.sheet.settle("structure")
@@ -188,18 +192,18 @@ class _Work:
     def _many(self, clock: Clock) -> None:
         if self.graph is None or not self.graph.is_complete:
             self._store(None, self.memory // 2, clock)
+        else:
+            self._look_at(self.graph, Clock(self.clock.left))
 
     def _store(self, states: int | None, memory: int, clock: Clock) -> None:
         self.graph = None
-        self.graph = graph = engines.part_of_graph(self.net, states, memory, clock.left)
+        self.graph = graph = engines.part_of_graph(self.net, states, memory, clock.left / 2)
+        # What is stored is worth some time, also where storing took all of it.
+        self._look_at(graph, Clock(max(clock.left, self.seconds / 2)))
+
+    def _look_at(self, graph: PartOfGraph, clock: Clock) -> None:
+        """Decide what a part of the graph decides, as far as time goes."""
         sheet = self.sheet
-        sets = PartialSets(graph, sheet.conditions)
-        for part in sheet.open_parts():
-            if not is_linear(part):
-                wanted = basic(part)
-                value = sets.value(satisfying(wanted, sets)[wanted])
-                if value is not None:
-                    sheet.known[part] = value
         for limits in sheet.open_limits().values():
             limits.least = max(limits.least, int(total(graph, limits.factors).max()))
             if graph.is_complete:
@@ -207,6 +211,16 @@ class _Work:
         sheet.settle("explicit")
         if sheet.open_globals():
             self.whole.by_graph(graph)
+        sets = PartialSets(graph, sheet.conditions, clock.tell)
+        parts = [part for part in sheet.open_parts() if not is_linear(part)]
+        with contextlib.suppress(BudgetExceededError):
+            # Goals first: they need the least.
+            for part in sorted(parts, key=lambda part: goal_of(part) is None):
+                wanted = basic(part)
+                value = sets.value(satisfying(wanted, sets)[wanted])
+                if value is not None:
+                    sheet.known[part] = value
+                    sheet.settle("explicit")
 
     def _draw(self, clock: Clock) -> None:
         if self.graph is not None and self.graph.is_complete:

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from typing import Any
 
 from dineros.analysis.explicit import Found, Unreachable, find
 from dineros.analysis.explicit.goals import Goal
+from dineros.analysis.logic.automata.translation import translate
+from dineros.analysis.logic.graphs.product import Product
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.combining import combined, condition_of
 from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.rewriting import negated
 from dineros.analysis.logic.language.syntax import Formula
-from dineros.analysis.logic.ltl.verification import verify_ltl
+from dineros.analysis.logic.ltl.emptiness import Emptiness
 from dineros.analysis.logic.verdicts.budget import Budget, BudgetExceededError, Meter
+from dineros.analysis.logic.verdicts.verdict import check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties.part_of_graph import PartOfGraph
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
@@ -64,24 +69,21 @@ def diagram(net: CompiledNet, memory: int, clock: Clock) -> SymbolicStateSpace |
 
 
 def always(net: CompiledNet, formula: Formula, names: Names, memory: int, seconds: float) -> bool | None:
-    """Decide whether all runs satisfy an LTL formula."""
+    """Decide whether all runs satisfy an LTL formula; a run that does not is checked, but not made short."""
+    meter = Meter(Budget(memory, seconds=seconds))
+    atoms = BoundAtoms(net, formula, names)
     try:
-        status = verify_ltl(net, formula, names, budget=Budget(memory, seconds=seconds)).status
+        automaton = translate(negated(combined(formula)))
+        conditions = [condition_of(atom, atoms.conditions) for atom in automaton.atoms]
+        run = Emptiness(Product(net, automaton, conditions, (), (), meter), meter).run()
     except GIVEN_UP:
         return None
-    return {"holds": True, "violated": False, "unknown": None}[status]
+    if run is not None:
+        check_counterexample(net, formula, atoms, run.stem, run.loop)
+    return run is None
 
 
 def can_deadlock(net: CompiledNet, memory: int, seconds: float) -> bool | None:
     """Decide whether a marking is reachable that enables nothing, by stubborn sets."""
     answer = find(net, Goal.deadlock(), memory=memory, seconds=seconds, reduction="stubborn", workers=1)
     return True if isinstance(answer, Found) else False if isinstance(answer, Unreachable) else None
-
-
-def can_reach(net: CompiledNet, goal: Goal, memory: int, seconds: float) -> bool | None:
-    """Decide whether a goal is met in a reachable marking, by explicit search."""
-    answer = find(net, goal, memory=memory, seconds=seconds, workers=1)
-    return True if isinstance(answer, Found) else False if isinstance(answer, Unreachable) else None
-
-
-Tell = Callable[[str], None]

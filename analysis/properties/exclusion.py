@@ -92,9 +92,7 @@ class _Search:
         return all(self.excludes(rows, [alternative, *others]) for alternative in first.parts)
 
 
-def _of(
-    net: CompiledNet, formula: Formula, conditions: Mapping[Atom, Condition]
-) -> _All | _Any | Row:
+def _of(net: CompiledNet, formula: Formula, conditions: Mapping[Atom, Condition]) -> _All | _Any | Row:
     match formula:
         case Constant(value):
             return _All(()) if value else _Any(())

@@ -10,13 +10,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from dineros.analysis.logic.language.atoms import NoneEnabled
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.nets.repetition import repeatable_transitions
 from dineros.analysis.properties.engines import GIVEN_UP, Clock
 from dineros.analysis.properties.part_of_graph import PartOfGraph
-from dineros.analysis.properties.predicates import Flags, MarkingMatrix, enabled, holds
+from dineros.analysis.properties.predicates import Flags, MarkingMatrix, enabled
 from dineros.analysis.properties.state_equation import StateEquation
 from dineros.analysis.properties.walking import Walker
 from dineros.analysis.questions.behaviour import TooMuchWorkError, behaviour
@@ -92,7 +91,11 @@ class GlobalQuestions:
         for t in range(len(net.transitions)):
             if any((bound := bounds[p]) is not None and bound < weight for p, weight in net.pre.row(t)):
                 self._dead(t, "structure")
-        if self.bounded and self.is_open("Liveness") and len(repeatable_transitions(net)) < len(net.transitions):
+        if (
+            self.bounded
+            and self.is_open("Liveness")
+            and len(repeatable_transitions(net)) < len(net.transitions)
+        ):
             self.tell("Liveness", False, "structure")
 
     def _dead(self, transition: int, technique: str) -> None:
@@ -151,7 +154,7 @@ class GlobalQuestions:
             if graph.is_complete or not self.fired[t]:
                 able[t] = enabled(graph, t)
                 self.fired[t] |= bool(able[t].any())
-        dead = bool(holds(graph, NoneEnabled()).any())
+        dead = bool(graph.deadlocks().any())
         self._conclude(most, dead, "explicit")
         if graph.is_complete:
             self._all_seen(most, dead, bool(self.fired.all()), bool(self.stable.any()), "explicit")
@@ -174,7 +177,9 @@ class GlobalQuestions:
             if self.is_open("QuasiLiveness"):
                 names = self.net.transitions
                 live = all(
-                    space.enabled(names[t]) > 0 for t in np.flatnonzero(~self.fired).tolist() if not clock.tell()
+                    space.enabled(names[t]) > 0
+                    for t in np.flatnonzero(~self.fired).tolist()
+                    if not clock.tell()
                 )
                 self.tell("QuasiLiveness", live, "symbolic")
             if self.is_open("StableMarking"):

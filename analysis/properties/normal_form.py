@@ -186,7 +186,9 @@ def initially(formula: Formula, known: Callable[[Formula], bool | None]) -> bool
     values: dict[Formula, bool | None] = {}
     for part in formula.subformulas():
         value = known(part)
-        values[part] = value if value is not None else _from_operands(part, [values[o] for o in part.operands])
+        values[part] = (
+            value if value is not None else _from_operands(part, [values[o] for o in part.operands])
+        )
     return values[formula]
 
 

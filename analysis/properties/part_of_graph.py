@@ -11,7 +11,7 @@ G. Bruns, P. Godefroid, *Model checking partial state spaces with 3-valued tempo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,9 +35,11 @@ from dineros.analysis.logic.language.atoms import Condition
 from dineros.analysis.logic.language.syntax import Atom, Formula
 from dineros.analysis.logic.verdicts.budget import BudgetExceededError, Meter
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.properties.predicates import Flags, Int64Array, holds
+from dineros.analysis.properties.predicates import Flags, Int64Array, any_enabled, holds
 
 VISITS = 20_000
+#: Bytes of what is kept of atoms.
+MOST_FLAGS = 1 << 28
 #: A set of states: surely in it, perhaps in it.
 Pair = tuple[Flags, Flags]
 
@@ -74,8 +76,11 @@ class PartOfGraph:
         except (BudgetExceededError, MemoryError):
             pass
         self.size = self._product.states
-        self._columns: dict[int, Int64Array] = {}
         self._index()
+        self._layout = self._product.layout
+        #: By word: of all markings, one after the other, so that a place is read in one go.
+        self._words = np.ascontiguousarray(self._product.store.words[: self.size].T)
+        del self._product
 
     def _explore(self, meter: Meter) -> None:
         product, status = self._product, PAUSED
@@ -120,15 +125,35 @@ class PartOfGraph:
 
     def tokens(self, place: int) -> Int64Array:
         """Return the tokens of a place in each marking."""
-        layout = self._product.layout
-        word, shift = layout.fields[place]
-        mask = np.uint64((1 << layout.bits[place]) - 1)
-        column = (self._product.store.words[: self.size, word] >> np.uint64(shift)) & mask
-        return column.astype(np.int64)
+        return self._field(place).astype(np.int64)
 
-    def marking(self, state: int) -> tuple[int, ...]:
-        """Return a marking."""
-        return self._product.marking(state)
+    def at_least(self, place: int, weight: int) -> Flags:
+        """Return in which markings a place holds so many tokens."""
+        if weight == 1:
+            word, shift = self._layout.fields[place]
+            mask = np.uint64(((1 << self._layout.bits[place]) - 1) << shift)
+            flags: Flags = (self._words[word] & mask) != 0
+            return flags
+        flags = self._field(place) >= np.uint64(weight)
+        return flags
+
+    def _field(self, place: int) -> NDArray[np.uint64]:
+        word, shift = self._layout.fields[place]
+        mask = np.uint64((1 << self._layout.bits[place]) - 1)
+        column: NDArray[np.uint64] = (self._words[word] >> np.uint64(shift)) & mask
+        return column
+
+    def deadlocks(self) -> Flags:
+        """Return in which markings no transition is enabled."""
+        states = np.arange(self.size)
+        degree = np.diff(self.pointer)
+        # A deadlock has itself as its only successor, but so has a marking that only loops leave.
+        alone = degree == 1
+        alone[alone] = self.targets[self.pointer[:-1][alone]] == states[alone]
+        some = np.flatnonzero(alone | ~self.is_known)
+        result = np.zeros(self.size, dtype=np.bool_)
+        result[some] = ~any_enabled(_Selected(self, some), range(len(self.net.transitions)))
+        return result
 
     def with_loops(self) -> tuple[Int64Array, NDArray[np.int32], Int64Array, NDArray[np.int32]]:
         """Return arcs and reversed arcs where states without known successors are their own."""
@@ -145,6 +170,25 @@ class PartOfGraph:
         return pointer, targets, back_pointer, sources
 
 
+class _Selected:
+    """Some markings of a part of a graph."""
+
+    def __init__(self, graph: PartOfGraph, states: NDArray[np.int64]) -> None:
+        self.net, self.size, self._graph, self._states = graph.net, len(states), graph, states
+
+    def tokens(self, place: int) -> Int64Array:
+        """Return the tokens of a place in each marking."""
+        return self._graph.tokens(place)[self._states]
+
+    def at_least(self, place: int, weight: int) -> Flags:
+        """Return in which markings a place holds so many tokens."""
+        return self._graph.at_least(place, weight)[self._states]
+
+    def deadlocks(self) -> Flags:
+        """Return in which markings no transition is enabled."""
+        return self._graph.deadlocks()[self._states]
+
+
 class PartialSets:
     """The `StateSets` of a part of a graph; see the module.
 
@@ -153,11 +197,16 @@ class PartialSets:
     graph : PartOfGraph
     conditions : mapping
         What atoms ask.
+    tell : callable
+        Called before each operation; an exception raised in it ends the work.
     """
 
-    def __init__(self, graph: PartOfGraph, conditions: Mapping[Atom, Condition]) -> None:
-        self.graph, self.conditions = graph, conditions
+    def __init__(
+        self, graph: PartOfGraph, conditions: Mapping[Atom, Condition], tell: Callable[[], None]
+    ) -> None:
+        self.graph, self.conditions, self._tell = graph, conditions, tell
         self._loops = graph.with_loops()
+        self._atoms: dict[Atom, Pair] = {}
 
     def constant(self, value: bool) -> Pair:
         """Return all states or none."""
@@ -165,7 +214,12 @@ class PartialSets:
 
     def atom(self, atom: Atom) -> Pair:
         """Return the states in which an atom is true."""
-        return self._exact(holds(self.graph, self.conditions[atom]))
+        if atom not in self._atoms:
+            self._tell()
+            if len(self._atoms) * self.graph.size > MOST_FLAGS:
+                self._atoms.clear()
+            self._atoms[atom] = self._exact(holds(self.graph, self.conditions[atom]))
+        return self._atoms[atom]
 
     def complement(self, states: Pair) -> Pair:
         """Return the other states."""
@@ -182,15 +236,18 @@ class PartialSets:
 
     def some_next(self, states: Pair) -> Pair:
         """EX."""
+        self._tell()
         return self._next(states[0]), self._next(states[1]) | ~self.graph.is_known
 
     def some_until(self, stay: Pair, goal: Pair) -> Pair:
         """EU."""
+        self._tell()
         outside = ~self.graph.is_known & stay[1]
         return self._until(stay[0], goal[0]), self._until(stay[1], goal[1] | outside)
 
     def some_globally(self, states: Pair) -> Pair:
         """EG."""
+        self._tell()
         graph = self.graph
         sure = states[0] & graph.is_known
         possible = states[1].copy()

@@ -37,6 +37,12 @@ class Markings(Protocol):
     def tokens(self, place: int) -> Int64Array:
         """Return the tokens of a place in each of them."""
 
+    def at_least(self, place: int, weight: int) -> Flags:
+        """Return in which of them a place holds so many tokens."""
+
+    def deadlocks(self) -> Flags:
+        """Return in which of them no transition is enabled."""
+
 
 class MarkingMatrix:
     """Markings as the rows of a matrix.
@@ -55,6 +61,15 @@ class MarkingMatrix:
         column: Int64Array = self.rows[:, place]
         return column
 
+    def at_least(self, place: int, weight: int) -> Flags:
+        """Return in which markings a place holds so many tokens."""
+        flags: Flags = self.rows[:, place] >= weight
+        return flags
+
+    def deadlocks(self) -> Flags:
+        """Return in which markings no transition is enabled."""
+        return ~any_enabled(self, range(len(self.net.transitions)))
+
 
 def is_condition(formula: Formula) -> bool:
     """Whether a formula speaks of one marking only: no temporal operator, no step."""
@@ -69,9 +84,9 @@ def enabled(markings: Markings, transition: int) -> Flags:
     net = markings.net
     result = np.ones(markings.size, dtype=np.bool_)
     for place, weight in net.pre.row(transition):
-        result &= markings.tokens(place) >= weight
+        result &= markings.at_least(place, weight)
     for place, weight in net.inhibitor.row(transition):
-        result &= markings.tokens(place) < weight
+        result &= ~markings.at_least(place, weight)
     return result
 
 
@@ -89,13 +104,14 @@ def holds(markings: Markings, condition: Condition) -> Flags:
         case Linear(factors, symbol, bound):
             return np.asarray(OPERATORS[symbol](total(markings, factors), bound))  # type: ignore[arg-type]
         case SomeEnabled(transitions):
-            return _any_enabled(markings, sorted(transitions))
+            return any_enabled(markings, sorted(transitions))
         case NoneEnabled():
-            return ~_any_enabled(markings, range(len(markings.net.transitions)))
+            return markings.deadlocks()
     raise TypeError(f"no condition on markings: {condition}")
 
 
-def _any_enabled(markings: Markings, transitions: range | list[int]) -> Flags:
+def any_enabled(markings: Markings, transitions: range | list[int]) -> Flags:
+    """Return in which markings some of these transitions is enabled."""
     result = np.zeros(markings.size, dtype=np.bool_)
     for transition in transitions:
         result |= enabled(markings, transition)

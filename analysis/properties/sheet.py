@@ -149,7 +149,8 @@ class Sheet:
                 if value is not None:
                     found[atom] = value
             elif hasattr(condition, "transitions") and all(
-                any(most[place] < weight for place, weight in self.net.pre.row(t)) for t in condition.transitions
+                any(most[place] < weight for place, weight in self.net.pre.row(t))
+                for t in condition.transitions
             ):
                 found[atom] = False
         return found

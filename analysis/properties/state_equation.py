@@ -99,7 +99,9 @@ class StateEquation:
                 asked[place] = asked.get(place, Fraction(0)) + factor * times
         weights = {}
         for place, value in enumerate(found[:places]):
-            weight = Fraction(value).limit_denominator(LARGEST_DENOMINATOR) if abs(value) > 1e-9 else Fraction(0)
+            weight = (
+                Fraction(value).limit_denominator(LARGEST_DENOMINATOR) if abs(value) > 1e-9 else Fraction(0)
+            )
             weight = max(weight, asked.get(place, Fraction(0)))
             if weight:
                 weights[place] = weight

@@ -21,7 +21,9 @@ def group_of(examination: str) -> str:
     """Return what a target is set for."""
     if examination == "ReachabilityDeadlock":
         return "global properties"
-    return next((group for word, group in GROUPS.items() if examination.startswith(word)), "global properties")
+    return next(
+        (group for word, group in GROUPS.items() if examination.startswith(word)), "global properties"
+    )
 
 
 def print_tables(records: Iterable[Record]) -> int:
