@@ -13,30 +13,35 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from dineros.analysis.logic.ctl.checking import basic, satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.rewriting import simplified
-from dineros.analysis.logic.language.syntax import Atom, Formula, Not
+from dineros.analysis.logic.language.syntax import TRUE, And, Atom, Constant, Exists, ForAll, Formula, Not
 from dineros.analysis.logic.verdicts.budget import BudgetExceededError
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties import engines
+from dineros.analysis.properties.directed_walks import TRIES, firings, follow
 from dineros.analysis.properties.engines import GIVEN_UP, Clock
 from dineros.analysis.properties.exclusion import is_excluded
 from dineros.analysis.properties.global_properties import GlobalQuestions
-from dineros.analysis.properties.normal_form import goal_of, is_linear
+from dineros.analysis.properties.normal_form import everywhere, goal_of, is_linear, linear_equal
 from dineros.analysis.properties.part_of_graph import PartialSets, PartOfGraph
-from dineros.analysis.properties.predicates import total
+from dineros.analysis.properties.predicates import Int64Array, is_condition, total
 from dineros.analysis.properties.property import Property, PropertyAnswer
 from dineros.analysis.properties.sheet import Sheet
-from dineros.analysis.properties.state_equation import StateEquation
+from dineros.analysis.properties.state_equation import Row, StateEquation
 from dineros.analysis.properties.walking import Walker
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 #: Markings of the first part of the graph.
 FEW_STATES = 20_000
+#: Markings looked at from the end of a random walk on.
+PROBE_STATES = 2_000
 #: Seconds for a question unless told otherwise.
 SECONDS = 30.0
 
@@ -99,6 +104,7 @@ class _Work:
 
         self.whole = GlobalQuestions(self.net, decide)
         self.equation = StateEquation(self.net)
+        self.walker = Walker(self.net)
         self.graph: PartOfGraph | None = None
         self.space: SymbolicStateSpace | None = None
 
@@ -110,6 +116,7 @@ class _Work:
             (self._bound, 0.05),
             (self._exclude, 0.08),
             (self._many, 0.08),
+            (self._probe, 0.05),
             (self._draw, 0.25),
             (self._alone, 1.0),
         ):
@@ -124,7 +131,7 @@ class _Work:
         self._store(FEW_STATES, self.memory // 4, clock)
 
     def _walk(self, clock: Clock) -> None:
-        walker = Walker(self.net)
+        walker = self.walker
         while not clock.is_over() and not self.sheet.is_done:
             rows = walker.walk()
             self.sheet.look(rows, "random walk")
@@ -138,13 +145,9 @@ class _Work:
         self.sheet.always.update(self.sheet.constants(bounds))
         for limits in self.sheet.open_limits().values():
             parts = [bounds[place] for place in limits.factors]
-            known = [
-                factor * part
-                for part, factor in zip(parts, limits.factors.values(), strict=True)
-                if part is not None
-            ]
-            if len(known) == len(parts):
-                limits.most = sum(known)
+            if None not in parts:
+                factors = limits.factors.values()
+                limits.most = sum(k * part for k, part in zip(factors, parts, strict=True) if part)
         self.sheet.settle("structure")
         if self.sheet.open_globals():
             self.whole.by_coverability()
@@ -158,6 +161,14 @@ class _Work:
             if most is not None and (limits.most is None or most < limits.most):
                 limits.most = most
         sheet.settle("state equation")
+        for limits in sheet.open_limits().values():
+            gains = np.zeros(len(self.net.transitions), dtype=np.int64)
+            for t, change in enumerate(self.net.delta):
+                gains[t] = sum(limits.factors.get(p, 0) * tokens for p, tokens in change.items())
+            if limits.most is not None and not clock.is_over():
+                self._follow([(limits.factors, limits.most)], clock)
+            elif not clock.is_over():
+                self._follow([], clock, gains)
         if sheet.open_globals():
             self.whole.by_state_equation(self.equation, clock)
         goals = sheet.open_goals()
@@ -165,27 +176,42 @@ class _Work:
             own = Clock(clock.left / (len(goals) - number) * 2)
             if clock.is_over():
                 break
-            if is_excluded(self.equation, simplified(condition), sheet.conditions, own.is_over):
+            goal = simplified(condition)
+
+            def reached(rows: Sequence[Row], part: Formula = part, own: Clock = own) -> bool:
+                self._follow(rows, own)
+                return part in sheet.known
+
+            if is_excluded(self.equation, goal, sheet.conditions, own.is_over, reached):
                 sheet.known[part] = not value
         sheet.settle("state equation")
         self._exclude_atoms(clock)
 
+    def _follow(self, rows: Sequence[Row], clock: Clock, gains: Int64Array | None = None) -> None:
+        """Walk as a solution of the state equation says, and see what that decides."""
+        counts = firings(self.net, rows, gains)
+        for seed in range(TRIES if counts is not None else 0):
+            if clock.is_over():
+                return
+            assert counts is not None
+            self.sheet.look(follow(self.walker.arrays, counts, seed), "directed walk")
+
     def _exclude_atoms(self, clock: Clock) -> None:
         """Find atoms that are constant: they make formulas smaller whatever these say."""
         sheet = self.sheet
-        atoms = [
-            atom
+        found = [
+            part
             for formula in sheet.open_formulas().values()
-            for atom in formula.subformulas()
-            if atom in sheet.conditions and atom not in sheet.always
+            for part in formula.subformulas()
+            if part not in sheet.always and is_condition(part) and not isinstance(part, Constant)
         ]
-        for atom in dict.fromkeys(atoms):
+        # Larger conditions first: what they decide needs no atoms.
+        for part in sorted(dict.fromkeys(found), key=lambda part: isinstance(part, Atom)):
             if clock.is_over():
                 break
-            assert isinstance(atom, Atom)
-            for value, condition in ((False, atom), (True, simplified(Not(atom)))):
+            for value, condition in ((False, simplified(part)), (True, simplified(Not(part)))):
                 if is_excluded(self.equation, condition, sheet.conditions, clock.is_over):
-                    sheet.always[atom] = value
+                    sheet.always[part] = value
                     break
         sheet.settle("state equation")
 
@@ -222,6 +248,29 @@ class _Work:
                     sheet.known[part] = value
                     sheet.settle("explicit")
 
+    def _probe(self, clock: Clock) -> None:
+        """Look for markings far away that refute ``AG f`` or show ``EF f``, where f is no mere condition."""
+        sheet = self.sheet
+        if self.graph is not None and self.graph.is_complete:
+            return
+        self.graph = None
+        for number, start in enumerate(self.walker.ends):
+            parts = [(part, inner) for part in sheet.open_parts() if (inner := everywhere(part)) is not None]
+            if not parts or clock.is_over():
+                return
+            own = Clock(clock.left / (len(self.walker.ends) - number))
+            graph = engines.part_of_graph(self.net, PROBE_STATES, self.memory // 8, own.left / 2, start)
+            sets = PartialSets(graph, sheet.conditions, own.tell)
+            with contextlib.suppress(BudgetExceededError):
+                for part, inner in parts:
+                    wanted = basic(inner)
+                    sure, possible = satisfying(wanted, sets)[wanted]
+                    if isinstance(part, Exists) and sure.any():
+                        sheet.known[part] = True
+                    elif isinstance(part, ForAll) and not possible.all():
+                        sheet.known[part] = False
+            sheet.settle("explicit, from a random walk")
+
     def _draw(self, clock: Clock) -> None:
         if self.graph is not None and self.graph.is_complete:
             return
@@ -240,25 +289,29 @@ class _Work:
         sheet.settle("symbolic")
         if sheet.open_globals():
             self.whole.by_diagram(space, Clock(min(2 * self.seconds, self.clock.left)))
-        parts = [part for part in sheet.open_parts() if not is_linear(part)]
-        for number, part in enumerate(parts):
-            own = Clock(min(self.seconds, self.clock.left / (len(parts) - number)))
-            value = self._by_diagram(space, part, own)
-            if value is not None:
-                sheet.known[part] = value
-                sheet.settle("symbolic")
+        self._branch(space)
 
-    def _by_diagram(self, space: SymbolicStateSpace, part: Formula, clock: Clock) -> bool | None:
-        pinned = len(space.diagram.pinned)
-        try:
-            atoms = BoundAtoms(self.net, part, self.sheet.names)
-            sets = SymbolicSets(space, atoms, clock.tell)
-            wanted = basic(part)
-            return sets.initially(satisfying(wanted, sets)[wanted])
-        except GIVEN_UP:
-            return None
-        finally:
-            del space.diagram.pinned[pinned:]
+    def _branch(self, space: SymbolicStateSpace) -> None:
+        """Decide parts of branching time on a diagram, as far as each has time."""
+        sheet = self.sheet
+        parts = [part for part in sheet.open_parts() if not is_linear(part)]
+        atoms = BoundAtoms(self.net, And((TRUE, *parts)), sheet.names)
+        pinned, sets, clock = len(space.diagram.pinned), None, Clock(0)
+        for number, part in enumerate(parts):
+            clock.restart(min(self.seconds, self.clock.left / (len(parts) - number)))
+            try:
+                # What one part has made, others use; where it takes too much memory, it is made anew.
+                if sets is None:
+                    sets = SymbolicSets(space, atoms, clock.tell)
+                wanted = basic(part)
+                sheet.known[part] = sets.initially(satisfying(wanted, sets)[wanted])
+            except BudgetExceededError:
+                continue
+            except GIVEN_UP:
+                del space.diagram.pinned[pinned:]
+                sets = None
+                continue
+            sheet.settle("symbolic")
 
     def _alone(self, clock: Clock) -> None:
         sheet = self.sheet
@@ -266,10 +319,12 @@ class _Work:
             found = engines.can_deadlock(self.net, self.memory // 2, min(self.seconds, clock.left))
             if found is not None:
                 self.whole.tell("ReachabilityDeadlock", found, "stubborn sets")
-        parts = [part for part in sheet.open_parts() if is_linear(part)]
-        for number, part in enumerate(parts):
+        linear = [(part, (part.operands[0], True)) for part in sheet.open_parts() if is_linear(part)]
+        branching = [(part, linear_equal(part)) for part in sheet.open_parts() if not is_linear(part)]
+        parts = [*linear, *((part, equal) for part, equal in branching if equal is not None)]
+        for number, (part, (path, value)) in enumerate(parts):
             share = min(self.seconds, clock.left / (len(parts) - number))
-            value = engines.always(self.net, part.operands[0], sheet.names, self.memory // 2, share)
-            if value is not None:
-                sheet.known[part] = value
+            holds = engines.always(self.net, path, sheet.names, self.memory // 2, share)
+            if holds is not None:
+                sheet.known[part] = value == holds
                 sheet.settle("on the fly")

@@ -1,9 +1,13 @@
-"""The engines as properties use them: each with a share of time and memory, and None where that was not enough."""
+"""The engines as properties use them: a share of time and memory each, None where that was not enough."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from dineros.analysis.explicit import Found, Unreachable, find
 from dineros.analysis.explicit.goals import Goal
@@ -37,6 +41,10 @@ class Clock:
     """
 
     def __init__(self, seconds: float) -> None:
+        self.restart(seconds)
+
+    def restart(self, seconds: float) -> None:
+        """Give so many seconds from now on."""
         self.until = time.perf_counter() + max(0.0, seconds)
 
     @property
@@ -54,8 +62,18 @@ class Clock:
             raise BudgetExceededError("time")
 
 
-def part_of_graph(net: CompiledNet, states: int | None, memory: int, seconds: float) -> PartOfGraph:
-    """Return the first markings of a net, all where they are few."""
+def part_of_graph(
+    net: CompiledNet,
+    states: int | None,
+    memory: int,
+    seconds: float,
+    start: Sequence[int] | None = None,
+) -> PartOfGraph:
+    """Return the first markings of a net, all where they are few; from another marking if one is given."""
+    if start is not None:
+        derived = {name: net.__dict__[name] for name in ("delta", "changing") if name in net.__dict__}
+        net = replace(net, initial=np.array(start, dtype=np.int64))
+        net.__dict__.update(derived)  # what does not hang on the initial marking
     return PartOfGraph(net, Meter(Budget(memory, states, seconds)))
 
 

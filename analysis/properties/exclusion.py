@@ -1,7 +1,7 @@
-"""Conditions that no reachable marking fulfils, by the state equation: alternatives are tried one after another.
+"""Conditions that no reachable marking fulfils, by the state equation: alternatives one after another.
 
-A condition is a conjunction of inequalities and of disjunctions. Where the inequalities alone can be fulfilled,
-the smallest disjunction is split, until all alternatives are excluded or too many have been tried.
+A condition is a conjunction of inequalities and of disjunctions. Where the inequalities alone can be
+fulfilled, the smallest disjunction is split, until all alternatives are excluded or too many were tried.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ def is_excluded(
     condition: Formula,
     conditions: Mapping[Atom, Condition],
     is_late: Callable[[], bool],
+    met: Callable[[Sequence[Row]], bool] = lambda rows: True,
 ) -> bool:
     """Whether it is proved that no reachable marking fulfils a condition in negation normal form.
 
@@ -49,17 +50,21 @@ def is_excluded(
         What atoms ask.
     is_late : callable
         Whether to give up.
+    met : callable
+        Told what could not be excluded, inequalities that fulfil the condition; whether that is enough.
     """
     try:
         wanted = _of(equation.net, condition, conditions)
-        return _Search(equation, is_late).excludes([], [wanted])
+        return _Search(equation, is_late, met).excludes([], [wanted])
     except _GivenUpError:
         return False
 
 
 class _Search:
-    def __init__(self, equation: StateEquation, is_late: Callable[[], bool]) -> None:
-        self.equation, self.is_late = equation, is_late
+    def __init__(
+        self, equation: StateEquation, is_late: Callable[[], bool], met: Callable[[Sequence[Row]], bool]
+    ) -> None:
+        self.equation, self.is_late, self.met = equation, is_late, met
         self.programs = 0
 
     def excludes(self, rows: Sequence[Row], more: Sequence[_All | _Any | Row]) -> bool:
@@ -86,10 +91,16 @@ class _Search:
             if rows and self.equation.excludes(rows):
                 return True
         if not choices:
+            if self.met(rows):
+                raise _GivenUpError
             return False
         choices.sort(key=lambda choice: len(choice.parts))
         first, *others = choices
-        return all(self.excludes(rows, [alternative, *others]) for alternative in first.parts)
+        is_excluded = True
+        for alternative in first.parts:
+            # Also after one that could not be excluded: the next may be reached more easily.
+            is_excluded &= self.excludes(rows, [alternative, *others])
+        return is_excluded
 
 
 def _of(net: CompiledNet, formula: Formula, conditions: Mapping[Atom, Condition]) -> _All | _Any | Row:

@@ -1,4 +1,4 @@
-"""Questions of the contest that can be asked of any net: deadlock, one-safe, quasi-live, live, stable marking.
+"""Questions of the contest that can be asked of any net: deadlock, safety, liveness, stable marking.
 
 A marking is *stable* if some place always holds the tokens it begins with. A net is quasi-live if every
 transition can fire once, live if every transition can fire again from every reachable marking.
@@ -51,14 +51,12 @@ class GlobalQuestions:
         if self.decided.setdefault(name, value) != value:
             raise AssertionError(f"{name} is both true and false")
         self._decide(name, value, technique)
-        if (name, value) in (("ReachabilityDeadlock", True), ("QuasiLiveness", False)) and len(
-            self.net.transitions
-        ):
-            if self.decided.get("Liveness") is None:
-                self.tell("Liveness", False, technique)
+        is_stuck = (name, value) in (("ReachabilityDeadlock", True), ("QuasiLiveness", False))
+        if is_stuck and self.net.transitions and self.is_open("Liveness"):
+            self.tell("Liveness", False, technique)
         if (name, value) == ("Liveness", True):
             for other, also in (("QuasiLiveness", True), ("ReachabilityDeadlock", False)):
-                if self.decided.get(other) is None:
+                if self.is_open(other):
                     self.tell(other, also, technique)
 
     def is_open(self, *names: str) -> bool:
@@ -176,12 +174,8 @@ class GlobalQuestions:
                 self.tell("ReachabilityDeadlock", count > 0, "symbolic")
             if self.is_open("QuasiLiveness"):
                 names = self.net.transitions
-                live = all(
-                    space.enabled(names[t]) > 0
-                    for t in np.flatnonzero(~self.fired).tolist()
-                    if not clock.tell()
-                )
-                self.tell("QuasiLiveness", live, "symbolic")
+                others = np.flatnonzero(~self.fired).tolist()
+                self.tell("QuasiLiveness", all(space.enabled(names[t]) > 0 for t in others), "symbolic")
             if self.is_open("StableMarking"):
                 stable = (p for p in np.flatnonzero(self.stable).tolist() if self._is_stable(space, p))
                 self.tell("StableMarking", next(stable, None) is not None, "symbolic")

@@ -1,7 +1,7 @@
 """Formulas made ready for many engines: split into parts that are decided alone, with what is known put in.
 
-A *part* is a state formula with a path quantifier outside; ``A`` before a path formula of linear time stands for
-"all runs satisfy", as in CTL*.
+A *part* is a state formula with a path quantifier outside; ``A`` before a path formula of linear time stands
+for "all runs satisfy", as in CTL*.
 """
 
 from __future__ import annotations
@@ -224,6 +224,65 @@ def _from_operands(part: Formula, values: list[bool | None]) -> bool | None:
     return None
 
 
+def linear_equal(part: Formula) -> tuple[Formula, bool] | None:
+    """Return an LTL formula that decides a part, and the value of the part where all runs satisfy it."""
+    universal = _linear(_negation_inside(part, True))
+    if universal is not None:
+        return universal, True
+    negated = _linear(_negation_inside(part, False))
+    return None if negated is None else (negated, False)
+
+
+def _negation_inside(formula: Formula, positive: bool) -> Formula:
+    """Return a formula over ``! & |`` and quantified operators, or its negation: ``!`` at conditions only."""
+    if is_condition(formula):
+        return simplified(formula if positive else Not(formula))
+    match formula:
+        case Not(operand):
+            return _negation_inside(operand, not positive)
+        case And(operands) | Or(operands):
+            parts = tuple(_negation_inside(operand, positive) for operand in operands)
+            return And(parts) if isinstance(formula, And) == positive else Or(parts)
+        case ForAll(path) | Exists(path):
+            quantifier = ForAll if isinstance(formula, ForAll) == positive else Exists
+            operands = tuple(_negation_inside(operand, positive) for operand in path.operands)
+            return quantifier(path.with_operands(operands) if positive else _DUAL[type(path)](*operands))
+    return Not(formula) if not positive else formula
+
+
+_DUAL: dict[type[Formula], Callable[..., Formula]] = {
+    Finally: Globally,
+    Globally: Finally,
+    Next: Next,
+    Until: Release,
+    Release: Until,
+}
+
+
+def _linear(formula: Formula) -> Formula | None:
+    """Return the LTL formula that "all runs" means the same with, for those of which that is known."""
+    if is_condition(formula):
+        return formula
+    match formula:
+        case And(operands):
+            found = [_linear(operand) for operand in operands]
+            return None if None in found else And(tuple(part for part in found if part is not None))
+        case Or(operands):
+            others = [operand for operand in operands if not is_condition(operand)]
+            inner = _linear(others[0]) if len(others) == 1 else None
+            conditions = tuple(operand for operand in operands if is_condition(operand))
+            return None if inner is None else Or((*conditions, inner))
+        case ForAll(Globally(operand) | Next(operand) as path):
+            inner = _linear(operand)
+            return None if inner is None else path.with_operands((inner,))
+        case ForAll(Release(left, right)) if is_condition(left):
+            inner = _linear(right)
+            return None if inner is None else Release(left, inner)
+        case ForAll(Finally() | Until() as path) if all(is_condition(part) for part in path.operands):
+            return path
+    return None
+
+
 def parts_of(formula: Formula) -> list[Formula]:
     """Return the largest parts of a boolean combination that begin with a quantifier."""
     if isinstance(formula, ForAll | Exists):
@@ -239,4 +298,12 @@ def goal_of(part: Formula) -> tuple[Formula, bool] | None:
             return operand, True
         case ForAll(Globally(operand)) if is_condition(operand):
             return simplified(Not(operand)), False
+    return None
+
+
+def everywhere(part: Formula) -> Formula | None:
+    """Return f of ``AG f`` or ``EF f``, which one reachable marking may decide, where f is no condition."""
+    match part:
+        case Exists(Finally(operand)) | ForAll(Globally(operand)) if not is_linear(part):
+            return None if is_condition(operand) else operand
     return None

@@ -1,17 +1,20 @@
 """CTL on a part of the reachability graph, with three truth values.
 
-The markings first found are stored with their successors; what lies behind the last of them is not known. A set
-of states is a pair: those surely in it, and those that may be. Where all markings were stored, both are the
-same.
+The markings first found are stored with their successors; what lies behind the last of them is not known. A
+set of states is a pair: those surely in it, and those that may be. Where all markings were stored, both are
+the same.
 
 References
 ----------
-G. Bruns, P. Godefroid, *Model checking partial state spaces with 3-valued temporal logics*, CAV 1999, LNCS 1633.
+G. Bruns, P. Godefroid, *Model checking partial state spaces with 3-valued temporal logics*, CAV 1999, LNCS
+1633.
 """
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Mapping
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +43,7 @@ from dineros.analysis.properties.predicates import Flags, Int64Array, any_enable
 VISITS = 20_000
 #: Bytes of what is kept of atoms.
 MOST_FLAGS = 1 << 28
+Number = TypeVar("Number", bound=np.generic)
 #: A set of states: surely in it, perhaps in it.
 Pair = tuple[Flags, Flags]
 
@@ -71,10 +75,8 @@ class PartOfGraph:
         self.targets: NDArray[np.int32] = np.empty(1 << 14 | 2 * self._product.room, dtype=np.int32)
         self.expanded = 0
         self.is_complete = False
-        try:
+        with contextlib.suppress(BudgetExceededError, MemoryError):
             self._explore(meter)
-        except (BudgetExceededError, MemoryError):
-            pass
         self.size = self._product.states
         self._index()
         self._layout = self._product.layout
@@ -133,8 +135,8 @@ class PartOfGraph:
             word, shift = self._layout.fields[place]
             mask = np.uint64(((1 << self._layout.bits[place]) - 1) << shift)
             flags: Flags = (self._words[word] & mask) != 0
-            return flags
-        flags = self._field(place) >= np.uint64(weight)
+        else:
+            flags = self._field(place) >= np.uint64(weight)
         return flags
 
     def _field(self, place: int) -> NDArray[np.uint64]:
@@ -283,7 +285,7 @@ class PartialSets:
         return result
 
 
-def _longer(array: NDArray[np.int64], size: int) -> NDArray[np.int64]:
+def _longer(array: NDArray[Number], size: int) -> NDArray[Number]:
     longer = np.zeros(size, dtype=array.dtype)
     longer[: array.size] = array
     return longer

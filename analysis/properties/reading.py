@@ -1,7 +1,7 @@
 """Reading the contest's property files: XML in the namespace ``http://mcc.lip6.fr/``.
 
-``EX f`` of the contest needs a successor and its ``AX f`` holds where there is none, while runs of this project
-stay in a deadlock for ever: what is read says so with ``deadlock``. In LTL both mean the same.
+``EX f`` of the contest needs a successor and its ``AX f`` holds where there is none, while runs of this
+project stay in a deadlock for ever: what is read says so with ``deadlock``. In LTL both mean the same.
 """
 
 from __future__ import annotations

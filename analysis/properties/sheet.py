@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from dineros.analysis.logic.language.atoms import BoundAtoms, Condition, Linear
+from dineros.analysis.logic.language.atoms import BoundAtoms, Condition, Linear, SomeEnabled
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.syntax import TRUE, And, Atom, Constant, Formula
 from dineros.analysis.nets.compiled import CompiledNet
@@ -89,7 +89,7 @@ class Sheet:
         return [part for part in dict.fromkeys(found) if part not in self.known]
 
     def open_goals(self) -> list[tuple[Formula, Formula, bool]]:
-        """Return parts that one reachable marking decides: the part, the condition, the value where it is met."""
+        """Return parts that one reachable marking decides: part, condition, value where it is met."""
         goals = ((part, goal_of(part)) for part in self.open_parts())
         return [(part, *goal) for part, goal in goals if goal is not None]
 
@@ -148,7 +148,7 @@ class Sheet:
                 value = _decided(condition, most)
                 if value is not None:
                     found[atom] = value
-            elif hasattr(condition, "transitions") and all(
+            elif isinstance(condition, SomeEnabled) and all(
                 any(most[place] < weight for place, weight in self.net.pre.row(t))
                 for t in condition.transitions
             ):
@@ -157,7 +157,7 @@ class Sheet:
 
 
 def _decided(condition: Linear, most: Sequence[float]) -> bool | None:
-    """The value of a comparison wherever places hold between 0 and so many tokens, if it is always the same."""
+    """The value of a comparison where places hold between 0 and so many tokens, if it is always the same."""
     terms = [factor * most[place] for place, factor in condition.factors.items() if most[place]]
     high, low = sum(term for term in terms if term > 0), sum(term for term in terms if term < 0)
     bound = condition.bound

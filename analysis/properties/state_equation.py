@@ -1,9 +1,9 @@
 """What the state equation excludes: proofs by weightings of the places, each checked in integers.
 
-A linear program proposes weights z of the places and factors of the conditions A . m >= b with z >= factors .
-A and z . C <= 0 (C the incidence matrix). No firing raises z . m, so factors . A . m <= z . m <= z . m0 in every
-reachable marking m; where that is less than factors . b, none fulfils the conditions. With one row, no b and
-the smallest z . m0, the same is an upper bound of A . m.
+A linear program proposes weights z of the places and factors of the conditions A . m >= b with z >= factors
+. A and z . C <= 0 (C the incidence matrix). No firing raises z . m, so factors . A . m <= z . m <= z . m0 in
+every reachable marking m; where that is less than factors . b, none fulfils the conditions. With one row, no
+b and the smallest z . m0, the same is an upper bound of A . m.
 
 References
 ----------
@@ -74,9 +74,9 @@ class StateEquation:
         places, count = len(self.net.places), len(rows)
         program = [dict(change) for change in self._changes.values()]
         touched: dict[int, dict[int, float]] = {}
-        for number, (factors, _) in enumerate(rows):
-            for place, factor in factors.items():
-                touched.setdefault(place, {place: -1.0})[places + number] = float(factor)
+        for number, (terms, _) in enumerate(rows):
+            for place, times in terms.items():
+                touched.setdefault(place, {place: -1.0})[places + number] = float(times)
         program += touched.values()  # type: ignore[arg-type]
         costs = np.concatenate([self.net.initial.astype(float), [-float(bound) for _, bound in rows]])
         # Where no condition speaks of a place, its weight is at least 0.
@@ -91,20 +91,17 @@ class StateEquation:
         )
         if found is None or (most is not None and float(costs @ np.array(found)) > -1e-7):
             return None
-        exact = [Fraction(value).limit_denominator(LARGEST_DENOMINATOR) for value in found[places:]]
-        factors = [max(Fraction(0), value) for value in exact]
+        factors = [_near(value) for value in found[places:]]
         asked: dict[int, Fraction] = {}
         for factor, (terms, _) in zip(factors, rows, strict=True):
             for place, times in terms.items():
                 asked[place] = asked.get(place, Fraction(0)) + factor * times
-        weights = {}
-        for place, value in enumerate(found[:places]):
-            weight = (
-                Fraction(value).limit_denominator(LARGEST_DENOMINATOR) if abs(value) > 1e-9 else Fraction(0)
-            )
-            weight = max(weight, asked.get(place, Fraction(0)))
-            if weight:
-                weights[place] = weight
+        zero = Fraction(0)
+        weights = {
+            place: weight
+            for place, value in enumerate(found[:places])
+            if (weight := max(_near(value, least=None), asked.get(place, zero)))
+        }
         return (weights, factors) if self._never_grows(weights) else None
 
     def _never_grows(self, weights: Mapping[int, Fraction]) -> bool:
@@ -113,3 +110,9 @@ class StateEquation:
         return all(
             sum(whole.get(place, 0) * tokens for place, tokens in change) <= 0 for change in self._changes
         )
+
+
+def _near(value: float, least: Fraction | None = Fraction(0)) -> Fraction:
+    """A fraction near a proposed number; no less than the least one."""
+    near = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
+    return near if least is None else max(least, near)

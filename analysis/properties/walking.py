@@ -15,8 +15,30 @@ from dineros.analysis.properties.predicates import Int64Array, MarkingMatrix
 #: Numbers in a matrix of markings.
 MATRIX_SIZE = 1 << 21
 MOST_ROWS = 1 << 12
+MOST_ENDS = 20
 #: Steps of a walk before it begins anew: short ones at first, longer ones later.
 SHORTEST_WALK, LONGEST_WALK = 1 << 6, 1 << 16
+
+
+class NetArrays:
+    """What walks read of a net: who asks for tokens of a place, and what firings change, in CSR form.
+
+    Parameters
+    ----------
+    net : CompiledNet
+    """
+
+    def __init__(self, net: CompiledNet) -> None:
+        self.net = net
+        asked = [len(net.pre.row(t)) + len(net.inhibitor.row(t)) for t in range(len(net.transitions))]
+        changes = [list(change.items()) for change in net.delta]
+        self.parts = (
+            *_arcs_by_place(net),
+            np.array(asked, dtype=np.int64),
+            np.cumsum([0, *map(len, changes)]).astype(np.int64),
+            np.array([p for row in changes for p, _ in row], dtype=np.int64),
+            np.array([n for row in changes for _, n in row], dtype=np.int64),
+        )
 
 
 class Walker:
@@ -34,22 +56,18 @@ class Walker:
         By transition: whether it was enabled in some marking seen.
     deadlocked : bool
         Whether some marking seen enables nothing.
+    ends : list of tuple of int
+        Last markings of walks, deadlocks first; a few.
     """
 
     def __init__(self, net: CompiledNet, seed: int = 1) -> None:
         self.net = net
         self._random = np.random.default_rng(seed)
+        self.arrays = NetArrays(net)
         transitions = len(net.transitions)
-        self._arcs = _arcs_by_place(net)
-        self._asked = np.array(
-            [len(net.pre.row(t)) + len(net.inhibitor.row(t)) for t in range(transitions)], dtype=np.int64
-        )
-        changes = [list(change.items()) for change in net.delta]
-        self._change_pointer = np.cumsum([0, *map(len, changes)]).astype(np.int64)
-        self._change_place = np.array([p for row in changes for p, _ in row], dtype=np.int64)
-        self._change_tokens = np.array([n for row in changes for _, n in row], dtype=np.int64)
         self.fired = np.zeros(transitions, dtype=np.bool_)
         self.deadlocked = False
+        self.ends: list[tuple[int, ...]] = []
         self._length = SHORTEST_WALK
         rows = max(16, min(MOST_ROWS, MATRIX_SIZE // max(1, len(net.places))))
         self._rows = np.empty((rows, len(net.places)), dtype=np.int64)
@@ -59,11 +77,7 @@ class Walker:
         filled = 0
         while filled < len(self._rows):
             count, dead = _walk(
-                *self._arcs,
-                self._asked,
-                self._change_pointer,
-                self._change_place,
-                self._change_tokens,
+                *self.arrays.parts,
                 self.net.initial,
                 self._random.random(len(self.net.transitions)),
                 self._rows[filled:],
@@ -71,10 +85,18 @@ class Walker:
                 self._length,
                 int(self._random.integers(1 << 31)),
             )
-            self.deadlocked |= bool(dead)
             filled += count
+            self._note_end(self._rows[filled - 1], bool(dead))
         self._length = SHORTEST_WALK if self._length >= LONGEST_WALK else 4 * self._length
         return MarkingMatrix(self.net, self._rows)
+
+    def _note_end(self, marking: Int64Array, dead: bool) -> None:
+        end = tuple(marking.tolist())
+        self.deadlocked |= dead
+        if end not in self.ends:
+            self.ends.insert(0 if dead else len(self.ends), end)
+            # Of other ends the latest are the furthest away.
+            del self.ends[MOST_ENDS // 2 : -MOST_ENDS // 2]
 
 
 def _arcs_by_place(net: CompiledNet) -> tuple[Int64Array, Int64Array, Int64Array, Int64Array]:

@@ -1,4 +1,4 @@
-"""Writing the contest's property files; names are those of the net, a flattened one where the model was a system."""
+"""Writing the contest's property files; names are those of the net, of a flattened one for systems."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def write_properties(
     DinerosError
         A formula says what the contest's files cannot: the step taken, or weighted sums.
     """
-    root = etree.Element("property-set", nsmap={None: NAMESPACE})
+    root = etree.Element("property-set", xmlns=NAMESPACE)
     for one in properties:
         node = etree.SubElement(root, "property")
         etree.SubElement(node, "id").text = one.id

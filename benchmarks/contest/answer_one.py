@@ -1,4 +1,4 @@
-"""One net of the contest in a process of its own: answers go to standard output as JSON Lines, as they come."""
+"""One net of the contest in a process of its own: answers are printed as JSON Lines, as they come."""
 
 from __future__ import annotations
 
@@ -75,9 +75,9 @@ def answer(net: CompiledNet, folder: Path, wanted: Iterable[str], seconds: float
     def stage(name: str) -> None:
         print(f"{time.process_time():7.1f} s {name}", file=sys.stderr, flush=True)
 
-    for found in answer_properties(net, names, properties, seconds, memory, tell, stage):
-        if found.value is None:
-            tell(found)
+    for one in answer_properties(net, names, properties, seconds, memory, tell, stage):
+        if one.value is None:
+            tell(one)
 
 
 def say(examination: str, id: str, value: Any, technique: str, seconds: float) -> None:

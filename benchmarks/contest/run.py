@@ -1,9 +1,10 @@
 """The Model Checking Contest's nets: every examination, compared with the verdicts that are known.
 
-``python -m benchmarks.contest.run FOLDER`` wants a folder with ``nets/NAME.tgz`` (``model.pnml`` and the contest's
-formula files) and ``expected.json`` (net -> examination -> id -> verdict). Each net runs in a process of its own,
-which is ended when it has used up the time of all its questions together, or takes more memory than it may; what it
-has said until then counts. Results are JSON Lines, to which a second run only adds what is missing.
+``python -m benchmarks.contest.run FOLDER`` wants a folder with ``nets/NAME.tgz`` (``model.pnml`` and the
+contest's formula files) and ``expected.json`` (net -> examination -> id -> verdict). Each net runs in a
+process of its own, which is ended when it has used up the time of all its questions together, or takes more
+memory than it may; what it has said until then counts. Results are JSON Lines, to which a second run only
+adds what is missing.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ EXAMINATIONS = (
     *GLOBAL_PROPERTIES,
 )
 #: Seconds on top of what the questions may take: start of Python, compiled kernels, reading.
-GRACE = 20.0
+GRACE = 5.0
 WATCH_SECONDS = 0.1
 Expected = dict[str, dict[str, dict[str, Any]]]
 
@@ -102,7 +103,7 @@ def run(
             answer = found.get((examination, id), {})
             value = answer.get("value")
             outcome = "unknown" if value is None else "right" if value == verdict else "wrong"
-            record = {"net": name, "examination": examination, "id": id, "outcome": outcome}
+            record: dict[str, Any] = {"net": name, "examination": examination, "id": id, "outcome": outcome}
             record |= {"value": value, "expected": verdict, "seconds": answer.get("seconds")}
             result.append({**record, "technique": answer.get("technique", ""), **share})
     return result

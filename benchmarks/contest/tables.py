@@ -57,4 +57,6 @@ def print_table(title: str, records: list[Record], key: Callable[[Record], str])
 
 def seconds_of(group: list[Record]) -> float:
     """Add up what processes took; a count of a state space is four verdicts of one question."""
-    return sum(record["processor"] / (4 if record["examination"] == "StateSpace" else 1) for record in group)
+    return float(
+        sum(record["processor"] / (4 if record["examination"] == "StateSpace" else 1) for record in group)
+    )
