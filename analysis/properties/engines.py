@@ -30,6 +30,9 @@ from dineros.analysis.symbolic.saturation import DiagramMemoryError
 #: What an engine raises that has not got enough, or cannot take the net.
 GIVEN_UP = (BudgetExceededError, DiagramMemoryError, UnknownBoundError, LevelSizeError, MemoryError)
 
+#: What is derived of a net that does not hang on its initial marking.
+KEPT = ("delta", "changing")
+
 
 class Clock:
     """Time for one stage of the work.
@@ -71,9 +74,9 @@ def part_of_graph(
 ) -> PartOfGraph:
     """Return the first markings of a net, all where they are few; from another marking if one is given."""
     if start is not None:
-        derived = {name: net.__dict__[name] for name in ("delta", "changing") if name in net.__dict__}
+        derived: dict[str, Any] = {name: net.__dict__[name] for name in KEPT if name in net.__dict__}
         net = replace(net, initial=np.array(start, dtype=np.int64))
-        net.__dict__.update(derived)  # what does not hang on the initial marking
+        net.__dict__.update(derived)
     return PartOfGraph(net, Meter(Budget(memory, states, seconds)))
 
 
