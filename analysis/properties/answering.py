@@ -107,6 +107,7 @@ class _Work:
         self.walker = Walker(self.net)
         self.graph: PartOfGraph | None = None
         self.space: SymbolicStateSpace | None = None
+        self.tried = False  #: whether each part has had its time on the diagram
 
     def run(self) -> None:
         """Go through the stages until everything is answered."""
@@ -119,11 +120,18 @@ class _Work:
             (self._probe, 0.05),
             (self._draw, 0.25),
             (self._alone, 1.0),
+            (self._again, 1.0),
         ):
             if self.sheet.is_done or self.clock.is_over():
                 return
-            self._stage(stage.__name__.lstrip("_"))
-            stage(Clock(min(self.clock.left, share * self.seconds * len(self.sheet.properties))))
+            if not self.has_all or stage in (self._many, self._alone, self._again):
+                self._stage(stage.__name__.lstrip("_"))
+                stage(Clock(min(self.clock.left, share * self.seconds * len(self.sheet.properties))))
+
+    @property
+    def has_all(self) -> bool:
+        """Whether all markings are stored: then nothing else is worth its time, but for linear time."""
+        return self.graph is not None and self.graph.is_complete
 
     # stages
 
@@ -216,10 +224,10 @@ class _Work:
         sheet.settle("state equation")
 
     def _many(self, clock: Clock) -> None:
-        if self.graph is None or not self.graph.is_complete:
-            self._store(None, self.memory // 2, clock)
+        if self.graph is not None and self.has_all:
+            self._look_at(self.graph, clock)
         else:
-            self._look_at(self.graph, Clock(self.clock.left))
+            self._store(None, self.memory // 2, clock)
 
     def _store(self, states: int | None, memory: int, clock: Clock) -> None:
         self.graph = None
@@ -251,8 +259,6 @@ class _Work:
     def _probe(self, clock: Clock) -> None:
         """Look for markings far away that refute ``AG f`` or show ``EF f``, where f is no mere condition."""
         sheet = self.sheet
-        if self.graph is not None and self.graph.is_complete:
-            return
         self.graph = None
         for number, start in enumerate(self.walker.ends):
             parts = [(part, inner) for part in sheet.open_parts() if (inner := everywhere(part)) is not None]
@@ -272,8 +278,6 @@ class _Work:
             sheet.settle("explicit, from a random walk")
 
     def _draw(self, clock: Clock) -> None:
-        if self.graph is not None and self.graph.is_complete:
-            return
         sheet = self.sheet
         if not any(not is_linear(part) for part in sheet.open_parts()) and not (
             sheet.open_limits() or sheet.open_globals()
@@ -298,7 +302,9 @@ class _Work:
         atoms = BoundAtoms(self.net, And((TRUE, *parts)), sheet.names)
         pinned, sets, clock = len(space.diagram.pinned), None, Clock(0)
         for number, part in enumerate(parts):
-            clock.restart(min(self.seconds, self.clock.left / (len(parts) - number)))
+            # The first time round, none takes more than its own.
+            share = self.clock.left / (len(parts) - number)
+            clock.restart(share if self.tried else min(self.seconds, share))
             try:
                 # What one part has made, others use; where it takes too much memory, it is made anew.
                 if sets is None:
@@ -312,6 +318,16 @@ class _Work:
                 sets = None
                 continue
             sheet.settle("symbolic")
+        self.tried = True
+
+    def _again(self, clock: Clock) -> None:
+        """Use the time that is left for what the engines have not got through."""
+        if self.graph is not None and self.has_all:
+            self._look_at(self.graph, clock)
+        elif self.space is not None:
+            self._branch(self.space)
+        else:
+            self._store(None, self.memory // 2, clock)
 
     def _alone(self, clock: Clock) -> None:
         sheet = self.sheet

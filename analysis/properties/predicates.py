@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -71,6 +72,7 @@ class MarkingMatrix:
         return ~any_enabled(self, range(len(self.net.transitions)))
 
 
+@lru_cache(maxsize=1 << 16)
 def is_condition(formula: Formula) -> bool:
     """Whether a formula speaks of one marking only: no temporal operator, no step."""
     return all(

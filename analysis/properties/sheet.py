@@ -52,6 +52,8 @@ class Sheet:
 
     def __post_init__(self) -> None:
         self._began = time.perf_counter()
+        self._folded = 0  #: constant conditions that formulas know of
+        self._initial: dict[Formula, bool | None] = {}  #: values of conditions in the initial marking
         self._first = MarkingMatrix(self.net, self.net.initial[None, :])
         for one in self.properties:
             if one.kind == "bound":
@@ -100,12 +102,14 @@ class Sheet:
 
     def settle(self, technique: str) -> None:
         """Put in what has become known, and answer what that decides."""
+        changed = len(self.always) > self._folded
+        self._folded = len(self.always)
         for id, formula in self.open_formulas().items():
-            smaller = folded(formula, self.always)
-            value = initially(smaller, self._value)
+            if changed:
+                self.formulas[id] = folded(formula, self.always)
+            value = initially(self.formulas[id], self._value)
             if value is not None:
                 self.answer(id, value, technique)
-            self.formulas[id] = smaller
         for id, limits in self.open_limits().items():
             if limits.most is not None and limits.least >= limits.most:
                 self.answer(id, limits.most, technique)
@@ -113,9 +117,11 @@ class Sheet:
     def _value(self, part: Formula) -> bool | None:
         if part in self.known:
             return self.known[part]
-        if is_condition(part):
-            return bool(satisfied(self._first, part, self.conditions)[0])
-        return None
+        if part not in self._initial:
+            is_plain = is_condition(part)
+            values = satisfied(self._first, part, self.conditions) if is_plain else [None]
+            self._initial[part] = None if values[0] is None else bool(values[0])
+        return self._initial[part]
 
     def answer(self, id: str, value: bool | int, technique: str) -> None:
         """Keep an answer and tell it."""
