@@ -301,7 +301,7 @@ def _with_encoding(
 ) -> SymbolicStateSpace:
     began = time.perf_counter()
     diagram = Diagram(encoding, range(len(encoding.levels)), memory)
-    search = OrderSearch(encoding, diagram.events, seed, memory // 8)
+    search = OrderSearch(encoding, diagram.events, seed, memory // 8, progress)
     searched = seconds = 0.0
     failures = 0
     for order, limit in _attempts(search, _known_order(net, encoding, known)):
