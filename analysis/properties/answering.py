@@ -18,7 +18,7 @@ import numpy as np
 from dineros.analysis.logic.ctl.checking import basic, satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
-from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.logic.language.syntax import TRUE, And, Atom, Constant, Exists, ForAll, Formula, Not
 from dineros.analysis.logic.verdicts.budget import BudgetExceededError
@@ -31,8 +31,9 @@ from dineros.analysis.properties.exclusion import is_excluded
 from dineros.analysis.properties.global_properties import GlobalQuestions
 from dineros.analysis.properties.normal_form import everywhere, goal_of, is_linear, linear_equal
 from dineros.analysis.properties.part_of_graph import PartialSets, PartOfGraph
-from dineros.analysis.properties.predicates import Int64Array, is_condition, total
+from dineros.analysis.properties.predicates import Int64Array, is_condition, satisfied, total
 from dineros.analysis.properties.property import Property, PropertyAnswer
+from dineros.analysis.properties.reduced import reduced
 from dineros.analysis.properties.sheet import Sheet
 from dineros.analysis.properties.state_equation import Row, StateEquation
 from dineros.analysis.properties.walking import Walker
@@ -320,6 +321,35 @@ class _Work:
             sheet.settle("symbolic")
         self.tried = True
 
+    def _search_reduced(self, clock: Clock) -> None:
+        """Look for goals in nets reduced for each of them: all markings where these are few, random walks."""
+        sheet = self.sheet
+        goals = sheet.open_goals()
+        for number, (part, condition, value) in enumerate(goals):
+            own = Clock(min(self.seconds, clock.left / (len(goals) - number)))
+            smaller = reduced(self.net, condition, sheet.names)
+            if smaller is None or own.is_over():
+                continue
+            bound = BoundAtoms(smaller.net, smaller.formula, NetNames(smaller.net)).conditions
+            graph = engines.part_of_graph(smaller.net, None, self.memory // 2, own.left / 2)
+            found = bool(satisfied(graph, smaller.formula, bound).any())
+            walker = Walker(smaller.net)
+            while not (found or graph.is_complete or own.is_over()):
+                found = bool(satisfied(walker.walk(), smaller.formula, bound).any())
+            if found or graph.is_complete:
+                sheet.known[part] = value == found
+                sheet.settle("reduced net")
+
+    def _always(self, path: Formula, clock: Clock) -> bool | None:
+        """Decide linear time on the net reduced for it where that can be, else on the net itself."""
+        smaller = reduced(self.net, path, self.sheet.names)
+        if smaller is not None:
+            names = NetNames(smaller.net)
+            holds = engines.always(smaller.net, smaller.formula, names, self.memory // 2, clock.left)
+            if holds is not None or clock.is_over():
+                return holds
+        return engines.always(self.net, path, self.sheet.names, self.memory // 2, clock.left)
+
     def _again(self, clock: Clock) -> None:
         """Use the time that is left for what the engines have not got through."""
         if self.graph is not None and self.has_all:
@@ -335,12 +365,13 @@ class _Work:
             found = engines.can_deadlock(self.net, self.memory // 2, min(self.seconds, clock.left))
             if found is not None:
                 self.whole.tell("ReachabilityDeadlock", found, "stubborn sets")
+        self._search_reduced(Clock(clock.left / 2))
         linear = [(part, (part.operands[0], True)) for part in sheet.open_parts() if is_linear(part)]
         branching = [(part, linear_equal(part)) for part in sheet.open_parts() if not is_linear(part)]
         parts = [*linear, *((part, equal) for part, equal in branching if equal is not None)]
         for number, (part, (path, value)) in enumerate(parts):
             share = min(self.seconds, clock.left / (len(parts) - number))
-            holds = engines.always(self.net, path, sheet.names, self.memory // 2, share)
+            holds = self._always(path, Clock(share))
             if holds is not None:
                 sheet.known[part] = value == holds
                 sheet.settle("on the fly")

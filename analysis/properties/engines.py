@@ -15,6 +15,7 @@ from dineros.analysis.logic.automata.translation import translate
 from dineros.analysis.logic.graphs.product import Product
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.combining import combined, condition_of
+from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.rewriting import negated
 from dineros.analysis.logic.language.syntax import Formula
@@ -97,7 +98,7 @@ def always(net: CompiledNet, formula: Formula, names: Names, memory: int, second
         automaton = translate(negated(combined(formula)))
         conditions = [condition_of(atom, atoms.conditions) for atom in automaton.atoms]
         run = Emptiness(Product(net, automaton, conditions, (), (), meter), meter).run()
-    except GIVEN_UP:
+    except (*GIVEN_UP, FormulaError):  # of which its automaton is too large
         return None
     if run is not None:
         check_counterexample(net, formula, atoms, run.stem, run.loop)
