@@ -20,7 +20,18 @@ from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.rewriting import simplified
-from dineros.analysis.logic.language.syntax import TRUE, And, Atom, Constant, Exists, ForAll, Formula, Not
+from dineros.analysis.logic.language.syntax import (
+    TRUE,
+    And,
+    Atom,
+    Constant,
+    Exists,
+    ForAll,
+    Formula,
+    Globally,
+    Not,
+    Or,
+)
 from dineros.analysis.logic.verdicts.budget import BudgetExceededError
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
@@ -310,8 +321,7 @@ class _Work:
                 # What one part has made, others use; where it takes too much memory, it is made anew.
                 if sets is None:
                     sets = SymbolicSets(space, atoms, clock.tell)
-                wanted = basic(part)
-                sheet.known[part] = sets.initially(satisfying(wanted, sets)[wanted])
+                sheet.known[part] = _initially(basic(part), sets)
             except BudgetExceededError:
                 continue
             except GIVEN_UP:
@@ -375,3 +385,20 @@ class _Work:
             if holds is not None:
                 sheet.known[part] = value == holds
                 sheet.settle("on the fly")
+
+
+def _initially(formula: Formula, sets: SymbolicSets) -> bool:
+    """Whether the initial marking satisfies a basic formula; outside, only what decides is made."""
+    match formula:
+        case Not(operand):
+            return not _initially(operand, sets)
+        case And(operands) | Or(operands):
+            # Runs that last for ever take the most work.
+            ordered = sorted(operands, key=_has_globally)
+            values = (_initially(operand, sets) for operand in ordered)
+            return all(values) if isinstance(formula, And) else any(values)
+    return sets.initially(satisfying(formula, sets)[formula])
+
+
+def _has_globally(formula: Formula) -> bool:
+    return any(isinstance(part, Globally) for part in formula.subformulas())
