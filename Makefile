@@ -24,8 +24,9 @@ help: ## Show this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
 
 .PHONY: install
-install: $(stamp) ## Make .venv with everything in it (quick when nothing changed)
+install: $(stamp) ## Make .venv with everything in it, and the case study's workspace (quick when nothing changed)
 	@tools/system-packages
+	@$(python) case_study/generate.py
 
 $(stamp): pyproject.toml setup.py requirements/build.txt requirements/development.txt tools/install
 	@tools/install
@@ -48,8 +49,9 @@ endif
 	@echo "Tests (pytest)" && $(python) -m pytest -n 2 $(PYTEST_ARGS)
 
 .PHONY: regenerate
-regenerate: install ## Generate the typed API from the .ecore files
+regenerate: $(stamp) ## Generate the typed API from the .ecore files, and the case study's workspace anew
 	@$(python) -m dineros.metamodel.generate
+	@$(python) case_study/generate.py --anew
 
 .PHONY: format
 format: install ## Format the code, mend what ruff can
@@ -87,4 +89,5 @@ audit: install $(maintenance)/.installed ## Ask for known holes in what is insta
 .PHONY: clean
 clean: ## Remove .venv and everything built
 	@rm -rf .venv node_modules build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	@git clean -dfqX case_study/workspace 2>/dev/null || true
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -25,6 +25,7 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.memory import peak_memory
 from tests.analysis import classic_nets as classic
@@ -94,16 +95,16 @@ def count(net: CompiledNet, engine: str) -> tuple[int | None, int | None, int | 
         if engine == "reduced":
             reduction = reduce(net, {"state_space_size"})
             net, factor = reduction.net, reduction.count_factor
-        space = symbolic_state_space(net, MEMORY)
+        space = symbolic_state_space(net, Budget(MEMORY))
         if engine == "reduced":
             return space.markings * factor, None, None, space.complete
         return space.markings, space.arcs(), space.deadlocks(), space.complete
     from dineros.analysis.explicit import explore
 
     if engine == "depth-first":
-        seen = explore(net, order="depth-first", memory=MEMORY)
+        seen = explore(net, Budget(MEMORY), order="depth-first")
     else:
-        seen = explore(net, workers=int(engine.removeprefix("explicit-")), memory=MEMORY)
+        seen = explore(net, Budget(MEMORY), workers=int(engine.removeprefix("explicit-")))
     return seen.markings, seen.arcs, seen.deadlocks, seen.complete
 
 
@@ -142,7 +143,7 @@ def warm_up(net: CompiledNet, engine: str) -> None:
 
     order = "depth-first" if engine == "depth-first" else "breadth-first"
     for small in (classic.philosophers(3), net):
-        explore(small, states=1, memory=1 << 24, order=order)  # type: ignore[arg-type]
+        explore(small, Budget(1 << 24, states=1), order=order)  # type: ignore[arg-type]
 
 
 def _number(value: int | None) -> str:

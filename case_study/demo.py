@@ -110,7 +110,7 @@ def run_all(environment: Mapping[str, str]) -> int:
 
 def missing_tools() -> list[str]:
     """Return what is missing for a run on ROS 2; DINEROS_DEMO_WITHOUT_ROS=1 says that it is."""
-    from dineros.generators.building import missing_tools
+    from dineros.generators.workspace.building import missing_tools
 
     if os.environ.get("DINEROS_DEMO_WITHOUT_ROS"):
         return ["nothing, but you asked for a run without ROS"]

@@ -6,10 +6,13 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+from dineros.metamodel.errors import DinerosError, Location
 from dineros.runtime import Net
 from dineros.runtime.application.simulation import LocalApplication
 
 SOURCES = Path(__file__).resolve().parent / "workspace" / "src"
+if not (SOURCES / "sorting_interfaces").is_dir():
+    raise DinerosError("the workspace is not generated yet", location=Location(SOURCES), hint="make install")
 sys.path[:0] = [str(package) for package in sorted(SOURCES.glob("sorting_*"))]
 
 PERIOD = 0.05

@@ -17,6 +17,7 @@ from dineros.cli.models import load, refuse_invalid
 from dineros.cli.options import invocation, json_option, settings_option, trace_option
 
 if TYPE_CHECKING:
+    from dineros.analysis.answers.budget import Budget, Progress, ProgressCallback
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.witnesses.findings import Witness
     from dineros.analysis.witnesses.first_cause import Cause
@@ -137,6 +138,15 @@ def question_options(function: F) -> F:
     return function
 
 
+def budget_of(
+    memory: int | None, seconds: float | None = None, progress: ProgressCallback | None = None
+) -> Budget:
+    """Return what a question may cost."""
+    from dineros.analysis.answers.budget import Budget
+
+    return Budget(memory_budget(memory), seconds=seconds, progress=progress)
+
+
 def memory_budget(given: int | None) -> int:
     """Return the bytes an engine may use: of what is given, what the process itself does not need.
 
@@ -207,7 +217,7 @@ def reading_formula(option: str) -> Iterator[None]:
 
 
 @contextmanager
-def exploring() -> Iterator[Callable[[Any], None]]:
+def exploring() -> Iterator[Callable[[Progress], None]]:
     """Show how far an engine is, on terminals only, and what was seen when it is interrupted.
 
     The value is the callback for the engine. A first run, which compiles the engines, says so.
@@ -216,40 +226,24 @@ def exploring() -> Iterator[Callable[[Any], None]]:
     began = time.monotonic()
     last: list[Any] = [None, began]
 
-    def tell(progress: Any) -> None:
+    def tell(progress: Progress) -> None:
         last[0], now = progress, time.monotonic()
         if shown and now - last[1] >= 0.5:
             last[1] = now
-            sys.stderr.write(f"\r\033[K{_seen(progress)}")
+            sys.stderr.write(f"\r\033[K{progress}")
             sys.stderr.flush()
 
     try:
         with _announcing_compilation():
             yield tell
     except KeyboardInterrupt:
-        seen = _seen(last[0]) if last[0] is not None else "nothing seen yet"
-        click.echo(
-            f"{_CLEAR if shown else ''}interrupted after {time.monotonic() - began:.1f} s: {seen}", err=True
-        )
+        after = f"interrupted after {time.monotonic() - began:.1f} s"
+        click.echo(f"{_CLEAR if shown else ''}{after}: {last[0] or 'nothing seen yet'}", err=True)
         raise
     finally:
         if shown:
             sys.stderr.write(_CLEAR)
             sys.stderr.flush()
-
-
-def _seen(progress: Any) -> str:
-    """Say how far an engine is; each has counts of its own."""
-    parts = [
-        f"{getattr(progress, name):,} {name}"
-        for name in ("markings", "states", "nodes")
-        if hasattr(progress, name)
-    ]
-    rate = getattr(progress, "rate", None)
-    if rate:
-        parts.append(f"{rate:,.0f}/s")
-    memory: int = getattr(progress, "bytes", 0) or getattr(progress, "memory_bytes", 0)
-    return ", ".join([*parts, f"{memory / 2**20:,.0f} MiB"])
 
 
 @contextmanager

@@ -10,6 +10,7 @@ import os
 import pkgutil
 import sys
 from collections.abc import Sequence
+from functools import cache
 from importlib import import_module
 from io import TextIOWrapper
 from typing import Any
@@ -17,7 +18,7 @@ from typing import Any
 import click
 
 from dineros.cli import commands
-from dineros.cli.options import Invocation, show_version, standard_options
+from dineros.cli.options import COMPLETION_VARIABLE, Invocation, show_version, standard_options
 from dineros.metamodel.errors import BudgetError, DinerosError, near_matches, without_middle
 
 WRONG_USE = 2
@@ -25,7 +26,6 @@ UNKNOWN = 3
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 NO_READER = 141  # 128 + SIGPIPE
 
-COMPLETION_VARIABLE = "_DINEROS_COMPLETE"
 REPORT_AT = "please report it, with the model and what --debug adds"
 
 
@@ -38,14 +38,14 @@ class Subcommands(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all subcommands, sorted."""
-        return sorted(module.name for module in pkgutil.iter_modules(commands.__path__))
+        return sorted(_modules())
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import a subcommand; None where there is none of this name."""
-        if cmd_name not in self.list_commands(ctx):
+        place = _modules().get(cmd_name)
+        if place is None:
             return None
-        module = import_module(f"{commands.__name__}.{cmd_name}")
-        command: click.Command = getattr(module, cmd_name)
+        command: click.Command = getattr(import_module(place), cmd_name)
         return command
 
     def resolve_command(
@@ -97,6 +97,13 @@ class Subcommands(click.Group):
                 traceback.print_exc()
             _complain(without_middle(_one_line(error)))
             return UNKNOWN if isinstance(error, BudgetError) else WRONG_USE
+
+
+@cache
+def _modules() -> dict[str, str]:
+    """Return the module of each subcommand, by its name."""
+    found = pkgutil.walk_packages(commands.__path__, f"{commands.__name__}.")
+    return {module.name.rpartition(".")[2]: module.name for module in found if not module.ispkg}
 
 
 def _one_line(error: Exception) -> str:

@@ -34,8 +34,8 @@ def load(path: Path, settings: Sequence[str] = ()) -> pn.Net:
 
     with working(f"Reading {path}"):
         if path.is_dir():
-            from dineros.generators.building import manifest_of
-            from dineros.generators.system_model import system_model_of
+            from dineros.generators.workspace.building import manifest_of
+            from dineros.generators.workspace.system_model import system_model_of
 
             model: pn.Net = system_model_of(path)
             done = manifest_of(path).settings  # as a trace of this workspace names them, too

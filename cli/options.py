@@ -13,6 +13,9 @@ from click.shell_completion import CompletionItem
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+COMPLETION_VARIABLE = "_DINEROS_COMPLETE"
+"""Environment variable by which a shell asks for completions."""
+
 
 @dataclass
 class Invocation:

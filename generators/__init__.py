@@ -4,10 +4,12 @@
 >>> from dineros.generators import check               # says what that would change
 """
 
-from dineros.generators.comparison import Comparison, WorkspaceError
-from dineros.generators.manifest import Manifest, read_manifest
-from dineros.generators.notices import Change, Edit, Notice
-from dineros.generators.workspace import EditedError, Options, check, generate
+from dineros.generators.workspace.comparison import Comparison, WorkspaceError
+from dineros.generators.workspace.generating import EditedError, check, generate
+from dineros.generators.workspace.manifest import Manifest, read_manifest
+from dineros.generators.workspace.notices import Change, Edit, Notice
+from dineros.generators.workspace.planning import Options
+from dineros.metamodel.moved import find_moved
 
 __all__ = [
     "Change",
@@ -22,3 +24,5 @@ __all__ = [
     "generate",
     "read_manifest",
 ]
+
+find_moved(__name__)

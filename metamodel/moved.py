@@ -23,7 +23,8 @@ def find_moved(package: str, renamed: Mapping[str, str] | None = None) -> None:
     package : str
         Such as ``dineros.analysis``, or a package inside of it.
     renamed : mapping of str to str, optional
-        Former name -> present one, both without the package's: of those that have another last part now.
+        Former name -> present one, of those that have another last part now, or another package: both without
+        the package's name, the present one whole where it begins with ``dineros.``.
     """
     sys.meta_path.append(_Finder(package, renamed or {}))
 
@@ -42,7 +43,7 @@ class _Finder:
         if package != self._package or path is None:
             return None
         here = self._renamed.get(name) or _inside(path, name)
-        loader = _Moved(f"{package}.{here}") if here else None
+        loader = _Moved(here if here.startswith("dineros.") else f"{package}.{here}") if here else None
         return ModuleSpec(fullname, cast("Loader", loader)) if loader else None
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from random import Random
 
@@ -204,7 +204,7 @@ class _Conformance:
 
     def _verdict(self, merger: Merger, hopeless: Mapping[tuple[str, int], tuple[bool, Deviation]]) -> Verdict:
         replay = merger.replay
-        verdict = Verdict(steps=replay.steps, silent=replay.silent)
+        verdict = Verdict()
         for node, (record, fault) in merger.failed.items():
             known = hopeless.get((node, merger.feeds[node].position)) if fault.queue is not None else None
             certain, deviation = known or (True, Deviation(record, step_words(record), fault.reason))
@@ -217,17 +217,18 @@ class _Conformance:
 def finish(verdict: Verdict, net: ConformanceNet, replay: Replay) -> Verdict:
     """Put what was found in order and draw the conclusion."""
     if not verdict.violations:
-        verdict.violations += [
+        verdict.violations.extend(
             Deviation(record, step_words(record), reason) for record, reason in replay.messages.lost()
-        ]
+        )
     for deviations in (verdict.violations, verdict.unknown):
         deviations.sort(key=lambda deviation: deviation.record.time or 0.0)
-    if verdict.violations:
-        verdict.status = "violated"
-    elif verdict.unknown:
-        verdict.status = "unknown"
-    verdict.sequence = [net.net.transitions[transition] for transition in replay.noted]
-    return verdict
+    return replace(
+        verdict,
+        status="violated" if verdict.violations else "unknown" if verdict.unknown else "conforms",
+        steps=replay.steps,
+        silent=replay.silent,
+        sequence=[net.net.transitions[transition] for transition in replay.noted],
+    )
 
 
 def _is_unclear(merger: Merger) -> bool:

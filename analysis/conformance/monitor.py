@@ -98,7 +98,6 @@ class Monitor:
             del self._feeds[node]
         if not self._verdict.violations:
             settle_waiting(self._merger, self._verdict)
-        self._verdict.steps, self._verdict.silent = self._replay.steps, self._replay.silent
         return finish(self._verdict, self._net, self._replay)
 
     def _advance(self) -> list[Deviation]:

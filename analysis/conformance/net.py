@@ -6,14 +6,14 @@ from collections import defaultdict
 from dataclasses import dataclass
 from functools import cached_property
 
+from dineros.analysis.model import queues
 from dineros.analysis.model.step_roles import StepRole, step_roles
 from dineros.analysis.model.subject import Subject, subject_of
-from dineros.analysis.model.wording import queue_words
 from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import node_net_of, node_nets
-from dineros.metamodel.records import Drop, Fire, Publish, Reply, Request, Response, Serve, Signal, Take
+from dineros.metamodel.records import Fire, Publish, Reply, Request, Response, Serve, Signal, Take
 from dineros.metamodel.records.schema import ServiceStep, Step
-from dineros.transformations.flattening.traces import Link
 
 Key = tuple[object, ...]
 
@@ -204,19 +204,22 @@ class ConformanceNet:
     @cached_property
     def disjunctions(self) -> dict[int, sym.Disjunction]:
         """The part of a clause that each place counts the true literals of."""
-        found = {}
-        for link in self._links("I1", "true_literals"):
-            disjunction = next(source for source in link.sources if isinstance(source, sym.Disjunction))
-            found[self.subject.place_index[link.target.id]] = disjunction
-        return found
+        return {
+            self.subject.place_index[link.target.id]: source
+            for link in self.subject.links()
+            if isinstance(link.target, pn.Place)
+            for source in link.sources
+            if isinstance(source, sym.Disjunction)
+        }
 
     @cached_property
     def true_places(self) -> dict[str, int]:
         """Place that is marked while a signal is true, by signal; only signals in use."""
         return {
             link.sources[0].id: self.subject.place_index[link.target.id]
-            for link in self._links("I4", "true")
-            if isinstance(link.sources[0], sym.InputSignal)
+            for link in self.subject.links()
+            if link.meaning is not None and link.meaning.value
+            if isinstance(link.target, pn.Place) and isinstance(link.sources[0], sym.InputSignal)
         }
 
     @cached_property
@@ -229,69 +232,43 @@ class ConformanceNet:
         }
 
     def _topic(self, channel: sym.TopicChannel) -> Topic:
-        parts: dict[tuple[str, str], dict[str, int]] = defaultdict(dict)
+        found: dict[str, dict[str, Queue]] = {"publisher": {}, "dispatcher": {}, "subscriber": {}}
         nodes = {}
-        for name, role in self.roles.items():
-            if role.channel != channel.id:
-                continue
-            index = self.subject.transition_index[name]
-            if role.kind is Publish:
-                parts["publisher", role.place or ""]["enter"] = index
-            elif role.kind is Take:
-                parts["subscriber", role.place or ""]["leave"] = index
+        for queue in self._queues[channel]:
+            for entrance in queue.entrances:
+                role = self.roles[entrance.enter]
+                found[queue.kind][role.place or role.node or ""] = self._queue(queue, entrance)
+            role = self.roles[queue.leave]
+            if role.kind is Take:
                 nodes[role.place or ""] = role.node or ""
-            elif role.kind is Drop or role.stage != "transport":
-                at = role.node if role.queue == "dispatcher" else role.place
-                what = "drop" if role.kind is Drop else (role.stage or "").rpartition(".")[2]
-                parts[role.queue or "", at or ""][what] = index
-        for shared in self._links("T2History", "queue.leave"):
-            if channel in shared.sources:
-                self._share(self.subject.transition_index[shared.target.id], shared, parts)
-        (place,) = (link for link in self._links("T1", "topic") if channel in link.sources)
-        (transport,) = (link for link in self._links("T1", "transport") if channel in link.sources)
-        queues = {key: self._queue(**transitions) for key, transitions in parts.items()}
+        between = {
+            link.meaning.part: link.target.id
+            for link in self.subject.links()
+            if channel in link.sources and link.meaning is not None and link.meaning.queue is None
+        }
         return Topic(
-            self.subject.place_index[place.target.id],
-            self.subject.transition_index[transport.target.id],
-            _of(queues, "publisher"),
-            _of(queues, "dispatcher"),
-            _of(queues, "subscriber"),
+            self.subject.place_index[between["topic"]],
+            self.subject.transition_index[between["transport"]],
+            found["publisher"],
+            found["dispatcher"],
+            found["subscriber"],
             nodes,
         )
 
-    def _share(self, leave: int, history: Link, parts: dict[tuple[str, str], dict[str, int]]) -> None:
-        """Let each instance's copy of a publisher's place have the queue that all of them write to."""
-        (port,) = (source for source in history.sources if isinstance(source, sym.PublisherPort))
-        parts.pop(("publisher", port.place.id), None)
-        for link in self._links("T2Instance", "queue.enter"):
-            if port in link.sources:
-                place = self.roles[link.target.id].place or ""
-                parts["publisher", place]["leave"] = leave
+    @cached_property
+    def _queues(self) -> dict[EObject, list[queues.Queue]]:
+        found: dict[EObject, list[queues.Queue]] = defaultdict(list)
+        for queue in queues.queues(self.subject):
+            found[queue.channel].append(queue)
+        return found
 
-    def _queue(self, enter: int, leave: int, drop: int) -> Queue:
-        made = {
-            link.role: link
-            for link in self._together[self._origin[self.net.transitions[leave]].application]
-            if not isinstance(link.target, pn.Arc)
-        }
-        load, capacity = (
-            self.subject.place_index[made[role].target.id] for role in ("queue.load", "queue.capacity")
-        )
+    def _queue(self, queue: queues.Queue, entrance: queues.Entrance) -> Queue:
+        transition, place = self.subject.transition_index, self.subject.place_index
+        load, capacity, enter = place[queue.load], place[queue.capacity], transition[entrance.enter]
         (source,) = (place for place, _ in self.pre[enter] if place != capacity)
         limit = int(self.net.initial[capacity] + self.net.initial[load])
-        text = queue_words(self._origin[self.net.transitions[enter]])
-        return Queue(source, load, capacity, enter, leave, drop, limit, text)
-
-    @cached_property
-    def _origin(self) -> dict[str, Link]:
-        return {link.target.id: link for link in self.subject.links()}
-
-    @cached_property
-    def _together(self) -> dict[int, list[Link]]:
-        found: dict[int, list[Link]] = defaultdict(list)
-        for link in self.subject.links():
-            found[link.application].append(link)
-        return found
+        leave, drop = transition[queue.leave], transition[entrance.drop]
+        return Queue(source, load, capacity, enter, leave, drop, limit, str(queue))
 
     @cached_property
     def _node_of_transition(self) -> dict[str, str]:
@@ -300,10 +277,6 @@ class ConformanceNet:
             for name, original in self._originals(pn.Transition)
             if (node := node_net_of(original)) is not None
         }
-
-    def _links(self, rule: str, role: str) -> list[Link]:
-        flattened = self.subject.flattened
-        return [] if flattened is None else flattened.trace.role(rule, role)
 
     def _originals(self, kind: type[pn.Node]) -> list[tuple[str, pn.Node]]:
         """Return what is in the model as it is, or as a copy per server instance, with its id in the net."""
@@ -318,10 +291,6 @@ class ConformanceNet:
             and isinstance(link.target, kind)
             and isinstance(original := link.sources[0], pn.Node)
         ]
-
-
-def _of(queues: dict[tuple[str, str], Queue], kind: str) -> dict[str, Queue]:
-    return {at: queue for (queue_kind, at), queue in queues.items() if queue_kind == kind}
 
 
 def _key(role: StepRole) -> Key:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
+from dineros.analysis.answers.outcome import Outcome
 from dineros.metamodel.errors import Location
 from dineros.metamodel.records import Record
-
-Status = Literal["conforms", "violated", "unknown"]
 
 
 @dataclass(frozen=True)
@@ -50,9 +49,9 @@ class Deviation:
         }
 
 
-@dataclass
-class Verdict:
-    """Whether traces are a behaviour of the model.
+@dataclass(frozen=True)
+class Verdict(Outcome):
+    """Whether traces are a behaviour of the model: what is found, and then the answer.
 
     Attributes
     ----------
@@ -70,7 +69,7 @@ class Verdict:
         The firings of the flattened net, where they were asked for.
     """
 
-    status: Status = "conforms"
+    status: str = "conforms"
     steps: int = 0
     silent: int = 0
     violations: list[Deviation] = field(default_factory=list)

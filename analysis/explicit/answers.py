@@ -1,8 +1,7 @@
-"""What the explicit engine answers, and what it may take."""
+"""What the explicit engine counts, and how it searches."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, TypedDict
 
@@ -11,9 +10,6 @@ from numpy.typing import NDArray
 
 from dineros.analysis.nets.coverability import Pumping
 
-#: Called about twice a second with markings, markings a second and bytes; may raise KeyboardInterrupt to
-#: stop.
-Progress = Callable[[int, float, int], None]
 Reduction = Literal["stubborn"]
 Order = Literal["breadth-first", "depth-first"]
 
@@ -23,10 +19,6 @@ class Options(TypedDict, total=False):
 
     Attributes
     ----------
-    memory : int
-        Bytes for markings and tables; a share of the free memory unless given.
-    states, seconds
-        Limits.
     workers : int
         Threads; as many as there are processors unless given. Depth first goes one.
     order : {"breadth-first", "depth-first"}
@@ -34,17 +26,11 @@ class Options(TypedDict, total=False):
         away.
     reduction : str
         ``stubborn`` fires stubborn sets only: of a count it keeps the deadlocks only.
-    progress : callable
-        Called about twice a second.
     """
 
-    memory: int | None
-    states: int | None
-    seconds: float | None
     workers: int | None
     order: Order
     reduction: Reduction | None
-    progress: Progress | None
 
 
 @dataclass(frozen=True)
@@ -91,32 +77,3 @@ class ExplicitStateSpace:
     rate: float
     pumping: Pumping | None = None
     reduction: Reduction | None = None
-
-
-@dataclass(frozen=True)
-class Found:
-    """A way to the goal, already replayed: transitions, and the marking they lead to.
-
-    A shortest one, unless the search went depth first.
-    """
-
-    trace: tuple[int, ...]
-    marking: tuple[int, ...]
-
-
-@dataclass(frozen=True)
-class Unreachable:
-    """A proof by exhaustion: none of the markings that had to be looked at, `states` in number, is one."""
-
-    states: int
-
-
-@dataclass(frozen=True)
-class Unknown:
-    """The search ended early, and why; `states` markings were seen."""
-
-    reason: str
-    states: int
-
-
-Answer = Found | Unreachable | Unknown

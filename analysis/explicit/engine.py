@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.explicit.answers import Answer, ExplicitStateSpace, Found, Options, Unknown, Unreachable
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.explicit.answers import ExplicitStateSpace, Options
 from dineros.analysis.explicit.goals import Goal
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.memory import DEFAULT_SHARE, free_memory
@@ -22,13 +24,15 @@ if TYPE_CHECKING:
     from dineros.analysis.explicit.search import Search
 
 
-def explore(net: CompiledNet, **options: Unpack[Options]) -> ExplicitStateSpace:
+def explore(net: CompiledNet, budget: Budget = UNLIMITED, **options: Unpack[Options]) -> ExplicitStateSpace:
     """Count what is reachable.
 
     Parameters
     ----------
     net
         The net.
+    budget
+        Limits; a share of the free memory unless one is given.
     **options
         See `Options`.
 
@@ -39,7 +43,7 @@ def explore(net: CompiledNet, **options: Unpack[Options]) -> ExplicitStateSpace:
     >>> space.markings, space.arcs, space.deadlocks, space.largest_place
     (3, 2, 1, (2, 2))
     """
-    search = _search(net, (), options)
+    search = _search(net, (), budget, options)
     search.run()
     places, total = search.largest()
     return ExplicitStateSpace(
@@ -59,22 +63,26 @@ def explore(net: CompiledNet, **options: Unpack[Options]) -> ExplicitStateSpace:
     )
 
 
-def find(net: CompiledNet, goal: Goal, **options: Unpack[Options]) -> Answer:
-    """Search a witness of a goal, a shortest one unless depth first; options as for `explore`.
+def find(net: CompiledNet, goal: Goal, budget: Budget = UNLIMITED, **options: Unpack[Options]) -> Outcome:
+    """Search a witness of a goal, a shortest one unless depth first; budget and options as for `explore`.
 
     Examples
     --------
     >>> net = CompiledNet.build({"idle": 2, "busy": 0}, [("start", {"idle": 1}, {"busy": 1})])
     >>> find(net, Goal.where(net, [({"busy": 1}, ">=", 2)]))
-    Found(trace=(0, 0), marking=(0, 2))
-    >>> find(net, Goal.where(net, [({"busy": 1}, ">", 2)]))
-    Unreachable(states=3)
+    Outcome(status='reachable', trace=(0, 0), ...)
+    >>> find(net, Goal.where(net, [({"busy": 1}, ">", 2)])).status
+    'unreachable'
     """
-    return find_all(net, [goal], **options)[0]
+    return find_all(net, [goal], budget, **options)[0]
 
 
-def find_all(net: CompiledNet, goals: Sequence[Goal], **options: Unpack[Options]) -> list[Answer]:
-    """Search for several goals at once, until each is found; options as for `explore`.
+def find_all(
+    net: CompiledNet, goals: Sequence[Goal], budget: Budget = UNLIMITED, **options: Unpack[Options]
+) -> list[Outcome]:
+    """Search for several goals at once, until each is found; budget and options as for `explore`.
+
+    Unknown answers have one of the reasons of `ExplicitStateSpace`.
 
     Raises
     ------
@@ -83,20 +91,22 @@ def find_all(net: CompiledNet, goals: Sequence[Goal], **options: Unpack[Options]
     """
     if not goals:
         return []
-    search = _search(net, goals, options)
+    search = _search(net, goals, budget, options)
     search.run()
-    answers: list[Answer] = []
+    answers: list[Outcome] = []
     for g, goal in enumerate(goals):
         if g in search.found:
             answers.append(_witness(net, goal, search.trace(search.found[g])))
         elif search.reason is None:
-            answers.append(Unreachable(search.markings))
+            answers.append(Outcome("unreachable", states=search.markings))
         else:
-            answers.append(Unknown(search.reason, search.markings))
+            answers.append(Outcome("unknown", states=search.markings, reason=search.reason))
     return answers
 
 
-def enabled_anywhere(net: CompiledNet, **options: Unpack[Options]) -> NDArray[np.bool_] | Unknown:
+def enabled_anywhere(
+    net: CompiledNet, budget: Budget = UNLIMITED, **options: Unpack[Options]
+) -> NDArray[np.bool_] | Outcome:
     """By transition: whether some reachable marking enables it; the others are dead.
 
     Stops as soon as every transition was enabled once.
@@ -105,26 +115,28 @@ def enabled_anywhere(net: CompiledNet, **options: Unpack[Options]) -> NDArray[np
     answer = np.zeros(len(goals), dtype=np.bool_)
     if not goals:
         return answer
-    search = _search(net, goals, options, keeps_parents=False)
+    search = _search(net, goals, budget, options, keeps_parents=False)
     search.run()
     if search.reason not in (None, "goal"):
-        return Unknown(str(search.reason), search.markings)
+        return Outcome("unknown", states=search.markings, reason=str(search.reason))
     answer[sorted(search.found)] = True
     return answer
 
 
-def _search(net: CompiledNet, goals: Sequence[Goal], options: Options, keeps_parents: bool = True) -> Search:
-    from dineros.analysis.explicit.search import Limits, Search
+def _search(
+    net: CompiledNet, goals: Sequence[Goal], budget: Budget, options: Options, keeps_parents: bool = True
+) -> Search:
+    from dineros.analysis.explicit.search import Search
 
-    memory, workers = options.get("memory"), options.get("workers")
-    if memory is None:
-        memory = int(free_memory() * DEFAULT_SHARE)
+    workers = options.get("workers")
+    if budget.memory_bytes is None:
+        budget = budget.share(most_bytes=int(free_memory() * DEFAULT_SHARE))
     if workers is None:
         workers = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return Search(
         net,
         goals,
-        Limits(memory, options.get("states"), options.get("seconds"), options.get("progress")),
+        budget.begun(),
         workers,
         options.get("order", "breadth-first") == "depth-first",
         options.get("reduction") is not None,
@@ -133,8 +145,7 @@ def _search(net: CompiledNet, goals: Sequence[Goal], options: Options, keeps_par
     )
 
 
-def _witness(net: CompiledNet, goal: Goal, trace: tuple[int, ...]) -> Found:
-    marking = replay(net, trace)[-1]
-    if not goal.holds(net, marking):
+def _witness(net: CompiledNet, goal: Goal, trace: tuple[int, ...]) -> Outcome:
+    if not goal.holds(net, replay(net, trace)[-1]):
         raise WitnessError("a witness does not reach its goal")
-    return Found(trace, tuple(marking))
+    return Outcome("reachable", trace)

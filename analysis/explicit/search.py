@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.explicit.answers import Progress
+from dineros.analysis.answers.budget import Budget, Progress
 from dineros.analysis.explicit.figures import largest_tokens, members
 from dineros.analysis.explicit.goals import Goal, goal_tables, normalized
 from dineros.analysis.explicit.kernels.descent import descend
@@ -62,23 +62,13 @@ COVERABILITY_NODES = 2_000
 
 
 @dataclass
-class Limits:
-    """What a search may take, and whom it tells."""
-
-    memory: int
-    states: int | None = None
-    seconds: float | None = None
-    progress: Progress | None = None
-
-
-@dataclass
 class Search:
     """A search; `run` goes through with it.
 
     Attributes
     ----------
-    net, goals, limits
-        What is searched, for what, with what.
+    net, goals, budget
+        What is searched, for what, with what: the budget has begun.
     workers : int
         Threads; one goes depth first, or through a net with places that nothing bounds.
     is_depth_first : bool
@@ -91,7 +81,7 @@ class Search:
 
     net: CompiledNet
     goals: Sequence[Goal]
-    limits: Limits
+    budget: Budget
     workers: int = 1
     is_depth_first: bool = False
     reduction: bool = False
@@ -122,7 +112,7 @@ class Search:
         self._pool = ThreadPoolExecutor(self.workers - 1) if self.workers > 1 else None
         sets = len(self._net_tables.everything)
         self._storage = Storage(
-            self.limits.memory,
+            self.budget.memory,
             self.workers,
             self.layout.words,
             len(self._order),
@@ -250,20 +240,20 @@ class Search:
         return left
 
     def _round(self, active: int) -> None:
-        budget = self._slice
-        if self.limits.states is not None:
-            budget = min(budget, max(1, self.limits.states - self.markings))
+        rows = self._slice
+        if self.budget.states is not None:
+            rows = min(rows, max(1, self.budget.states - self.markings))
         net, goals, stubborn = self._net_tables, self._goal_tables, self._stubborn
         markings = self._storage.markings
         if self.is_depth_first:
-            descend(self._shape, net, goals, stubborn, markings, self._crew[0], *self._stack, budget)
+            descend(self._shape, net, goals, stubborn, markings, self._crew[0], *self._stack, rows)
             return
         # Of a level that is large enough, the others are to have their share.
         alone = 0 if active > 1 else EVERYTHING if self.workers == 1 else LEAST_FOR_THREADS
 
         def work(me: int) -> None:
             tables = net, goals, stubborn, markings, self._crew[me], self._frontier
-            expand(self._shape, me, *tables, *self._boxes[me], budget, alone)
+            expand(self._shape, me, *tables, *self._boxes[me], rows, alone)
 
         if active > 1:
             self._together(work)
@@ -283,15 +273,16 @@ class Search:
 
     def _pause(self) -> None:
         now = time.perf_counter()
-        limits = self.limits
-        if limits.progress is not None and now - self._told > PROGRESS_SECONDS:
+        budget = self.budget
+        if budget.progress is not None and now - self._told > PROGRESS_SECONDS:
             self._told = now
-            limits.progress(self.markings, self.markings / (now - self._started), self.memory)
+            rate = self.markings / (now - self._started)
+            budget.progress(Progress("markings", self.markings, self.memory, rate))
         if self.reason is not None:
             return
-        if limits.seconds is not None and now - self._started > limits.seconds:
+        if budget.is_over:
             self.reason = "time"
-        elif limits.states is not None and self.markings > limits.states:
+        elif budget.states is not None and self.markings > budget.states:
             self.reason = "states"
         elif self._is_guarded and self.pumping is None and self.markings >= self._next_look:
             # Ways back take time: looked at whenever there are twice as many markings.

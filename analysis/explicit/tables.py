@@ -152,12 +152,12 @@ def net_tables(net: CompiledNet, layout: Layout, order: Sequence[int]) -> NetTab
         shift=layout.shift,
         mask=layout.masks,
         is_wide=np.array([cell.values is None for cell in layout.cells], dtype=np.bool_),
-        threshold_start=_array(threshold_start),
-        threshold=_array(thresholds),
-        lookup_start=_array(lookup_start),
-        lookup_word=_array(lookup_word),
-        lookup_offset=_array(lookup_offset),
-        allowed=np.concatenate([*allowed, _array([])]),
+        threshold_start=ints(threshold_start),
+        threshold=ints(thresholds),
+        lookup_start=ints(lookup_start),
+        lookup_word=ints(lookup_word),
+        lookup_offset=ints(lookup_offset),
+        allowed=np.concatenate([*allowed, ints([])]),
         everything=transition_set(range(len(order)), len(order)),
         delta=np.array(changes, dtype=np.int64).reshape(len(order), layout.words),
         moves=np.array([bool(net.delta[t]) for t in order], dtype=np.bool_),
@@ -218,8 +218,8 @@ def stubborn_tables(
         keeps_deadlocks,
         len(net.places),
         *_rows([cell.places for cell in layout.cells]),
-        _array(offsets),
-        np.concatenate([*values, _array([])]),
+        ints(offsets),
+        np.concatenate([*values, ints([])]),
         *_arcs(net.pre, order),
         *_arcs(net.inhibitor, order),
         *_rows(raising),
@@ -229,17 +229,18 @@ def stubborn_tables(
     )
 
 
-def _array(values: Iterable[int]) -> Int64Array:
+def ints(values: Iterable[int]) -> Int64Array:
+    """Return an array of 64-bit integers."""
     return np.array(list(values), dtype=np.int64)
 
 
 def _rows(rows: Sequence[Sequence[int]]) -> tuple[Int64Array, Int64Array]:
     start = np.zeros(len(rows) + 1, dtype=np.int64)
     start[1:] = np.cumsum([len(row) for row in rows])
-    return start, _array(item for row in rows for item in row)
+    return start, ints(item for row in rows for item in row)
 
 
 def _arcs(table: ArcTable, order: Sequence[int]) -> tuple[Int64Array, Int64Array, Int64Array]:
     rows = [table.row(t) for t in order]
     start, place = _rows([[p for p, _ in row] for row in rows])
-    return start, place, _array(weight for row in rows for _, weight in row)
+    return start, place, ints(weight for row in rows for _, weight in row)

@@ -37,7 +37,7 @@ class ModelNames:
         for link in links:
             if isinstance(link.target, pn.Place):
                 _add(self._places, link, place_index[link.target.id])
-                if link.rule == "I4" and link.role == "true":
+                if link.meaning is not None and link.meaning.value:
                     self._add_signal(link, place_index[link.target.id])
             elif isinstance(link.target, pn.Transition):
                 _add(self._transitions, link, transition_index[link.target.id])

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TypeVar
 
-from dineros.analysis.model.wording import PUBLISHER_QUEUES
+from dineros.analysis.model.wording import source_of, topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import copy_id, server_pages, serving
@@ -20,20 +19,15 @@ from dineros.metamodel.records import (
     Drop,
     Fire,
     Publish,
-    Reply,
     Request,
     Response,
     Serve,
     Signal,
     Take,
-    Transfer,
 )
-from dineros.metamodel.records.schema import Step
+from dineros.metamodel.records.schema import ServiceStep, Step
 from dineros.transformations.flattening.traces import Link
-
-E = TypeVar("E", bound=EObject)
-
-QUEUES = {**dict.fromkeys(PUBLISHER_QUEUES, "publisher"), "T3": "dispatcher", "T4": "subscriber"}
+from dineros.transformations.language.meaning import Meaning
 
 
 @dataclass(frozen=True)
@@ -86,48 +80,45 @@ def step_roles(links: Iterable[Link]) -> dict[str, StepRole]:
 
 
 def _role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
-    if link.rule in QUEUES:
-        return _queue_role(link, copies)
-    if link.rule == "T1":
-        return StepRole(Transfer, channel=_source(link, sym.TopicChannel).id, stage="transport")
-    if link.rule in ("S1", "S2"):
-        return _service_role(link, copies)
-    if link.role.startswith("change."):
-        signal = _source(link, sym.InputSignal)
-        value = link.role == "change.to_true"
-        return StepRole(Signal, node=_node(signal), signal=signal.id, value=value)
-    return StepRole(Fire, node=_node(link.sources[0]) if link.sources else None)
+    meaning = link.meaning
+    if meaning is None or meaning.step is None:
+        return StepRole(Fire, node=_node(link.sources[0]) if link.sources else None)
+    if meaning.queue is not None:
+        return _queue_role(link, meaning, copies)
+    if issubclass(meaning.step, ServiceStep):
+        return _service_role(link, meaning.step, copies)
+    if meaning.step is Signal:
+        signal = source_of(link, sym.InputSignal)
+        return StepRole(Signal, node=_node(signal), signal=signal.id, value=meaning.value)
+    return StepRole(meaning.step, channel=source_of(link, sym.TopicChannel).id, stage=meaning.part)
 
 
-def _queue_role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
-    channel, queue = _source(link, sym.TopicChannel).id, QUEUES[link.rule]
-    port = next((source for source in link.sources if isinstance(source, sym.TopicPort)), None)
+def _queue_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
+    channel = source_of(link, sym.TopicChannel).id
+    port = topic_port(link)
     place = None if port is None else copies.get((port.place, link.index), port.place.id)
-    node = _node(port.place) if port is not None else _source(link, sym.NodeNet).id
-    match link.rule, link.role:
-        case "T2" | "T2Instance", "queue.enter":
-            return StepRole(Publish, node, channel, place=place)
-        case "T4", "queue.leave":
-            return StepRole(Take, node, channel, place=place)
-        case _, "queue.drop":
-            return StepRole(Drop, node, channel, queue, place=place)
-    stage = f"{queue}.{link.role.removeprefix('queue.')}"
-    return StepRole(Transfer, node, channel, queue, stage, place)
+    node = _node(port.place) if port is not None else source_of(link, sym.NodeNet).id
+    assert meaning.step is not None
+    if meaning.step in (Publish, Take):
+        return StepRole(meaning.step, node, channel, place=place)
+    stage = None if meaning.step is Drop else f"{meaning.queue}.{meaning.part}"
+    return StepRole(meaning.step, node, channel, meaning.queue, stage, place)
 
 
-def _service_role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
-    channel, client = _source(link, sym.ServiceChannel), _source(link, sym.ClientPort)
-    kind: type[Step]
+def _service_role(
+    link: Link, kind: type[ServiceStep], copies: dict[tuple[EObject, int | None], str]
+) -> StepRole:
+    channel, client = source_of(link, sym.ServiceChannel), source_of(link, sym.ClientPort)
     name = client.client
     if link.client_index is not None and channel.model is not None:  # it stands on a server page
         caller = serving(client.request, server_pages(channel.model))
         assert caller is not None
         name = copy_id(caller.id, link.client_index, name)
-    if link.rule == "S1":
-        kind, end = (Request, client.request) if link.role == "t_req" else (Response, client.response)
+    if kind in (Request, Response):
+        end = client.request if kind is Request else client.response
         place = copies[end, link.client_index]
         return StepRole(kind, _node(end), channel.id, place=place, client=name)
-    kind, end = (Serve, channel.server.entry) if link.role == "t_call" else (Reply, channel.server.exit)
+    end = channel.server.entry if kind is Serve else channel.server.exit
     place = copies[end, link.index]
     return StepRole(kind, _node(end), channel.id, place=place, client=name, instance=link.index)
 
@@ -135,7 +126,3 @@ def _service_role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> 
 def _node(element: EObject) -> str | None:
     node = node_net_of(element)
     return None if node is None else node.id
-
-
-def _source(link: Link, kind: type[E]) -> E:
-    return next(source for source in link.sources if isinstance(source, kind))

@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.logic.ctl.checking import basic, satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
@@ -32,7 +33,6 @@ from dineros.analysis.logic.language.syntax import (
     Not,
     Or,
 )
-from dineros.analysis.logic.verdicts.budget import BudgetExceededError
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties import engines
@@ -243,9 +243,10 @@ class _Work:
 
     def _store(self, states: int | None, memory: int, clock: Clock) -> None:
         self.graph = None
-        self.graph = graph = engines.part_of_graph(self.net, states, memory, clock.left / 2)
-        # What is stored is worth some time, also where storing took all of it.
-        self._look_at(graph, Clock(max(clock.left, self.seconds / 2)))
+        self.graph = engines.part_of_graph(self.net, states, memory, clock.left / 2)
+        if self.graph is not None:
+            # What is stored is worth some time, also where storing took all of it.
+            self._look_at(self.graph, Clock(max(clock.left, self.seconds / 2)))
 
     def _look_at(self, graph: PartOfGraph, clock: Clock) -> None:
         """Decide what a part of the graph decides, as far as time goes."""
@@ -278,6 +279,8 @@ class _Work:
                 return
             own = Clock(clock.left / (len(self.walker.ends) - number))
             graph = engines.part_of_graph(self.net, PROBE_STATES, self.memory // 8, own.left / 2, start)
+            if graph is None:
+                return
             sets = PartialSets(graph, sheet.conditions, own.tell)
             with contextlib.suppress(BudgetExceededError):
                 for part, inner in parts:
@@ -320,7 +323,7 @@ class _Work:
             try:
                 # What one part has made, others use; where it takes too much memory, it is made anew.
                 if sets is None:
-                    sets = SymbolicSets(space, atoms, clock.tell)
+                    sets = SymbolicSets(space, atoms, Budget(progress=clock.tell))
                 sheet.known[part] = _initially(basic(part), sets)
             except BudgetExceededError:
                 continue
@@ -342,6 +345,8 @@ class _Work:
                 continue
             bound = BoundAtoms(smaller.net, smaller.formula, NetNames(smaller.net)).conditions
             graph = engines.part_of_graph(smaller.net, None, self.memory // 2, own.left / 2)
+            if graph is None:
+                continue
             found = bool(satisfied(graph, smaller.formula, bound).any())
             walker = Walker(smaller.net)
             while not (found or graph.is_complete or own.is_over()):

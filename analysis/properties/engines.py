@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from dineros.analysis.explicit import Found, Unreachable, find
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.explicit import find
 from dineros.analysis.explicit.goals import Goal
 from dineros.analysis.logic.automata.translation import translate
 from dineros.analysis.logic.graphs.product import Product
@@ -20,7 +21,6 @@ from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.rewriting import negated
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.logic.ltl.emptiness import Emptiness
-from dineros.analysis.logic.verdicts.budget import Budget, BudgetExceededError, Meter
 from dineros.analysis.logic.verdicts.verdict import check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties.part_of_graph import PartOfGraph
@@ -72,19 +72,22 @@ def part_of_graph(
     memory: int,
     seconds: float,
     start: Sequence[int] | None = None,
-) -> PartOfGraph:
+) -> PartOfGraph | None:
     """Return the first markings of a net, all where they are few; from another marking if one is given."""
     if start is not None:
         derived: dict[str, Any] = {name: net.__dict__[name] for name in KEPT if name in net.__dict__}
         net = replace(net, initial=np.array(start, dtype=np.int64))
         net.__dict__.update(derived)
-    return PartOfGraph(net, Meter(Budget(memory, states, seconds)))
+    try:
+        return PartOfGraph(net, Budget(memory, states, seconds).begun())
+    except GIVEN_UP:
+        return None
 
 
 def diagram(net: CompiledNet, memory: int, clock: Clock) -> SymbolicStateSpace | None:
     """Return all markings as a decision diagram."""
     try:
-        space = symbolic_state_space(net, memory, clock.tell)
+        space = symbolic_state_space(net, Budget(memory, progress=clock.tell))
     except GIVEN_UP:
         return None
     return space if space.complete else None
@@ -92,12 +95,12 @@ def diagram(net: CompiledNet, memory: int, clock: Clock) -> SymbolicStateSpace |
 
 def always(net: CompiledNet, formula: Formula, names: Names, memory: int, seconds: float) -> bool | None:
     """Decide whether all runs satisfy an LTL formula; a run that does not is checked, but not made short."""
-    meter = Meter(Budget(memory, seconds=seconds))
+    budget = Budget(memory, seconds=seconds).begun()
     atoms = BoundAtoms(net, formula, names)
     try:
         automaton = translate(negated(combined(formula)))
         conditions = [condition_of(atom, atoms.conditions) for atom in automaton.atoms]
-        run = Emptiness(Product(net, automaton, conditions, (), (), meter), meter).run()
+        run = Emptiness(Product(net, automaton, conditions, (), (), budget), budget).run()
     except (*GIVEN_UP, FormulaError):  # of which its automaton is too large
         return None
     if run is not None:
@@ -107,5 +110,5 @@ def always(net: CompiledNet, formula: Formula, names: Names, memory: int, second
 
 def can_deadlock(net: CompiledNet, memory: int, seconds: float) -> bool | None:
     """Decide whether a marking is reachable that enables nothing, by stubborn sets."""
-    answer = find(net, Goal.deadlock(), memory=memory, seconds=seconds, reduction="stubborn", workers=1)
-    return True if isinstance(answer, Found) else False if isinstance(answer, Unreachable) else None
+    answer = find(net, Goal.deadlock(), Budget(memory, seconds=seconds), reduction="stubborn", workers=1)
+    return {"reachable": True, "unreachable": False}.get(answer.status)

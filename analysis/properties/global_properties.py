@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.nets.repetition import repeatable_transitions
@@ -180,7 +181,7 @@ class GlobalQuestions:
                 stable = (p for p in np.flatnonzero(self.stable).tolist() if self._is_stable(space, p))
                 self.tell("StableMarking", next(stable, None) is not None, "symbolic")
             if self.is_open("Liveness"):
-                self.tell("Liveness", not behaviour(space, clock.tell).not_live, "symbolic")
+                self.tell("Liveness", not behaviour(space, Budget(progress=clock.tell)).not_live, "symbolic")
         except (*GIVEN_UP, TooMuchWorkError):
             return
 

@@ -19,6 +19,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.logic.automata.automaton import Automaton, Edge
 from dineros.analysis.logic.ctl.state_sets import Run
 from dineros.analysis.logic.graphs.product import Product
@@ -36,7 +37,6 @@ from dineros.analysis.logic.kernels.stored import (
 )
 from dineros.analysis.logic.language.atoms import Condition
 from dineros.analysis.logic.language.syntax import Atom, Formula
-from dineros.analysis.logic.verdicts.budget import BudgetExceededError, Meter
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties.predicates import Flags, Int64Array, any_enabled, holds
 
@@ -54,8 +54,8 @@ class PartOfGraph:
     Parameters
     ----------
     net : CompiledNet
-    meter : Meter
-        Its limits end the search, not the object.
+    budget : Budget
+        Its limits end the search, not the object; its clock runs.
 
     Attributes
     ----------
@@ -65,26 +65,34 @@ class PartOfGraph:
         Of these, the first so many have their successors; a deadlock is its own.
     is_complete : bool
         Whether that is all.
+
+    Raises
+    ------
+    BudgetExceededError
+        When a place may hold more tokens than fit into a word.
     """
 
-    def __init__(self, net: CompiledNet, meter: Meter) -> None:
+    def __init__(self, net: CompiledNet, budget: Budget) -> None:
         self.net = net
         everything = Automaton((), 0, 0, ((Edge(0, 0, 0, 0),),))
-        self._product = Product(net, everything, [], (), (), meter)
+        self._product = Product(net, everything, [], (), (), budget)
         self.pointer: Int64Array = np.zeros(len(self._product.store.words) + 1, dtype=np.int64)
         self.targets: NDArray[np.int32] = np.empty(1 << 14 | 2 * self._product.room, dtype=np.int32)
         self.expanded = 0
         self.is_complete = False
         with contextlib.suppress(BudgetExceededError, MemoryError):
-            self._explore(meter)
+            self._explore(budget)
         self.size = self._product.states
         self._index()
         self._layout = self._product.layout
+        self._home = {
+            p: (k, at) for k, cell in enumerate(self._layout.cells) for at, p in enumerate(cell.places)
+        }
         #: By word: of all markings, one after the other, so that a place is read in one go.
         self._words = np.ascontiguousarray(self._product.store.words[: self.size].T)
         del self._product
 
-    def _explore(self, meter: Meter) -> None:
+    def _explore(self, budget: Budget) -> None:
         product, status = self._product, PAUSED
         labels = np.empty(product.room, dtype=np.int32)
         while status != COMPLETE:
@@ -102,12 +110,12 @@ class PartOfGraph:
             )
             others = self.pointer.nbytes + 2 * self.targets.nbytes
             if status in (PAUSED, STORE_FULL):
-                meter.report(product.states, product.memory_bytes + others)
+                budget.report(product.progress(product.memory_bytes + others))
             if status == STORE_FULL:
                 product.grow(others)
                 self.pointer = _longer(self.pointer, len(product.store.words) + 1)
             elif status == ARCS_FULL:
-                meter.check_memory(product.memory_bytes + others + 4 * self.targets.nbytes)
+                budget.check_memory(product.memory_bytes + others + 4 * self.targets.nbytes)
                 self.targets = _longer(self.targets, 2 * self.targets.size)
             elif status == OVERFLOW:
                 product.widen(others)
@@ -127,23 +135,22 @@ class PartOfGraph:
 
     def tokens(self, place: int) -> Int64Array:
         """Return the tokens of a place in each marking."""
-        return self._field(place).astype(np.int64)
+        code, table = self._codes(place)
+        return code if table is None else table[code]
 
     def at_least(self, place: int, weight: int) -> Flags:
         """Return in which markings a place holds so many tokens."""
-        if weight == 1:
-            word, shift = self._layout.fields[place]
-            mask = np.uint64(((1 << self._layout.bits[place]) - 1) << shift)
-            flags: Flags = (self._words[word] & mask) != 0
-        else:
-            flags = self._field(place) >= np.uint64(weight)
+        code, table = self._codes(place)
+        flags: Flags = code >= weight if table is None else (table >= weight)[code]
         return flags
 
-    def _field(self, place: int) -> NDArray[np.uint64]:
-        word, shift = self._layout.fields[place]
-        mask = np.uint64((1 << self._layout.bits[place]) - 1)
-        column: NDArray[np.uint64] = (self._words[word] >> np.uint64(shift)) & mask
-        return column
+    def _codes(self, place: int) -> tuple[Int64Array, Int64Array | None]:
+        """The codes of a place's cell in each marking, and the place's tokens by code; None: the codes."""
+        k, at = self._home[place]
+        cell = self._layout.cells[k]
+        shifted = self._words[self._layout.word[k]] >> self._layout.shift[k]
+        code: Int64Array = shifted & ((1 << cell.bits) - 1)
+        return code, None if cell.values is None else cell.values[:, at]
 
     def deadlocks(self) -> Flags:
         """Return in which markings no transition is enabled."""

@@ -8,10 +8,9 @@ terminal part are of repeatable transitions only, which leaves few markings to l
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget, Progress
 from dineros.analysis.nets.repetition import repeatable_transitions
 from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
@@ -44,17 +43,15 @@ class TooMuchWorkError(Exception):
     """Deciding takes more work than was allowed."""
 
 
-def behaviour(
-    space: SymbolicStateSpace, progress: Callable[[Any], None] | None = None, work: int | None = None
-) -> Behaviour:
+def behaviour(space: SymbolicStateSpace, budget: Budget = UNLIMITED, work: int | None = None) -> Behaviour:
     """Decide liveness, reversibility and home markings.
 
     Parameters
     ----------
     space : SymbolicStateSpace
         Complete.
-    progress : callable, optional
-        Told now and then how far it is.
+    budget : Budget, optional
+        Of its time; the memory is that of the state space.
     work : int, optional
         Cache misses of saturation at which to give up; no limit by default.
 
@@ -64,6 +61,8 @@ def behaviour(
         If it needs more work.
     DiagramMemoryError
         If memory runs out.
+    BudgetExceededError
+        If time runs out.
     """
     limit = None if work is None else space.diagram.effort + work
 
@@ -71,14 +70,14 @@ def behaviour(
         if limit is not None and space.diagram.effort > limit:
             raise TooMuchWorkError
 
-    def tell(seen: Any) -> None:
+    def tell(progress: Progress) -> None:
         check_work()
-        if progress is not None:
-            progress(seen)
+        if budget.progress is not None:
+            budget.progress(progress)
 
     transitions = range(len(space.net.transitions))
     again = repeatable_transitions(space.net)
-    sets = VectorSets(space.diagram, tell).restricted(again)
+    sets = VectorSets(space.diagram, replace(budget, progress=tell)).restricted(again)
     with Scope(space.diagram) as scope:
         last = _settled(sets, space, again)
         scope.hold(last)

@@ -6,17 +6,18 @@ for ever, the smallest sufficient capacity is the largest load at which a messag
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.model.queues import Queue, queues
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.questions.reachability import find_firing
-from dineros.analysis.symbolic.engine import DEFAULT_MEMORY, SymbolicStateSpace, symbolic_state_space
+from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
-from dineros.analysis.witnesses.findings import Witness, witness_of
+from dineros.analysis.witnesses.findings import Witness, pumping_witness, witness_of
 from dineros.metamodel import sym
 
 LARGEST = 1 << 12
@@ -49,38 +50,38 @@ class Capacity:
     witness: Witness | None = None
 
 
-def suggest_capacities(
-    model: sym.SystemModel, memory: int = DEFAULT_MEMORY, progress: Callable[[object], None] | None = None
-) -> list[Capacity]:
+def suggest_capacities(model: sym.SystemModel, budget: Budget = UNLIMITED) -> list[Capacity]:
     """Return the smallest capacity at which each queue loses no message, all others left as they are.
 
     Parameters
     ----------
     model : sym.SystemModel
         The model; it is not changed.
-    memory : int
-        Bytes that a state space may take.
-    progress : callable, optional
-        Told now and then how far the engines are.
+    budget : Budget, optional
+        Of all searches; its memory is that of each.
+
+    Raises
+    ------
+    BudgetExceededError
+        If time runs out.
     """
     # With inhibitor arcs (T5a) the capacity is an initial marking and nothing else.
     subject = base_subject(model, overflow="inhibitor")
-    search = _Search(subject, memory, progress)
+    search = _Search(subject, budget.begun())
     return [search.needed(queue) for queue in queues(subject)]
 
 
 class _Search:
     """Searches capacities on one net, whose state space with the model's own capacities is made once."""
 
-    def __init__(self, subject: Subject, memory: int, progress: Callable[[object], None] | None) -> None:
+    def __init__(self, subject: Subject, budget: Budget) -> None:
         self._subject = subject
-        self._memory = memory
-        self._progress = progress
+        self._budget = budget
         self._own = self._space(subject.net)
 
     def _space(self, net: CompiledNet) -> SymbolicStateSpace | None:
         try:
-            space = symbolic_state_space(net, self._memory, self._progress)
+            space = symbolic_state_space(net, self._budget)
         except (UnknownBoundError, LevelSizeError):
             return None
         return space if space.complete else None
@@ -90,70 +91,45 @@ class _Search:
         net = self._subject.net
         if not queue.drops:  # a publisher on a server page without instances
             return Capacity(queue, self._limit(queue), 1)
-        parts = _Parts.of(net, queue.drops)
         limit = self._limit(queue)
         if self._own is not None and _never_loses(self._own, queue):
-            return self._least(queue, parts, limit, self._own)
-        growth = coverability(_without_limit(net, queue.drops, parts.capacity))
-        load = net.places.index(parts.load)
+            return self._least(queue, limit, self._own)
+        growth = coverability(_without_limit(net, queue.drops, queue.capacity))
+        load = net.places.index(queue.load)
         if growth.pumping is not None and load in growth.pumping.places:
-            lasso = witness_of(
-                self._subject, [*growth.pumping.prefix, *growth.pumping.suffix], len(growth.pumping.prefix)
-            )
+            lasso = pumping_witness(self._subject, growth.pumping)
             return Capacity(queue, limit, None, "its load grows without bound", lasso)
         large = limit
         while large < LARGEST:
             large *= 2
-            space = self._space(net.with_initial({parts.capacity: large}))
+            space = self._space(net.with_initial({queue.capacity: large}))
             if space is None:
                 return Capacity(queue, limit, None, "memory ran out, or another place is unbounded")
             if _never_loses(space, queue):
-                return self._least(queue, parts, limit, space)
+                return self._least(queue, limit, space)
         return Capacity(queue, limit, None, f"a capacity of {large} is not enough")
 
     def _limit(self, queue: Queue) -> int:
         net = self._subject.net
-        return int(net.initial[net.places.index(queue.link.target.id)])
+        return int(net.initial[net.places.index(queue.capacity)])
 
-    def _least(self, queue: Queue, parts: _Parts, limit: int, space: SymbolicStateSpace) -> Capacity:
+    def _least(self, queue: Queue, limit: int, space: SymbolicStateSpace) -> Capacity:
+        # A full queue has no capacity, by which its drop is inhibited, and drops what stands at its source.
+        net = self._subject.net
+        drops = [self._subject.transition_index[drop] for drop in queue.drops]
+        sources = [net.places[place] for drop in drops for place, _ in net.pre.row(drop)]
         needed = 1
-        while any(
-            space.satisfying({parts.load: (needed, None), source: (1, None)}) for source in parts.sources
-        ):
+        while any(space.satisfying({queue.load: (needed, None), source: (1, None)}) for source in sources):
             needed += 1
         witness = None
         if needed > 1:
-            net = self._subject.net.with_initial({parts.capacity: needed - 1})
-            smaller = replace(self._subject, net=net)
-            for drop in queue.drops:
-                trace = find_firing(net, smaller.transition_index[drop], self._memory).trace
+            smaller = replace(self._subject, net=net.with_initial({queue.capacity: needed - 1}))
+            for drop in drops:
+                trace = find_firing(smaller.net, drop, self._budget).trace
                 if trace is not None:
                     witness = witness_of(smaller, trace)
                     break
         return Capacity(queue, limit, needed, witness=witness)
-
-
-@dataclass(frozen=True)
-class _Parts:
-    """Ids of the places of a queue."""
-
-    sources: tuple[str, ...]
-    load: str
-    capacity: str
-
-    @classmethod
-    def of(cls, net: CompiledNet, drops: Sequence[str]) -> _Parts:
-        """Read the places off the arcs: a full queue (no capacity) drops what stands at its source."""
-        numbers = [net.transitions.index(drop) for drop in drops]
-        number = numbers[0]
-        ((source, _),) = net.pre.row(number)
-        ((capacity, _),) = net.inhibitor.row(number)
-        (enter,) = (
-            t for t in net.consumers[source] if t != number and any(p == capacity for p, _ in net.pre.row(t))
-        )
-        (load,) = (p for p, _ in net.post.row(enter))
-        sources = tuple(net.places[place] for drop in numbers for place, _ in net.pre.row(drop))
-        return cls(sources, net.places[load], net.places[capacity])
 
 
 def _never_loses(space: SymbolicStateSpace, queue: Queue) -> bool:

@@ -6,19 +6,23 @@ breadth first, so that it is a shortest one.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.model.queues import queues
 from dineros.analysis.model.satisfiability import unsatisfiable_clauses
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.coverability import coverability
-from dineros.analysis.questions.unused import unused_parts
-from dineros.analysis.symbolic.engine import DEFAULT_MEMORY, SymbolicStateSpace, symbolic_state_space
+from dineros.analysis.questions import unused
+from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
-from dineros.analysis.witnesses.findings import Finding, Report, Unknown, Witness, witness_of
+from dineros.analysis.witnesses.findings import Fault, Report, Witness, pumping_witness, witness_of
 from dineros.metamodel import pn, sym
 
 CHEAP = 1_500_000
@@ -33,8 +37,7 @@ OUT_OF_MEMORY = "memory ran out"
 
 def check(
     model: pn.Net,
-    memory: int = DEFAULT_MEMORY,
-    progress: Callable[[Any], None] | None = None,
+    budget: Budget = UNLIMITED,
     report: Report | None = None,
     at_any_cost: bool = False,
     orders: OrderCache | None = None,
@@ -45,10 +48,8 @@ def check(
     ----------
     model : pn.Net
         A system model, or any place/transition net.
-    memory : int
-        Bytes that the state space may take; running into it leaves questions unknown.
-    progress : callable, optional
-        Told now and then how far the engines are.
+    budget : Budget, optional
+        What it may cost; running out of memory leaves questions unknown.
     report : Report, optional
         Where to put the answers as they come, for those who want them after an interruption.
     at_any_cost : bool
@@ -57,157 +58,280 @@ def check(
         Where orders of levels are kept for the symbolic engine.
     """
     report = Report() if report is None else report
-    if isinstance(model, sym.SystemModel):
-        _clauses(model, report)
-    subject = base_subject(model)
-    try:
-        space = symbolic_state_space(subject.net, memory, progress, orders=orders)
-    except UnknownBoundError as error:
-        _unbounded(subject, report, str(error))
-        return report
-    except LevelSizeError as error:
-        report.unknown.append(Unknown("all questions on the state space", error.message))
-        return report
-    if not space.complete:
-        report.unknown.append(Unknown("all questions on the state space", f"{space.reason} ran out"))
-        return report
-    _bounded(space, report)
-    _overflows(subject, space, report, memory)
-    dead = {index for index, name in enumerate(subject.net.transitions) if space.enabled(name) == 0}
-    drops = {subject.transition_index[drop] for queue in queues(subject) for drop in queue.drops}
-    unused = unused_parts(subject, dead)
-    report.findings += unused
-    if not unused:
-        report.proved.append("every transition can fire, every channel is used")
-    _deadlocks(subject, space, report)
-    _behaviour(subject, space, drops, report, progress, None if at_any_cost else CHEAP)
+    work = None if at_any_cost else CHEAP
+    checked = Checked(model, report, budget.begun(), work, orders)
+    for question in QUESTIONS:
+        question.ask(checked)
+        if checked.is_closed:
+            break
     return report
 
 
-def _clauses(model: sym.SystemModel, report: Report) -> None:
-    found = unsatisfiable_clauses(model)
-    for clause in found:
-        report.findings.append(
-            Finding("unsatisfiable-clause", "error", (str(clause.transition.id),), str(clause))
-        )
-    if not found:
-        report.proved.append("every clause can be true")
+@dataclass
+class Checked:
+    """What is checked, and what is known of it so far.
 
-
-def _bounded(space: SymbolicStateSpace, report: Report) -> None:
-    report.proved.append(
-        f"the net is bounded: {space.markings} markings without signals, "
-        f"at most {max(space.largest_place(), default=0)} tokens in a place"
-    )
-
-
-def _unbounded(subject: Subject, report: Report, reason: str) -> None:
-    answer = coverability(subject.net)
-    if answer.pumping is None:
-        report.unknown.append(Unknown("whether the net is bounded", reason))
-        return
-    pumping = answer.pumping
-    grown = tuple(subject.place_text(place) for place in pumping.places)
-    report.findings.append(
-        Finding(
-            "unbounded",
-            "error",
-            grown,
-            f"tokens grow without bound: {', '.join(grown)}",
-            witness_of(subject, [*pumping.prefix, *pumping.suffix], loop=len(pumping.prefix)),
-        )
-    )
-    report.unknown.append(Unknown("all questions on the state space", "it is infinite"))
-
-
-def _overflows(subject: Subject, space: SymbolicStateSpace, report: Report, memory: int) -> None:
-    for queue in queues(subject):
-        losing = next((drop for drop in queue.drops if space.enabled(drop)), None)
-        if losing is None:
-            report.proved.append(f"{queue} never overflows")
-            continue
-        message = f"{queue} can overflow: a message is lost"
-        witness = _witness(subject, space, losing, memory)
-        if witness is None:
-            report.unknown.append(Unknown(f"how {queue} overflows", OUT_OF_MEMORY))
-        report.findings.append(Finding("queue-overflow", "error", queue.elements, message, witness))
-
-
-def _witness(subject: Subject, space: SymbolicStateSpace, transition: str, memory: int) -> Witness | None:
-    """Return a firing sequence that ends with a transition: a shortest one where few markings are nearer."""
-    # Most models need no search.
-    from dineros.analysis.questions.reachability import find_firing, way_to_firing
-
-    number = subject.transition_index[transition]
-    trace = find_firing(subject.net, number, min(memory, NEAR)).trace
-    if trace is None:
-        try:
-            trace = way_to_firing(space, subject.names, number)
-        except DiagramMemoryError:
-            return None
-    return witness_of(subject, trace)
-
-
-def _deadlocks(subject: Subject, space: SymbolicStateSpace, report: Report) -> None:
-    from dineros.analysis.questions.deadlocks import deadlock_groups, group_text  # most models need no ways
-
-    found = False
-    try:
-        for group in deadlock_groups(subject, space):
-            found = True
-            waiting = dict.fromkeys(subject.transition_element(cause.transition) for cause in group.causes)
-            witness = witness_of(subject, group.trace)
-            elements = (*waiting, str(subject.model.id))
-            report.findings.append(
-                Finding("deadlock", "warning", elements, group_text(subject, group), witness)
-            )
-    except DiagramMemoryError:
-        question = "what else is a deadlock" if found else "whether there is a deadlock"
-        report.unknown.append(Unknown(question, OUT_OF_MEMORY))
-        return
-    if not found:
-        report.proved.append("no deadlock")
-
-
-def _behaviour(
-    subject: Subject,
-    space: SymbolicStateSpace,
-    drops: set[int],
-    report: Report,
-    progress: Callable[[Any], None] | None,
-    work: int | None,
-) -> None:
-    """Liveness, reversibility, home markings. Few applications are live, so what fails is a note, no fault.
-
-    Losing messages for ever is no part of being live. What needs more than the work given stays unknown.
+    Attributes
+    ----------
+    model : pn.Net
+        The model.
+    report : Report
+        The answers.
+    budget : Budget
+        Begun.
+    work : int or None
+        Cache misses of saturation that a question may cost where a note is the worst answer.
+    orders : OrderCache or None
+        Of the symbolic engine.
+    subject : Subject
+        The net without signals; there once `Boundedness` has been asked, as are the others.
+    space : SymbolicStateSpace
+        Its complete state space.
+    is_closed : bool
+        Whether no further question can be asked: there is no state space.
     """
-    from dineros.analysis.questions.behaviour import TooMuchWorkError, behaviour
 
-    try:
-        answer = behaviour(space, progress, work)
-    except TooMuchWorkError:
-        reason, hint = "left, as it takes more work than a check may cost", "--behaviour decides it"
-        report.unknown.append(Unknown(BEHAVIOUR, reason, hint, may_be_fault=False))
-        return
-    except DiagramMemoryError:
-        report.unknown.append(Unknown(BEHAVIOUR, OUT_OF_MEMORY, may_be_fault=work is None))
-        return
-    identity = (str(subject.model.id),)
-    shut_off = (subject.transition_text(t) for t in answer.not_live if t not in drops)
-    names = tuple(dict.fromkeys([*subject.blocked, *shut_off]))
-    if names:
-        shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
-        text = f"some marking shuts off for ever: {shown}"
-        report.findings.append(Finding("not-live", "note", identity, text))
-    else:
-        report.proved.append("the net is live: every transition can always fire again")
-    if answer.reversible:
-        report.proved.append("the net is reversible: the initial marking can always be reached again")
-    else:
-        text = "the initial marking cannot always be reached again"
-        report.findings.append(Finding("not-reversible", "note", identity, text))
-    if answer.home_markings:
-        report.proved.append(f"{answer.home_markings} home markings can always be reached")
-    else:
-        text = "no marking can always be reached"
-        report.findings.append(Finding("no-home-marking", "note", identity, text))
+    model: pn.Net
+    report: Report
+    budget: Budget
+    work: int | None
+    orders: OrderCache | None
+    subject: Subject = field(init=False)
+    space: SymbolicStateSpace = field(init=False)
+    is_closed: bool = False
+
+    @property
+    def identity(self) -> str:
+        """Id of the model."""
+        return str(self.model.id)
+
+    def leave_open(self, question: str, reason: str, hint: str = "", may_be_fault: bool = True) -> None:
+        """Put a question into the report that is not decided."""
+        self.report.unknown.append(Outcome.left_open(question, reason, hint, may_be_fault))
+
+    def close(self, question: str, reason: str) -> None:
+        """End with a question that is not decided: what follows needs a state space."""
+        self.leave_open(question, reason)
+        self.is_closed = True
+
+
+class Question(ABC):
+    """A question of a check. A new one is a subclass, and stands in `QUESTIONS`.
+
+    Attributes
+    ----------
+    faults : tuple of Fault
+        What it may find.
+    """
+
+    faults: ClassVar[Sequence[Fault]]
+
+    @abstractmethod
+    def ask(self, checked: Checked) -> None:
+        """Put what is found, proved or not known into the report."""
+
+
+class Clauses(Question):
+    """Whether every clause can be true."""
+
+    UNSATISFIABLE = Fault(
+        "unsatisfiable-clause",
+        "error",
+        "An input clause can never be true, so its transition never fires.",
+        "{clause}",
+    )
+    faults = (UNSATISFIABLE,)
+
+    def ask(self, checked: Checked) -> None:
+        """Ask a SAT solver."""
+        if not isinstance(checked.model, sym.SystemModel):
+            return
+        found = unsatisfiable_clauses(checked.model)
+        checked.report.findings += [
+            self.UNSATISFIABLE.found(str(clause.transition.id), clause=clause) for clause in found
+        ]
+        if not found:
+            checked.report.proved.append("every clause can be true")
+
+
+class Boundedness(Question):
+    """Whether the net is bounded: if so, its state space is what further questions are asked of."""
+
+    UNBOUNDED = Fault(
+        "unbounded", "error", "Tokens can grow without bound.", "tokens grow without bound: {places}"
+    )
+    faults = (UNBOUNDED,)
+
+    def ask(self, checked: Checked) -> None:
+        """Make the state space."""
+        subject = checked.subject = base_subject(checked.model)
+        everything = "all questions on the state space"
+        try:
+            space = checked.space = symbolic_state_space(subject.net, checked.budget, orders=checked.orders)
+        except UnknownBoundError as error:
+            pumping = coverability(subject.net).pumping
+            if pumping is None:
+                checked.close("whether the net is bounded", str(error))
+                return
+            grown = tuple(subject.place_text(place) for place in pumping.places)
+            way = pumping_witness(subject, pumping)
+            checked.report.findings.append(self.UNBOUNDED.found(*grown, witness=way, places=", ".join(grown)))
+            checked.close(everything, "it is infinite")
+        except LevelSizeError as error:
+            checked.close(everything, error.message)
+        else:
+            if not space.complete:
+                checked.close(everything, f"{space.reason} ran out")
+                return
+            checked.report.proved.append(
+                f"the net is bounded: {space.markings} markings without signals, "
+                f"at most {max(space.largest_place(), default=0)} tokens in a place"
+            )
+
+
+class Overflow(Question):
+    """Whether a queue can overflow."""
+
+    LOSES = Fault(
+        "queue-overflow",
+        "error",
+        "A queue can be full when a message arrives, which is then lost.",
+        "{queue} can overflow: a message is lost",
+    )
+    faults = (LOSES,)
+
+    def ask(self, checked: Checked) -> None:
+        """Look for a marking in which a message would be lost."""
+        for queue in queues(checked.subject):
+            losing = next((drop for drop in queue.drops if checked.space.enabled(drop)), None)
+            if losing is None:
+                checked.report.proved.append(f"{queue} never overflows")
+                continue
+            witness = self._witness(checked, losing)
+            if witness is None:
+                checked.leave_open(f"how {queue} overflows", OUT_OF_MEMORY)
+            checked.report.findings.append(self.LOSES.found(*queue.elements, witness=witness, queue=queue))
+
+    @staticmethod
+    def _witness(checked: Checked, transition: str) -> Witness | None:
+        """Return a sequence that ends with a transition: a shortest one where few markings are nearer."""
+        # Most models need no search.
+        from dineros.analysis.questions.reachability import find_firing, way_to_firing
+
+        subject = checked.subject
+        number = subject.transition_index[transition]
+        trace = find_firing(subject.net, number, checked.budget.share(most_bytes=NEAR)).trace
+        if trace is None:
+            try:
+                trace = way_to_firing(checked.space, subject.names, number)
+            except DiagramMemoryError:
+                return None
+        return witness_of(subject, trace)
+
+
+class Use(Question):
+    """Whether everything is used."""
+
+    faults = unused.FAULTS
+
+    def ask(self, checked: Checked) -> None:
+        """Look for transitions that no marking enables."""
+        names = checked.subject.net.transitions
+        dead = {index for index, name in enumerate(names) if checked.space.enabled(name) == 0}
+        found = unused.unused_parts(checked.subject, dead)
+        checked.report.findings += found
+        if not found:
+            checked.report.proved.append("every transition can fire, every channel is used")
+
+
+class Deadlock(Question):
+    """Whether there is a deadlock."""
+
+    STUCK = Fault("deadlock", "warning", "A marking can be reached that enables nothing.", "{markings}")
+    faults = (STUCK,)
+
+    def ask(self, checked: Checked) -> None:
+        """Group the markings that enable nothing."""
+        from dineros.analysis.questions.deadlocks import deadlock_groups, group_text
+
+        subject, found = checked.subject, False
+        try:
+            for group in deadlock_groups(subject, checked.space):
+                found = True
+                waits = dict.fromkeys(subject.transition_element(cause.transition) for cause in group.causes)
+                witness, text = witness_of(subject, group.trace), group_text(subject, group)
+                checked.report.findings.append(
+                    self.STUCK.found(*waits, checked.identity, witness=witness, markings=text)
+                )
+        except DiagramMemoryError:
+            question = "what else is a deadlock" if found else "whether there is a deadlock"
+            checked.leave_open(question, OUT_OF_MEMORY)
+            return
+        if not found:
+            checked.report.proved.append("no deadlock")
+
+
+class Repetition(Question):
+    """What can happen again and again: liveness, reversibility, home markings.
+
+    Few applications are live, so what fails is a note, no fault. Losing messages for ever is no part of being
+    live. What needs more than the work given stays unknown.
+    """
+
+    NOT_LIVE = Fault(
+        "not-live",
+        "note",
+        "A marking can be reached from which a transition never fires again.",
+        "some marking shuts off for ever: {transitions}",
+    )
+    NOT_REVERSIBLE = Fault(
+        "not-reversible",
+        "note",
+        "A marking can be reached from which the initial marking cannot be reached again.",
+        "the initial marking cannot always be reached again",
+    )
+    NO_HOME_MARKING = Fault(
+        "no-home-marking",
+        "note",
+        "No marking can be reached from every reachable one.",
+        "no marking can always be reached",
+    )
+    faults = (NOT_LIVE, NOT_REVERSIBLE, NO_HOME_MARKING)
+
+    def ask(self, checked: Checked) -> None:
+        """Look at the terminal parts of the state space."""
+        from dineros.analysis.questions.behaviour import TooMuchWorkError, behaviour
+
+        try:
+            answer = behaviour(checked.space, checked.budget, checked.work)
+        except TooMuchWorkError:
+            reason = "left, as it takes more work than a check may cost"
+            checked.leave_open(BEHAVIOUR, reason, "--behaviour decides it", may_be_fault=False)
+            return
+        except DiagramMemoryError:
+            checked.leave_open(BEHAVIOUR, OUT_OF_MEMORY, may_be_fault=checked.work is None)
+            return
+        subject, found, proved = checked.subject, checked.report.findings, checked.report.proved
+        drops = {subject.transition_index[drop] for queue in queues(subject) for drop in queue.drops}
+        shut_off = (subject.transition_text(t) for t in answer.not_live if t not in drops)
+        names = tuple(dict.fromkeys([*subject.blocked, *shut_off]))
+        if names:
+            shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+            found.append(self.NOT_LIVE.found(checked.identity, transitions=shown))
+        else:
+            proved.append("the net is live: every transition can always fire again")
+        if answer.reversible:
+            proved.append("the net is reversible: the initial marking can always be reached again")
+        else:
+            found.append(self.NOT_REVERSIBLE.found(checked.identity))
+        if answer.home_markings:
+            proved.append(f"{answer.home_markings} home markings can always be reached")
+        else:
+            found.append(self.NO_HOME_MARKING.found(checked.identity))
+
+
+QUESTIONS: tuple[Question, ...] = (Clauses(), Boundedness(), Overflow(), Use(), Deadlock(), Repetition())
+"""All questions, in the order they are asked."""
+
+FAULTS = {fault.rule: fault for question in QUESTIONS for fault in question.faults}
+"""All that a check may find, by its rule."""

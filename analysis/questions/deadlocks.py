@@ -24,14 +24,12 @@ from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.vector_sets import Scope
 from dineros.metamodel import pn, sym
+from dineros.metamodel.records import Drop
 
 #: Groups told apart, before server instances are taken to be alike; what is left beyond them is one more.
 MOST_GROUPS = 24
 #: Causes named in a text.
 MOST_NAMED = 4
-#: Parts of queues and services that are marked while nothing happens.
-RESTING_ROLES = {"queue.capacity", "ready", "inactive"}
-DROP_ROLE = "queue.drop"
 
 
 @dataclass(frozen=True)
@@ -167,10 +165,12 @@ class _Places:
 
     def __init__(self, subject: Subject) -> None:
         self.net = net = subject.net
-        roles = {link.target.id: link.role for link in subject.links()}
-        resting = {place for place, name in enumerate(net.places) if roles.get(name) in RESTING_ROLES}
+        known = {link.target.id: link.meaning for link in subject.links() if link.meaning is not None}
+        resting = {place for place, name in enumerate(net.places) if name in known and known[name].rests}
         self.initial = net.initial.tolist()
-        self.transitions = [t for t, name in enumerate(net.transitions) if roles.get(name) != DROP_ROLE]
+        self.transitions = [
+            t for t, name in enumerate(net.transitions) if name not in known or known[name].step is not Drop
+        ]
         #: Places whose tokens may wait for something.
         self.waiting = sorted(
             {place for t in self.transitions for place, _ in net.pre.row(t) if place not in resting}
@@ -244,7 +244,7 @@ def _unused_mark(subject: Subject) -> dict[int, int]:
     pages: dict[object, tuple[str, int | None]] = {}
     marks: dict[tuple[str, int | None], int] = {}
     for link in subject.links():
-        if link.role == "inactive":
+        if link.meaning is not None and link.meaning.part == "inactive":
             channel = next(source for source in link.sources if isinstance(source, sym.ServiceChannel))
             marks[channel.id, link.index] = subject.place_index[link.target.id]
             pages.update(

@@ -11,26 +11,14 @@ from urllib.parse import quote
 
 from lxml import etree
 
+from dineros.analysis.questions.check import FAULTS
 from dineros.analysis.witnesses.findings import Finding, Report, Step, Witness
 from dineros.metamodel import pn
 from dineros.metamodel.elements import elements
 from dineros.metamodel.errors import Location
-from dineros.metamodel.files.positions import location_of
+from dineros.metamodel.positions import location_of
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
-
-RULES = {
-    "unsatisfiable-clause": "An input clause can never be true, so its transition never fires.",
-    "queue-overflow": "A queue can be full when a message arrives, which is then lost.",
-    "unbounded": "Tokens can grow without bound.",
-    "deadlock": "A marking can be reached that enables nothing.",
-    "dead-transition": "A transition can never fire.",
-    "dead-node-net": "A node net does nothing: all it has is dead.",
-    "unused-topic": "A topic never carries a message.",
-    "service-never-called": "A service is never called.",
-    "service-never-returns": "A service is called, but never returns.",
-}
-"""What each kind of fault means; one that is not here is described by its name."""
 
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
@@ -90,7 +78,7 @@ def _rule(rule: str, severity: str) -> dict[str, Any]:
     return {
         "id": rule,
         "name": words.title().replace(" ", ""),
-        "shortDescription": {"text": RULES.get(rule, f"{words.capitalize()}.")},
+        "shortDescription": {"text": FAULTS[rule].meaning if rule in FAULTS else f"{words.capitalize()}."},
         "defaultConfiguration": {"level": severity},
     }
 

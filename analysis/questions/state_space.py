@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.memory import peak_memory
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from dineros.analysis.tina import TinaCounts
 
 Engine = Literal["auto", "explicit", "symbolic", "tina"]
-DEFAULT_MEMORY = 2 << 30
 #: Nodes of the coverability tree that may be made to explain why a net is unbounded.
 COVERABILITY_NODES = 2_000
 
@@ -72,8 +71,7 @@ class StateSpace:
 def state_space(
     net: CompiledNet,
     engine: Engine = "auto",
-    memory: int = DEFAULT_MEMORY,
-    progress: Callable[[Any], None] | None = None,
+    budget: Budget = UNLIMITED,
     orders: OrderCache | None = None,
     order: Order = "breadth-first",
 ) -> StateSpace:
@@ -87,10 +85,8 @@ def state_space(
         The net.
     engine : {"auto", "explicit", "symbolic", "tina"}
         Which engine; ``tina`` is TINA of LAAS, where it is on the PATH.
-    memory : int
-        Bytes it may take.
-    progress : callable, optional
-        Told now and then how far it is.
+    budget : Budget, optional
+        What it may cost. TINA takes its time only.
     orders : OrderCache, optional
         Where orders of levels are kept for the symbolic engine.
     order : {"breadth-first", "depth-first"}
@@ -102,25 +98,27 @@ def state_space(
         TINA is not there, or failed.
     BudgetError
         Memory ran out before there was anything to count.
+    BudgetExceededError
+        Time ran out before there was anything to count.
     """
     from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 
-    began = time.perf_counter()
+    began, budget = time.perf_counter(), budget.begun()
     if engine == "tina":
-        return _tina(net, began)
+        return _tina(net, budget, began)
     if engine != "explicit":
         try:
-            return _symbolic(net, memory, progress, began, orders)
+            return _symbolic(net, budget, began, orders)
         except UnknownBoundError as error:
             if engine == "symbolic":
                 return _nothing(net, "symbolic", str(error), began)
         except LevelSizeError:
             if engine == "symbolic":
                 raise
-    return _explicit(net, memory, progress, began, order)
+    return _explicit(net, budget, began, order)
 
 
-def differences(net: CompiledNet, counts: TinaCounts, memory: int) -> list[str]:
+def differences(net: CompiledNet, counts: TinaCounts, budget: Budget = UNLIMITED) -> list[str]:
     """Compare what TINA counted with an engine of ours; a line for each figure that differs.
 
     Raises
@@ -130,7 +128,7 @@ def differences(net: CompiledNet, counts: TinaCounts, memory: int) -> list[str]:
     """
     from dineros.analysis.tina import TinaError
 
-    space = state_space(net, memory=memory)
+    space = state_space(net, budget=budget)
     if not space.complete:
         if not counts.is_bounded and "bound" in space.reason:
             return []
@@ -147,16 +145,10 @@ def differences(net: CompiledNet, counts: TinaCounts, memory: int) -> list[str]:
     ]
 
 
-def _symbolic(
-    net: CompiledNet,
-    memory: int,
-    progress: Callable[[Any], None] | None,
-    began: float,
-    orders: OrderCache | None,
-) -> StateSpace:
+def _symbolic(net: CompiledNet, budget: Budget, began: float, orders: OrderCache | None) -> StateSpace:
     from dineros.analysis.symbolic.engine import symbolic_state_space
 
-    space = symbolic_state_space(net, memory, progress, orders=orders)
+    space = symbolic_state_space(net, budget, orders=orders)
     if not space.complete:
         return _nothing(net, "symbolic", space.reason, began)
     return _of(
@@ -169,18 +161,11 @@ def _symbolic(
     )
 
 
-def _explicit(
-    net: CompiledNet, memory: int, progress: Callable[[Any], None] | None, began: float, order: Order
-) -> StateSpace:
+def _explicit(net: CompiledNet, budget: Budget, began: float, order: Order) -> StateSpace:
     from dineros.analysis.explicit import explore
     from dineros.analysis.nets.coverability import coverability
-    from dineros.analysis.questions.reachability import Seen
 
-    def tell(markings: int, rate: float, size: int) -> None:
-        if progress is not None:
-            progress(Seen(markings, rate, size))
-
-    space = explore(net, memory=memory, progress=tell, order=order)
+    space = explore(net, budget.share(most_bytes=budget.memory), order=order)
     if space.pumping is not None:
         # What the search came across is a proof; the coverability tree often has a shorter one.
         others = coverability(net, COVERABILITY_NODES).pumping
@@ -200,10 +185,10 @@ def _explicit(
     )
 
 
-def _tina(net: CompiledNet, began: float) -> StateSpace:
+def _tina(net: CompiledNet, budget: Budget, began: float) -> StateSpace:
     from dineros.analysis.tina import count
 
-    counts = count(net)
+    counts = count(net, Budget(seconds=budget.left))
     if not counts.is_bounded:
         return _nothing(net, "tina", "unbounded", began)
     return _of(net, (counts.states, counts.arcs, counts.deadlocks), (None, None), "tina", "", began)

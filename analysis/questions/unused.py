@@ -2,14 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterator
 
 from dineros.analysis.model.subject import Subject
-from dineros.analysis.witnesses.findings import Finding
+from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import node_net_of, node_nets, transitions
+from dineros.metamodel.records import Reply, Request
+from dineros.metamodel.records.schema import Step
 from dineros.transformations.flattening.traces import Link
+from dineros.transformations.language.meaning import Meaning
+
+TRANSITION = Fault(
+    "dead-transition",
+    "warning",
+    "A transition can never fire.",
+    "transition {transition}{where} can never fire",
+)
+NODE_NET = Fault(
+    "dead-node-net",
+    "error",
+    "A node net does nothing: all it has is dead.",
+    "node net {node} does nothing: all it has is dead",
+)
+TOPIC = Fault(
+    "unused-topic", "warning", "A topic never carries a message.", "topic {topic} never carries a message"
+)
+NOT_CALLED = Fault(
+    "service-never-called", "warning", "A service is never called.", "service {service} is never called"
+)
+NO_RETURN = Fault(
+    "service-never-returns",
+    "error",
+    "A service is called, but never returns.",
+    "service {service} never returns",
+)
+FAULTS = (TOPIC, NOT_CALLED, NO_RETURN, NODE_NET, TRANSITION)
 
 
 def unused_parts(subject: Subject, dead: Collection[int]) -> list[Finding]:
@@ -25,7 +54,7 @@ def unused_parts(subject: Subject, dead: Collection[int]) -> list[Finding]:
     model = subject.model
     if not isinstance(model, sym.SystemModel):
         return [
-            Finding("dead-transition", "warning", (name,), f"transition {name} can never fire")
+            TRANSITION.found(name, transition=name, where="")
             for name in (subject.net.transitions[index] for index in sorted(dead))
         ]
     alive = _Alive(subject, dead)
@@ -50,36 +79,35 @@ class _Alive:
                 if subject.transition_index[link.target.id] not in dead:
                     self._alive.add(link.target.id)
 
-    def any(self, source: EObject, roles: Iterable[str] | None = None) -> bool:
-        """Tell whether a transition that came of an element in one of the roles can fire."""
-        wanted = None if roles is None else set(roles)
+    def any(self, source: EObject, wanted: Callable[[Meaning], bool] | None = None) -> bool:
+        """Tell whether a transition that came of an element, and means what is wanted, can fire."""
         return any(
             link.target.id in self._alive
             for link in self._by_source.get(source, ())
-            if wanted is None or link.role in wanted
+            if wanted is None or (link.meaning is not None and wanted(link.meaning))
         )
+
+    def has(self, channel: EObject, step: type[Step]) -> bool:
+        """Tell whether a transition of a channel can fire that is a kind of step."""
+        return self.any(channel, lambda meaning: meaning.step is step)
 
 
 def _topics(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
     for channel in model.channels:
-        if isinstance(channel, sym.TopicChannel) and not alive.any(channel, ["transport"]):
-            yield Finding(
-                "unused-topic", "warning", (channel.id,), f"topic {channel.topic} never carries a message"
-            )
+        if isinstance(channel, sym.TopicChannel) and not alive.any(
+            channel, lambda meaning: meaning.part == "transport"
+        ):
+            yield TOPIC.found(channel.id, topic=channel.topic)
 
 
 def _services(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
     for channel in model.channels:
         if not isinstance(channel, sym.ServiceChannel):
             continue
-        if not alive.any(channel, ["t_req"]):
-            yield Finding(
-                "service-never-called", "warning", (channel.id,), f"service {channel.service} is never called"
-            )
-        elif not alive.any(channel, ["t_return"]):
-            yield Finding(
-                "service-never-returns", "error", (channel.id,), f"service {channel.service} never returns"
-            )
+        if not alive.has(channel, Request):
+            yield NOT_CALLED.found(channel.id, service=channel.service)
+        elif not alive.has(channel, Reply):
+            yield NO_RETURN.found(channel.id, service=channel.service)
 
 
 def _node_nets(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
@@ -87,9 +115,7 @@ def _node_nets(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
     for node in node_nets(model):
         own = [transition for transition in transitions(model) if node_net_of(transition) is node]
         if not any(alive.any(part) for part in (*own, *ports.get(node, ()))):
-            yield Finding(
-                "dead-node-net", "error", (node.id,), f"node net {node.id} does nothing: all it has is dead"
-            )
+            yield NODE_NET.found(node.id, node=node.id)
 
 
 def _ports(model: sym.SystemModel) -> dict[sym.NodeNet, list[EObject]]:
@@ -114,9 +140,4 @@ def _transitions(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
         if not alive.any(transition):
             node = node_net_of(transition)
             where = f" of node net {node.id}" if node is not None else ""
-            yield Finding(
-                "dead-transition",
-                "warning",
-                (transition.id,),
-                f"transition {transition.id}{where} can never fire",
-            )
+            yield TRANSITION.found(transition.id, transition=transition.id, where=where)

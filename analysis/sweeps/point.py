@@ -15,9 +15,9 @@ import sys
 import time
 from dataclasses import asdict, dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any, BinaryIO, get_type_hints
 
+from dineros.analysis.answers.budget import DEFAULT_MEMORY, Budget
 from dineros.analysis.sweeps.grid import Point, model_of
 from dineros.metamodel.errors import BudgetError, DinerosError
 
@@ -108,15 +108,15 @@ class Figures:
 def count(job: Job) -> Figures:
     """Count the state space of a point in this process."""
     from dineros.analysis.nets.memory import OWN_MEMORY, watched_memory
-    from dineros.analysis.questions.state_space import DEFAULT_MEMORY
 
-    memory = job.memory or DEFAULT_MEMORY
-    with watched_memory(memory + OWN_MEMORY):
-        return _count(job, memory)
+    budget = Budget(job.memory or DEFAULT_MEMORY)
+    with watched_memory(budget.memory + OWN_MEMORY):
+        return _count(job, budget)
 
 
-def _count(job: Job, memory: int) -> Figures:
+def _count(job: Job, budget: Budget) -> Figures:
     from dineros.analysis.model.subject import subject_of
+    from dineros.analysis.nets.memory import peak_memory
     from dineros.analysis.questions.state_space import state_space
     from dineros.analysis.reductions import reduce
 
@@ -129,7 +129,7 @@ def _count(job: Job, memory: int) -> Figures:
     began = time.perf_counter()
     if point.reduced:
         net = reduce(net, {"state_space_size"}).net
-    space = state_space(net, job.engine, memory=memory)  # type: ignore[arg-type]
+    space = state_space(net, job.engine, budget)  # type: ignore[arg-type]
     reason = "memory ran out" if space.reason == "memory" else space.reason
     return Figures(
         places=space.places,
@@ -143,17 +143,6 @@ def _count(job: Job, memory: int) -> Figures:
         complete=space.complete,
         error=reason,
     )
-
-
-def peak_memory() -> int:
-    """Return the most memory that this process ever had, in bytes.
-
-    ``getrusage`` would not do: a new process inherits its figure from the one that started it.
-    """
-    for line in Path("/proc/self/status").read_text(encoding="ascii", errors="replace").splitlines():
-        if line.startswith("VmHWM:"):
-            return int(line.split()[1]) * 1024
-    return 0
 
 
 @cache
@@ -172,6 +161,8 @@ def _load_engine(engine: str) -> None:
 
 
 def _answer(job: Job) -> dict[str, Any]:
+    from dineros.analysis.nets.memory import peak_memory
+
     try:
         return asdict(count(job))
     except (MemoryError, BudgetError):

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.level_order import OrderSearch
 from dineros.analysis.symbolic.levels import Encoding, UnknownBoundError, encode
 from dineros.analysis.symbolic.order_cache import OrderCache
-from dineros.analysis.symbolic.saturation import Diagram, DiagramMemoryError, Progress
+from dineros.analysis.symbolic.saturation import Diagram, DiagramMemoryError
 from dineros.analysis.symbolic.vector_sets import VectorSets
 
-DEFAULT_MEMORY = 2 << 30
 #: Rounds of (work of the order search, work of saturation), in cache misses: easy nets pay for little search,
 #: hard ones get more. Millions take a third of a second. No clock decides, so that every run is the same.
 #: The first round searches nothing: it takes the order of the FORCE heuristic as it is. The second one tries
@@ -208,8 +208,7 @@ class SymbolicStateSpace:
 
 def symbolic_state_space(
     net: CompiledNet,
-    memory: int = DEFAULT_MEMORY,
-    progress: Callable[[Progress], None] | None = None,
+    budget: Budget = UNLIMITED,
     seed: int = 1,
     order: Sequence[Sequence[str]] | None = None,
     orders: OrderCache | None = None,
@@ -220,10 +219,8 @@ def symbolic_state_space(
     ----------
     net
         The net; its places must be bounded.
-    memory
-        Bytes that the diagram may take. Running into it gives a result with ``complete=False``.
-    progress
-        Called now and then; an exception raised in it ends the run.
+    budget
+        Running into its memory, of which the diagram is made, gives a result with ``complete=False``.
     seed
         Of the order search.
     order
@@ -239,6 +236,8 @@ def symbolic_state_space(
         If the net is unbounded, or some place still grows at the largest cap tried; it names the places.
     LevelSizeError
         If places may hold so many tokens that their local states alone take more memory.
+    BudgetExceededError
+        If time runs out.
 
     Examples
     --------
@@ -249,7 +248,7 @@ def symbolic_state_space(
     """
     if order is None and orders is not None:
         order = orders.order(net)
-    space = _with_bounds(net, memory, progress, seed, order)
+    space = _with_bounds(net, budget.begun(), seed, order)
     if orders is not None and space.complete and space.search_work > WORTH_KEEPING:
         orders.keep(net, space.order)
     return space
@@ -257,8 +256,7 @@ def symbolic_state_space(
 
 def _with_bounds(
     net: CompiledNet,
-    memory: int,
-    progress: Callable[[Progress], None] | None,
+    budget: Budget,
     seed: int,
     order: Sequence[Sequence[str]] | None,
 ) -> SymbolicStateSpace:
@@ -267,7 +265,7 @@ def _with_bounds(
     caps: list[int] | None = None
     while True:
         try:
-            encoding = encode(net, caps, memory)
+            encoding = encode(net, caps, budget.memory)
         except UnknownBoundError:
             covered = coverability(net)
             if covered.pumping is not None:
@@ -276,7 +274,7 @@ def _with_bounds(
             if covered.bounds is not None:
                 caps = [int(bound) + gain for bound in covered.bounds]
             continue
-        space = _with_encoding(net, encoding, memory, progress, seed, order)
+        space = _with_encoding(net, encoding, budget, seed, order)
         if caps is None or not space.complete:
             return space
         largest = space.largest_place()
@@ -294,21 +292,20 @@ def _with_bounds(
 def _with_encoding(
     net: CompiledNet,
     encoding: Encoding,
-    memory: int,
-    progress: Callable[[Progress], None] | None,
+    budget: Budget,
     seed: int,
     known: Sequence[Sequence[str]] | None,
 ) -> SymbolicStateSpace:
     began = time.perf_counter()
-    diagram = Diagram(encoding, range(len(encoding.levels)), memory)
-    search = OrderSearch(encoding, diagram.events, seed, memory // 8, progress)
+    diagram = Diagram(encoding, range(len(encoding.levels)), budget.memory)
+    search = OrderSearch(encoding, diagram.events, seed, budget.memory // 8, budget.report)
     searched = seconds = 0.0
     failures = 0
     for order, limit in _attempts(search, _known_order(net, encoding, known)):
         started = time.perf_counter()
         searched += started - began
         diagram.restart(order)
-        is_complete = diagram.run(progress, limit)
+        is_complete = diagram.run(budget.report, limit)
         began = time.perf_counter()
         seconds = began - started
         failures += diagram.out_of_memory

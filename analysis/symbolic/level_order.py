@@ -24,17 +24,18 @@ of variable ordering algorithms*, Transactions on Petri Nets and Other Models of
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
+from dineros.analysis.answers.budget import ProgressCallback
 from dineros.analysis.nets.compiled import ArcTable, CompiledNet
 from dineros.analysis.symbolic.kernels.force import force
 from dineros.analysis.symbolic.levels import Encoding, encode_like
 from dineros.analysis.symbolic.relations import EventTables
-from dineros.analysis.symbolic.saturation import Diagram, Progress
+from dineros.analysis.symbolic.saturation import Diagram
 
 FORCE_ROUNDS = 60
 TRIAL_MEMORY = 1 << 28
@@ -106,7 +107,7 @@ class OrderSearch:
         events: EventTables,
         seed: int = 1,
         memory: int = TRIAL_MEMORY,
-        progress: Callable[[Progress], None] | None = None,
+        progress: ProgressCallback | None = None,
     ) -> None:
         self._progress = progress
         self._encoding = encoding
@@ -254,7 +255,7 @@ class _Climb:
         events: EventTables,
         order: list[int],
         seed: int,
-        progress: Callable[[Progress], None] | None,
+        progress: ProgressCallback | None,
     ) -> None:
         self._progress = progress
         self._trial = trial
@@ -302,7 +303,7 @@ class _Climb:
         self._trial.restart(order)
         finished = self._trial.run(self._progress, limit)
         if self._progress is not None:  # many short runs may take as long as one long one
-            self._progress(Progress(self._trial.nodes, self._trial.bytes, 0.0, 0, self._trial.top))
+            self._progress(self._trial.progress)
         self.work += self._trial.effort + TRIAL_WORK
         if finished and (self.effort is None or self._trial.effort <= self.effort):
             self.effort, self.order = self._trial.effort, list(order)

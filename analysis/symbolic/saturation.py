@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from dineros.analysis.answers.budget import Progress, ProgressCallback
 from dineros.analysis.symbolic.kernels import diagrams as store
 from dineros.analysis.symbolic.kernels import saturation as machine
 from dineros.analysis.symbolic.levels import Encoding
@@ -26,29 +25,6 @@ EFFORT_PER_CALL = 200_000
 STORE_SHARE, BUCKET_SHARE, CACHE_SHARE = 1 / 2, 1 / 6, 1 / 4
 #: Tells closures of nodes apart in the cache from operations; smaller numbers are for further kinds of runs.
 FIRST_CLOSED_KEY = -8
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a run is.
-
-    Attributes
-    ----------
-    nodes : int
-        Nodes of the diagram in the store.
-    bytes : int
-        Memory touched by store, hash table and cache.
-    seconds : float
-        Since the run began.
-    level, levels : int
-        Level whose fixed point is being made, and how many there are.
-    """
-
-    nodes: int
-    bytes: int
-    seconds: float
-    level: int
-    levels: int
 
 
 class Diagram:
@@ -133,7 +109,7 @@ class Diagram:
 
     def run(
         self,
-        progress: Callable[[Progress], None] | None = None,
+        progress: ProgressCallback | None = None,
         effort_limit: int | None = None,
     ) -> bool:
         """Make the diagram of the reachable markings; False when a limit or the memory ended it early.
@@ -160,7 +136,7 @@ class Diagram:
         self,
         top: int,
         relations: Relations,
-        progress: Callable[[Progress], None] | None = None,
+        progress: ProgressCallback | None = None,
         effort_limit: int | None = None,
     ) -> bool:
         """Run the machine until the frame of a level is finished; False when a limit or the memory ended it.
@@ -174,7 +150,6 @@ class Diagram:
         progress, effort_limit
             As in `run`.
         """
-        began = time.perf_counter()
         while True:
             room = int(self.heads.size) * 2 if self._may_grow() else int(self.mem.size)
             pause = self.effort + EFFORT_PER_CALL
@@ -192,7 +167,12 @@ class Diagram:
             elif effort_limit is not None and self.effort >= effort_limit:
                 return False
             if progress is not None:
-                progress(Progress(self.nodes, self.bytes, time.perf_counter() - began, top, self.top))
+                progress(self.progress)
+
+    @property
+    def progress(self) -> Progress:
+        """How far a run is."""
+        return Progress("nodes", self.nodes, self.bytes)
 
     @property
     def effort(self) -> int:

@@ -7,20 +7,20 @@ free them: `Scope` does so.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.symbolic.kernels import diagrams as store
 from dineros.analysis.symbolic.kernels import saturation as machine
 from dineros.analysis.symbolic.open_boxes import Masks, OpenBoxes
 from dineros.analysis.symbolic.relations import EventTables, Relations
-from dineros.analysis.symbolic.saturation import FIRST_CLOSED_KEY, Diagram, DiagramMemoryError, Progress
+from dineros.analysis.symbolic.saturation import FIRST_CLOSED_KEY, Diagram, DiagramMemoryError
 
 #: Most seconds between two calls of a callback, as far as single operations allow.
 SECONDS_UNTOLD = 0.1
@@ -56,14 +56,14 @@ class VectorSets:
     ----------
     diagram : Diagram
         Its run is complete.
-    progress : callable, optional
-        Called now and then; an exception raised in it ends the operation under way.
+    budget : Budget, optional
+        Told now and then how far an operation is; when its time is up, the operation under way ends.
     """
 
-    def __init__(self, diagram: Diagram, progress: Callable[[Any], None] | None = None) -> None:
+    def __init__(self, diagram: Diagram, budget: Budget = UNLIMITED) -> None:
         self.diagram = diagram
-        self.progress = progress
-        self._began = self._told = time.perf_counter()
+        self.budget = budget.begun()
+        self._told = time.perf_counter()
         self._restriction = 0
         self._relations = _kinds(diagram.relations, diagram.events, diagram)
         self._free = [1]
@@ -293,7 +293,7 @@ class VectorSets:
         control[store.STACK] = top
         control[store.HAVE] = 0
         try:
-            if not diagram.drive(top, relations, self.progress):
+            if not diagram.drive(top, relations, self.budget.report):
                 raise DiagramMemoryError("memory ran out")
             return int(control[store.RESULT])
         finally:
@@ -313,11 +313,11 @@ class VectorSets:
         return self.diagram.combine(left, right, operation)
 
     def _tell(self) -> None:
-        """Call `progress` now and then: many short operations may take as long as one long one."""
-        now, diagram = time.perf_counter(), self.diagram
-        if self.progress is not None and now - self._told > SECONDS_UNTOLD:
+        """Report now and then: many short operations may take as long as one long one."""
+        now = time.perf_counter()
+        if now - self._told > SECONDS_UNTOLD:
             self._told = now
-            self.progress(Progress(diagram.nodes, diagram.bytes, now - self._began, diagram.top, diagram.top))
+            self.budget.report(self.diagram.progress)
 
 
 def _kinds(forward: Relations, tables: EventTables, diagram: Diagram) -> dict[tuple[bool, bool], Relations]:

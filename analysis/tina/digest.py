@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.tina.programs import Printed, TinaError, workplace
 
@@ -37,14 +38,14 @@ class TinaCounts:
     is_bounded: bool
 
 
-def count(net: CompiledNet, seconds: float | None = None) -> TinaCounts:
+def count(net: CompiledNet, budget: Budget = UNLIMITED) -> TinaCounts:
     """Let TINA build the marking graph of a net.
 
     Parameters
     ----------
     net : CompiledNet
         The net.
-    seconds : float, optional
+    budget : Budget, optional
         How long it may take.
 
     Raises
@@ -52,7 +53,7 @@ def count(net: CompiledNet, seconds: float | None = None) -> TinaCounts:
     TinaError
         TINA is not there, failed, took too long, or read another net than was written.
     """
-    with workplace(net, seconds) as place:
+    with workplace(net, budget) as place:
         # -R: the marking graph; -q: nothing but the digest.
         return read_counts(net, place.run("tina", "-R", "-q", "net.net"))
 

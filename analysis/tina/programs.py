@@ -8,12 +8,12 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel.errors import DinerosError
 
@@ -68,18 +68,12 @@ class Workplace:
     ----------
     folder : Path
         The folder; programs run in it and get names without folders.
-    until : float or None
-        When `time.monotonic` has come so far, time has run out.
-    seconds : float or None
-        How long that was in all, for messages.
-    memory : int or None
-        Bytes of address space of each program.
+    budget : Budget
+        Time of all programs together; bytes of address space of each.
     """
 
     folder: Path
-    until: float | None = None
-    seconds: float | None = None
-    memory: int | None = None
+    budget: Budget = UNLIMITED
 
     def save(self, net: CompiledNet, name: str) -> None:
         """Write a net as a file of a name that ends with ``.net``."""
@@ -122,11 +116,12 @@ class Workplace:
             ) from None
         try:
             self._limit(process)
-            left = None if self.until is None else max(self.until - time.monotonic(), 0.01)
-            output, errors = process.communicate(timeout=left)
+            left = self.budget.left
+            output, errors = process.communicate(timeout=None if left is None else max(left, 0.01))
         except subprocess.TimeoutExpired:
             raise TinaTimeoutError(
-                f"{name} took more than {self.seconds:g} s", hint="give it more time, or use another engine"
+                f"{name} took more than {self.budget.seconds:g} s",
+                hint="give it more time, or use another engine",
             ) from None
         finally:
             _end(process)
@@ -138,29 +133,25 @@ class Workplace:
         return Printed(output, errors)
 
     def _limit(self, process: subprocess.Popen[str]) -> None:
-        if self.memory is not None and hasattr(resource, "prlimit"):  # Linux only
+        memory = self.budget.memory_bytes
+        if memory is not None and hasattr(resource, "prlimit"):  # Linux only
             with suppress(ProcessLookupError):  # it may have ended already
-                resource.prlimit(process.pid, resource.RLIMIT_AS, (self.memory, self.memory))
+                resource.prlimit(process.pid, resource.RLIMIT_AS, (memory, memory))
 
 
 @contextmanager
-def workplace(
-    net: CompiledNet, seconds: float | None = None, memory: int | None = None
-) -> Iterator[Workplace]:
+def workplace(net: CompiledNet, budget: Budget = UNLIMITED) -> Iterator[Workplace]:
     """Make a folder that holds a net as ``net.net``, and leave nothing of it behind.
 
     Parameters
     ----------
     net : CompiledNet
         The net.
-    seconds : float, optional
-        How long all programs together may take from now.
-    memory : int, optional
-        Bytes that each program may use.
+    budget : Budget, optional
+        Time that all programs together may take, from now on where it has not begun, and the memory of each.
     """
-    until = None if seconds is None else time.monotonic() + seconds
     with tempfile.TemporaryDirectory(prefix="dineros-tina-") as folder:
-        place = Workplace(Path(folder), until, seconds, memory)
+        place = Workplace(Path(folder), budget.begun())
         place.save(net, "net.net")
         yield place
 

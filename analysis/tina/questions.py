@@ -8,18 +8,17 @@ on TINA, on that trial, and on how its manual is read here.
 from __future__ import annotations
 
 import re
-import time
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.explicit import Order
-from dineros.analysis.logic.language.atoms import BoundAtoms, Step, resolved_transitions
+from dineros.analysis.logic.language.atoms import BoundAtoms, Step, all_resolved
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Enabled, Formula, Name
-from dineros.analysis.logic.verdicts.answer import Answer
-from dineros.analysis.logic.verdicts.verdict import Verdict
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.tina.digest import read_counts
@@ -36,10 +35,9 @@ def find_enabled(
     net: CompiledNet,
     name: str,
     names: Names,
+    budget: Budget = UNLIMITED,
     order: Order = "breadth-first",
-    seconds: float | None = None,
-    memory: int | None = None,
-) -> Answer:
+) -> Outcome:
     """Find a trace that ends with a transition of a name, by ``sift`` and ``pathto``.
 
     Raises
@@ -50,7 +48,7 @@ def find_enabled(
         A program is not there, failed, or answered what cannot be read or is not so.
     """
     wanted = names.transitions(name)
-    answer = find_condition(net, Enabled(Name(name)), names, order, seconds, memory)
+    answer = find_condition(net, Enabled(Name(name)), names, budget, order)
     if answer.trace is None:
         return answer
     last = replay(net, answer.trace)[-1]
@@ -61,10 +59,9 @@ def find_marking(
     net: CompiledNet,
     text: str,
     names: Names,
+    budget: Budget = UNLIMITED,
     order: Order = "breadth-first",
-    seconds: float | None = None,
-    memory: int | None = None,
-) -> Answer:
+) -> Outcome:
     """Find a trace to a marking that fulfils a condition, by ``sift`` and ``pathto``.
 
     Raises
@@ -74,17 +71,16 @@ def find_marking(
     TinaError
         A program is not there, failed, or answered what cannot be read or is not so.
     """
-    return find_condition(net, parse(text, "state"), names, order, seconds, memory)
+    return find_condition(net, parse(text, "state"), names, budget, order)
 
 
 def find_condition(
     net: CompiledNet,
     condition: Formula,
     names: Names,
+    budget: Budget = UNLIMITED,
     order: Order = "breadth-first",
-    seconds: float | None = None,
-    memory: int | None = None,
-) -> Answer:
+) -> Outcome:
     """Find a trace to a marking that fulfils a condition.
 
     ``sift`` explores until it meets one, and writes the graph that it has seen; ``selt`` tells whether one
@@ -98,12 +94,11 @@ def find_condition(
         A condition without temporal operators.
     names : Names
         What its names stand for.
+    budget : Budget, optional
+        Time that all programs together may take, as there is no end to an unbounded net, and the memory of
+        each.
     order : {"breadth-first", "depth-first"}
         How ``sift`` goes.
-    seconds : float, optional
-        How long all programs together may take; there is no end to an unbounded net.
-    memory : int, optional
-        Bytes that each program may use.
 
     Raises
     ------
@@ -118,19 +113,19 @@ def find_condition(
     def is_goal(marking: list[int]) -> bool:
         return holds_on_lasso(condition, [], [Step(tuple(marking), None)], atoms.is_true)
 
-    with workplace(net, seconds, memory) as place:
+    with workplace(net, budget) as place:
         try:
             try_reachability(place)
             way = "-bf" if order == "breadth-first" else "-df"
             printed = place.run("sift", "-R", way, "net.net", "found.ktz", "-f", not_(goal))
             if ask(place, "found.ktz", always(not_(goal))):
                 if ask(place, "found.ktz", always(not_(PARTIAL))):
-                    return Answer("unreachable")
-                return Answer("unknown", reason="sift stopped before it had seen all markings")
+                    return Outcome("unreachable")
+                return Outcome("unknown", reason="sift stopped before it had seen all markings")
             trace, program = _path(net, place, printed, goal)
         except TinaTimeoutError:
-            return Answer("unknown", reason=f"time: more than {seconds:g} s")
-    return Answer("reachable", to_goal(net, trace, is_goal, program))
+            return Outcome("unknown", reason=f"time: more than {budget.seconds:g} s")
+    return Outcome("reachable", to_goal(net, trace, is_goal, program))
 
 
 def verify(
@@ -139,9 +134,8 @@ def verify(
     names: Names,
     weak: Iterable[str] = (),
     strong: Iterable[str] = (),
-    seconds: float | None = None,
-    memory: int | None = None,
-) -> Verdict:
+    budget: Budget = UNLIMITED,
+) -> Outcome:
     """Decide whether all fair runs of a net satisfy an LTL formula, by ``tina`` and ``selt``.
 
     Parameters
@@ -154,10 +148,8 @@ def verify(
         What its names stand for.
     weak, strong : iterable of str
         Names of fair transitions, each transition of a name on its own.
-    seconds : float, optional
-        How long all programs together may take.
-    memory : int, optional
-        Bytes that each program may use.
+    budget : Budget, optional
+        Time that all programs together may take, and the memory of each.
 
     Raises
     ------
@@ -166,18 +158,17 @@ def verify(
     TinaError
         A program is not there, failed, or answered what cannot be read or is not so.
     """
-    began = time.perf_counter()
+    budget = budget.begun()
     tree = parse(formula) if isinstance(formula, str) else formula
     atoms = BoundAtoms(net, tree, names)
-    weakly, strongly = _fair(names, weak), _fair(names, strong)
+    weakly, strongly = all_resolved(names, weak), all_resolved(names, strong)
     text = fair_text(net, formula_text(net, tree, atoms), weakly, strongly)
     states = 0
 
-    def verdict(status: str, stem: Sequence[int] = (), loop: Sequence[int] = (), reason: str = "") -> Verdict:
-        spent = time.perf_counter() - began
-        return Verdict(status, tuple(stem), tuple(loop), states, spent, reason)  # type: ignore[arg-type]
+    def verdict(status: str, stem: Sequence[int] = (), loop: Sequence[int] = (), reason: str = "") -> Outcome:
+        return Outcome(status, tuple(stem), tuple(loop), states, budget.spent, reason)
 
-    with workplace(net, seconds, memory) as place:
+    with workplace(net, budget) as place:
         try:
             try_temporal(place)
             counts = read_counts(net, place.run("tina", "-R", "net.net", "net.ktz"))
@@ -188,7 +179,7 @@ def verify(
                 return verdict("holds")
             shown = _counterexample(place, "net.ktz", text)
         except TinaTimeoutError:
-            return verdict("unknown", reason=f"time: more than {seconds:g} s")
+            return verdict("unknown", reason=f"time: more than {budget.seconds:g} s")
     if shown is None:
         return verdict("violated", reason="selt shows no run")
     stem, loop = lasso(net, read_sequence(net, shown, "selt"), tree, atoms, weakly, strongly)
@@ -213,7 +204,3 @@ def _counterexample(place: Workplace, graph: str, text: str) -> str | None:
     except FileNotFoundError:
         return None
     return shown if shown.strip() else None
-
-
-def _fair(names: Names, wanted: Iterable[str]) -> list[int]:
-    return list(dict.fromkeys(t for name in wanted for t in resolved_transitions(names, Name(name))))

@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.model.subject import Subject
+from dineros.analysis.nets.coverability import Pumping
 
 Severity = Literal["error", "warning", "note"]
 
@@ -74,6 +76,11 @@ def witness_of(subject: Subject, trace: Sequence[int], loop: int | None = None) 
     return Witness(tuple(steps), loop, subject)
 
 
+def pumping_witness(subject: Subject, pumping: Pumping) -> Witness:
+    """Return the run that makes tokens grow for ever."""
+    return witness_of(subject, [*pumping.prefix, *pumping.suffix], len(pumping.prefix))
+
+
 @dataclass(frozen=True)
 class Finding:
     """Something that is wrong with a model.
@@ -100,28 +107,33 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Unknown:
-    """A question that was not decided.
+class Fault:
+    """A kind of fault, as the question that looks for it declares it.
 
     Attributes
     ----------
-    question : str
-        What is not known.
-    reason : str
-        Why.
-    hint : str
-        What decides it, where that is known.
-    may_be_fault : bool
-        Whether the answer might be an error or a warning, or was asked for; else it might be a note at worst.
+    rule : str
+        What it is called, such as ``queue-overflow``.
+    severity : {"error", "warning", "note"}
+        How bad it is.
+    meaning : str
+        What it is, in general: SARIF's description of the rule.
+    message : str
+        What is wrong, with the names of its parts in braces.
     """
 
-    question: str
-    reason: str
-    hint: str = ""
-    may_be_fault: bool = True
+    rule: str
+    severity: Severity
+    meaning: str
+    message: str
 
-    def __str__(self) -> str:
-        return f"{self.question}: {self.reason}{f' ({self.hint})' if self.hint else ''}"
+    def found(self, *elements: str, witness: Witness | None = None, **parts: object) -> Finding:
+        """Return a finding of this kind, with the parts of its message."""
+        return Finding(self.rule, self.severity, elements, self.message.format(**parts), witness)
+
+
+Unknown = Outcome.left_open
+"""Makes what a report has of a question that was not decided."""
 
 
 @dataclass
@@ -134,13 +146,13 @@ class Report:
         What is wrong.
     proved : list of str
         What is proved to hold.
-    unknown : list of Unknown
+    unknown : list of Outcome
         What could not be decided, and why.
     """
 
     findings: list[Finding] = field(default_factory=list)
     proved: list[str] = field(default_factory=list)
-    unknown: list[Unknown] = field(default_factory=list)
+    unknown: list[Outcome] = field(default_factory=list)
 
     def add(self, other: Report) -> None:
         """Take over all that another report says."""

@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.models import compile_net
@@ -51,7 +52,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def count(net: CompiledNet, memory: int) -> dict[str, int | None]:
     """Count the state space, by the names of the contest."""
-    space = state_space(net, memory=memory)
+    space = state_space(net, budget=Budget(memory))
     return {id: getattr(space, name) if space.complete else None for id, name in COUNTS.items()}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from dineros.cli.console import say
-from dineros.cli.options import command
+from dineros.cli.options import COMPLETION_VARIABLE, command
 
 
 @command(
@@ -17,8 +17,6 @@ from dineros.cli.options import command
 def completion(shell: str) -> int:
     """Print the script that makes a shell complete commands, options and model files."""
     from click.shell_completion import get_completion_class
-
-    from dineros.cli.main import COMPLETION_VARIABLE
 
     root = click.get_current_context().find_root().command
     script = get_completion_class(shell)

@@ -146,7 +146,7 @@ def _expected(
 
 
 def _workspace_models(workspace: Path) -> list[rtm.RuntimeModel]:
-    from dineros.generators.building import manifest_of
+    from dineros.generators.workspace.building import manifest_of
     from dineros.metamodel import rtm
     from dineros.metamodel.files import load
 

@@ -101,7 +101,7 @@ def _stale_parameters(application: Application, node: str) -> list[str]:
 
 
 def _workspace_processes(workspace: Path) -> tuple[Commands, dict[str, str]]:
-    from dineros.generators.building import build_interfaces, environment, manifest_of
+    from dineros.generators.workspace.building import build_interfaces, environment, manifest_of
 
     manifest = manifest_of(workspace)
     with working("Building the interfaces"):
@@ -125,7 +125,7 @@ def _model_processes(
 ) -> tuple[Commands, dict[str, str]]:
     """Let the interfaces be built in the user's cache, once for all models that have the same."""
     from dineros.generators import Options, generate
-    from dineros.generators.building import build_interfaces, environment
+    from dineros.generators.workspace.building import build_interfaces, environment
 
     workspace = _cache() / "workspaces" / system.id
     generate(system, workspace, Options(source=application.source.name))
@@ -148,7 +148,7 @@ def _model_processes(
 
 def _expected(system: sym.SystemModel) -> dict[str, list[str]]:
     """Return the parameters by which each node waits at its start for subscribers to what it publishes."""
-    from dineros.generators.application import application_of
+    from dineros.generators.application.collecting import application_of
 
     return {
         node.id: [

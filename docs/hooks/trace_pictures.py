@@ -16,7 +16,7 @@ from typing import Any
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
-from dineros.cli.tracing import loads_of
+from dineros.cli.presentation.traces import loads_of
 from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files import load

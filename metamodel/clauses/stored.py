@@ -10,7 +10,7 @@ from dineros.metamodel.clauses.normal_form import to_cnf
 from dineros.metamodel.clauses.parser import parse, signal_names
 from dineros.metamodel.elements import label, node_net_of
 from dineros.metamodel.errors import ClauseError, UnknownElementError, near_matches
-from dineros.metamodel.files.positions import location_of
+from dineros.metamodel.positions import location_of
 
 
 def set_clause(transition: sym.Transition, text: str, name: str | None = None) -> sym.InputClause:

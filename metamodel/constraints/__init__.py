@@ -6,41 +6,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from types import ModuleType
 
 from dineros.metamodel import pn
 from dineros.metamodel.base import EObject
-from dineros.metamodel.constraints import (
-    bounds,
-    clauses,
-    names,
-    nets,
-    node_nets,
-    ports,
-    results,
-    services,
-    sizes,
-    tokens,
-    topics,
-)
 from dineros.metamodel.constraints.constraint import Constraint, Severity, Violation
+from dineros.metamodel.constraints.families import BOUNDS, OTHERS
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.files.reading import collector_paused
+from dineros.metamodel.moved import find_moved
 
 __all__ = ["CONSTRAINTS", "Constraint", "Severity", "Violation", "all_constraints", "validate"]
 
-
-def _of(*families: ModuleType) -> tuple[Constraint, ...]:
-    return tuple(
-        part for family in families for part in vars(family).values() if isinstance(part, Constraint)
-    )
-
-
-_BOUNDS = _of(bounds)
-_OTHERS = _of(names, nets, node_nets, topics, services, ports, clauses, tokens, results, sizes)
-
-CONSTRAINTS = (*_BOUNDS, *_OTHERS)
+CONSTRAINTS = (*BOUNDS, *OTHERS)
 """All constraints, by family."""
+
+find_moved(__name__)
 
 
 def all_constraints() -> list[Constraint]:
@@ -63,7 +43,7 @@ def validate(net: pn.Net) -> list[Violation]:
 
 
 def _validate(index: Index) -> list[Violation]:
-    wrong = {element: found for element in index.elements if (found := _violations(element, _BOUNDS, index))}
+    wrong = {element: found for element in index.elements if (found := _violations(element, BOUNDS, index))}
     index.incomplete = set(wrong)
     applicable: dict[type[EObject], list[Constraint]] = {}
     violations: list[Violation] = []
@@ -73,7 +53,7 @@ def _validate(index: Index) -> list[Violation]:
             continue
         kind = type(element)
         if kind not in applicable:
-            applicable[kind] = [constraint for constraint in _OTHERS if issubclass(kind, constraint.about)]
+            applicable[kind] = [constraint for constraint in OTHERS if issubclass(kind, constraint.about)]
         violations += _violations(element, applicable[kind], index)
     return violations
 

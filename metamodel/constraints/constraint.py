@@ -20,7 +20,7 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.errors import DinerosError, Location
-from dineros.metamodel.files.positions import location_of
+from dineros.metamodel.positions import location_of
 
 E = TypeVar("E", bound=EObject)
 Severity = Literal["error", "warning"]

@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.metamodel.errors import Location, ModelFileError, near_matches, with_article
+from dineros.metamodel.files.net_formats import SUFFIXES_OF_NETS, net_format
+from dineros.metamodel.moved import find_moved
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn
@@ -23,8 +25,20 @@ if TYPE_CHECKING:
 
 __all__ = ["SUFFIXES", "load", "load_any", "save"]
 
-SUFFIXES = (".xmi", ".sym", ".rtm", ".pnm", ".pnml", ".net")
+SUFFIXES = (".xmi", ".sym", ".rtm", ".pnm", *SUFFIXES_OF_NETS)
 """Suffixes of model files."""
+
+find_moved(
+    __name__,
+    {
+        "positions": "dineros.metamodel.positions",
+        "tina_reader": "tina.reader",
+        "tina_writer": "tina.writer",
+        "xmi_reader": "xmi.reader",
+        "xmi_tree": "xmi.tree",
+        "xmi_writer": "xmi.writer",
+    },
+)
 
 
 def load(path: Path | str) -> pn.Net:
@@ -70,14 +84,8 @@ def save(net: EObject, path: Path | str) -> None:
 def _format(path: Path | str) -> tuple[Callable[[Path], EObject], Callable[[EObject, Path], None]]:
     """Return reader and writer for a file name; modules of formats are imported when they are needed."""
     suffix = Path(path).suffix.lower()
-    if suffix == ".pnml":
-        from dineros.metamodel.files.pnml import read_pnml, write_pnml
-
-        return read_pnml, _for_nets(write_pnml)
-    if suffix == ".net":
-        from dineros.metamodel.files.tina import read_net, write_net
-
-        return read_net, _for_nets(write_net)
+    if suffix in SUFFIXES_OF_NETS:
+        return net_format(suffix)
     if suffix in SUFFIXES:
         from dineros.metamodel.files.xmi import read_xmi, write_xmi
 
@@ -87,18 +95,3 @@ def _format(path: Path | str) -> tuple[Callable[[Path], EObject], Callable[[EObj
         location=Location(path),
         hint=near_matches(suffix, SUFFIXES) or f"known are {', '.join(SUFFIXES)}",
     )
-
-
-def _for_nets(write: Callable[[pn.Net, Path], None]) -> Callable[[EObject, Path], None]:
-    from dineros.metamodel import pn
-
-    def write_net(root: EObject, path: Path) -> None:
-        if not isinstance(root, pn.Net):
-            raise ModelFileError(
-                f"this format cannot hold {with_article(root.eClass.name)}",
-                location=Location(path),
-                hint="use .xmi",
-            )
-        write(root, path)
-
-    return write_net

@@ -69,7 +69,9 @@ class RosNode:
         )
         self.node = Node(
             net,
-            RclpyTransport(self.session, _last_seen(resume) if resume else None),
+            RclpyTransport(
+                self.session, _last_seen(resume) if resume else None, announces=recorder is not None
+            ),
             recorder,
             resume=resume,
             run=run,

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.generators.building import remember
+from dineros.generators.workspace.building import remember
 from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.wheels import prefix_of_wheels
 from tests.support.on_ros import require_tools

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
+import pytest
 from click.testing import CliRunner
 
+from case_study.generate import main as generate_workspace
 from dineros.cli.main import main
+from dineros.generators import read_manifest
+from dineros.generators.workspace.manifest import PLACE, hash_of
 from dineros.runtime.ros.process.environment import ros_environment
 from tests.case_study.conftest import ROOT, WORKSPACE, documented_commands, in_fresh_shell
 from tests.support.type_checker import strict_mypy
@@ -22,6 +27,44 @@ def test_it_is_up_to_date() -> None:
     model = ROOT / "case_study/sorting.sym.xmi"
     result = CliRunner().invoke(main, ["generate", str(model), "-o", str(WORKSPACE), "--check"])
     assert (result.exit_code, result.stderr) == (0, "")
+
+
+@pytest.fixture
+def clone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The workspace as it is in the repository, without what is generated."""
+    manifest = read_manifest(WORKSPACE)
+    assert manifest is not None and len(manifest.generated) == 113
+    for path in [PLACE, *manifest.developer]:
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(WORKSPACE / path, tmp_path / path)
+    monkeypatch.setattr("case_study.generate.WORKSPACE", tmp_path)
+    return tmp_path
+
+
+def test_what_is_not_kept_is_made_as_the_manifest_says(clone: Path) -> None:
+    before = (clone / PLACE).read_bytes()
+    assert generate_workspace() == 0
+    assert (clone / PLACE).read_bytes() == before
+    manifest = read_manifest(clone)
+    assert manifest is not None
+    for path, hash in manifest.generated.items():
+        assert hash_of((clone / path).read_bytes()) == hash
+    assert generate_workspace() == 0
+
+
+def test_nothing_is_made_that_the_manifest_does_not_say(
+    clone: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whoever changes a template changes the manifest, too."""
+    manifest = (clone / PLACE).read_text(encoding="utf-8")
+    text, number = re.subn(r'(runner\.py": ")\w{8}', r"\g<1>00000000", manifest)
+    assert number == 1
+    (clone / PLACE).write_text(text, encoding="utf-8")
+    assert generate_workspace() == 1
+    assert capsys.readouterr().err.endswith("generators make now (make regenerate)\n")
+    assert not (clone / "src/sorting_interfaces").exists()
+    assert generate_workspace(anew=True) == 0
+    assert (clone / PLACE).read_text(encoding="utf-8") == manifest
 
 
 def test_handwritten_and_generated_code_pass_ruff() -> None:

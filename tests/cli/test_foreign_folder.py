@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.generators.building import missing_tools
+from dineros.generators.workspace.building import missing_tools
 
 SHADOWS = [
     *("resource", "json", "numpy", "logging", "sitecustomize", "usercustomize", "random", "socket", "signal"),

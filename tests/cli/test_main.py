@@ -164,7 +164,7 @@ def _let_validate_raise(monkeypatch: pytest.MonkeyPatch, error: BaseException) -
     def fail(*_: object) -> None:
         raise error
 
-    monkeypatch.setattr("dineros.cli.commands.validate.load", fail)
+    monkeypatch.setattr("dineros.cli.commands.models.validate.load", fail)
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["completion", "bash"], ["validate", "--help"]])
@@ -193,7 +193,7 @@ def test_names_that_no_terminal_can_show(tmp_path: Path) -> None:
 
 def test_an_interrupt_ends_quietly() -> None:
     program = (
-        "import signal, time, dineros.cli.commands.validate as validate\n"
+        "import signal, time, dineros.cli.commands.models.validate as validate\n"
         # A shell's background job, as CI may be, starts with interrupts ignored.
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "from dineros.cli.main import main\n"

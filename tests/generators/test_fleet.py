@@ -17,7 +17,7 @@ from click.testing import CliRunner, Result
 
 from dineros.cli.main import main
 from dineros.generators import Options, check, generate
-from dineros.generators.building import build_interfaces, environment, missing_tools
+from dineros.generators.workspace.building import build_interfaces, environment, missing_tools
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import load

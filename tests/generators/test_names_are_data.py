@@ -25,7 +25,7 @@ from pyecore.ecore import EAttribute
 from rosidl_adapter.parser import parse_message_string, parse_service_string  # type: ignore[import-untyped]
 
 from dineros.generators import Options
-from dineros.generators.workspace import plan
+from dineros.generators.workspace.planning import plan
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EnumLiteral, EObject, features_of
 from dineros.metamodel.constraints import validate

@@ -27,6 +27,15 @@ import pytest
         ("dineros.runtime.signals", "dineros.runtime.nets.signals"),
         ("dineros.runtime.transport", "dineros.runtime.channels.transport"),
         ("dineros.runtime.ros.memory", "dineros.runtime.ros.process.memory"),
+        ("dineros.cli.commands.check", "dineros.cli.commands.analysis.check"),
+        ("dineros.cli.tracing", "dineros.cli.presentation.traces"),
+        ("dineros.generators.manifest", "dineros.generators.workspace.manifest"),
+        ("dineros.views.nets.model", "dineros.views.nets.contents.model"),
+        ("dineros.metamodel.constraints.topics", "dineros.metamodel.constraints.families.topics"),
+        ("dineros.metamodel.files.xmi_reader", "dineros.metamodel.files.xmi.reader"),
+        ("dineros.metamodel.files.positions", "dineros.metamodel.positions"),
+        ("dineros.analysis.logic.budget", "dineros.analysis.answers.budget"),
+        ("dineros.analysis.logic.verdicts.answer", "dineros.analysis.answers.outcome"),
     ],
 )
 def test_a_module_that_moved_is_found_with_a_warning(

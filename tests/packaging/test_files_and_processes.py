@@ -11,12 +11,13 @@ ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ("metamodel", "transformations", "analysis", "generators", "runtime", "views", "cli")
 
 OTHERWISE_OPENED = {
+    "analysis/nets/kernels.py": "our own sources; a temporary file in a folder of our own",
     "analysis/logic/language/parser.py": "our grammar",
     "analysis/nets/memory.py": "/proc and /sys, where no plain file is",
     "analysis/sweeps/grid.py": "a temporary folder of our own",
     "analysis/sweeps/point.py": "/proc; /dev/null",
     "analysis/tina/questions.py": "a temporary folder of our own",
-    "cli/commands/view.py": "a temporary file of our own",
+    "cli/commands/models/view.py": "a temporary file of our own",
     "cli/main.py": "/dev/null",
     "metamodel/clauses/parser.py": "our grammar",
     "metamodel/files/atomic.py": "this is how files are written",
@@ -29,8 +30,8 @@ OTHERWISE_OPENED = {
     "views/live/remembering.py": "the state of the user, readable for nobody else",
     "views/javascript/modules.py": "our scripts",
     "views/javascript/server.py": "our scripts",
-    "views/nets/page.py": "our scripts and styles",
-    "views/nets/svg.py": "our styles",
+    "views/nets/drawing/page.py": "our scripts and styles",
+    "views/nets/drawing/svg.py": "our styles",
     "views/reports/check_report.py": "our styles",
     "views/traces/assets.py": "our scripts and styles",
 }

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.generators.building import missing_tools
+from dineros.generators.workspace.building import missing_tools
 from dineros.runtime.ros.process.domains import claimed_domain
 
 CACHE = Path(__file__).resolve().parents[2] / "build/tests/cache"

@@ -47,6 +47,40 @@ def wait_until(page: Page, condition: str, timeout: float = 20.0) -> None:
         page.wait_for_timeout(50)
 
 
+_COUNTING = """(doing) => {
+  const done = { marks: 0, steps: 0 };
+  const canvas = CanvasRenderingContext2D.prototype;
+  const originals = {};
+  for (const name of ["fill", "stroke", "fillRect", "strokeRect", "fillText"]) {
+    originals[name] = canvas[name];
+    canvas[name] = function (...given) { done.marks++; return originals[name].apply(this, given); };
+  }
+  const [data] = dinerosTrace.traces;
+  const steps = data.steps;
+  const get = (target, name) => { if (/^[0-9]/.test(String(name))) done.steps++; return target[name]; };
+  data.steps = new Proxy(steps, { get });
+  try {
+    doing();
+  } finally {
+    Object.assign(canvas, originals);
+    data.steps = steps;
+  }
+  return done;
+}"""
+
+
+def work(page: Page, statements: str) -> dict[str, int]:
+    """Return what statements cost on the page of a trace, whatever the machine.
+
+    Returns
+    -------
+    dict
+        ``marks``: how often they drew on a canvas; ``steps``: how often they looked at a step of the trace.
+    """
+    done: dict[str, int] = page.evaluate(f"({_COUNTING})(() => {{ {statements} }})")
+    return done
+
+
 class Visit:
     """A page and what went wrong on it.
 

@@ -249,6 +249,7 @@ def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, 
                         index,
                         made[element],
                         client_index,
+                        application.rule,
                     )
                 )
     linked = {link.target for link in links}

@@ -8,6 +8,9 @@ from dataclasses import dataclass, replace
 from dineros.metamodel import pn, trace
 from dineros.metamodel.base import EObject
 from dineros.metamodel.errors import UnknownElementError, near_matches
+from dineros.transformations.language.creation import New
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.rule import Rule
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +33,8 @@ class Link:
         What was made.
     client_index : int or None
         Number of the server instance whose call it belongs to, from 1, where its client is on a server page.
+    maker : type of Rule or None
+        The rule itself; None for what was taken over or copied.
     """
 
     rule: str
@@ -39,6 +44,13 @@ class Link:
     index: int | None
     target: pn.Element
     client_index: int | None = None
+    maker: type[Rule] | None = None
+
+    @property
+    def meaning(self) -> Meaning | None:
+        """What the rule says that the element is; None where it says nothing."""
+        made = None if self.maker is None else self.maker.created.get(self.role)
+        return made.meaning if isinstance(made, New) else None
 
 
 class Trace:

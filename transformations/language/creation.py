@@ -26,6 +26,7 @@ from dineros.transformations.language.expressions import (
     python_class,
     require_compatible,
 )
+from dineros.transformations.language.meaning import Meaning
 
 IMAGES = Variable()
 """What every match binds: from each copy that rules made to its parts, by what they are copies of."""
@@ -55,6 +56,9 @@ class New(Variable):
     RuleError
         Abstract class, unknown feature, value of the wrong type, missing required feature or container.
     """
+
+    meaning: Meaning | None = None
+    """What it is to who reads the net; rules say it of what has a meaning beyond the rule."""
 
     def __init__(self, eclass: type[EObject], *, into: Path | None = None, **features: object) -> None:
         super().__init__()

@@ -6,9 +6,12 @@ from collections.abc import Mapping, Sequence
 
 from dineros.metamodel import pn, pnm
 from dineros.metamodel.base import EObject
+from dineros.metamodel.records import Drop, Signal, Transfer
+from dineros.metamodel.records.schema import Step
 from dineros.transformations.language.creation import Fragment, New
 from dineros.transformations.language.errors import LANGUAGE
 from dineros.transformations.language.expressions import Expression, Text, as_expression
+from dineros.transformations.language.meaning import Meaning, QueueKind
 from dineros.transformations.language.patterns import Context, Made
 
 LANGUAGE.add(__name__)
@@ -17,14 +20,18 @@ SHEET = Context(pnm.Sheet)
 """The page that gets what the rules make."""
 
 
-def place(id: str, tokens: object = 0) -> New:
+def place(id: str, tokens: object = 0, means: Meaning | None = None) -> New:
     """Make a place."""
-    return New(pn.Place, page=SHEET, id=id, tokens=tokens)
+    made = New(pn.Place, page=SHEET, id=id, tokens=tokens)
+    made.meaning = means
+    return made
 
 
-def transition(id: str) -> New:
+def transition(id: str, means: Meaning | None = None) -> New:
     """Make a transition."""
-    return New(pn.Transition, page=SHEET, id=id)
+    made = New(pn.Transition, page=SHEET, id=id)
+    made.meaning = means
+    return made
 
 
 def arc(source: Expression, target: Expression, weight: object = 1) -> New:
@@ -60,6 +67,8 @@ class History(Fragment):
         Its capacity.
     sinks : sequence of Expression
         Places that get a token for each token that leaves.
+    kind : {"publisher", "dispatcher", "subscriber"}, optional
+        Whose queue it is; without, its parts have no meaning.
     """
 
     roles: Mapping[str, type[EObject]] = {
@@ -71,16 +80,41 @@ class History(Fragment):
     capacity: Expression
     leave: Expression
 
-    def __init__(self, id: str, *, limit: Expression, sinks: Sequence[Expression] = ()) -> None:
+    def __init__(
+        self, id: str, *, limit: Expression, sinks: Sequence[Expression] = (), kind: QueueKind | None = None
+    ) -> None:
         super().__init__()
-        self.load = place(f"{id}.Load")
-        self.capacity = place(f"{id}.Capacity", tokens=limit)
-        self.leave = transition(f"{id}.out")
+        self.load = place(f"{id}.Load", means=_part(kind, "load"))
+        self.capacity = place(f"{id}.Capacity", tokens=limit, means=_part(kind, "capacity"))
+        self.leave = transition(f"{id}.out", means=_part(kind, "leave"))
         self.arcs = [
             arc(self.load, self.leave),
             arc(self.leave, self.capacity),
             *(arc(self.leave, sink) for sink in sinks),
         ]
+
+
+_QUEUE_WORDS = {
+    "load": "{queue}: load",
+    "capacity": "{queue}: free capacity",
+    "enter": "{queue} takes a message{writer}",
+    "leave": "{queue} passes a message on",
+    "drop": "{queue} loses a message{writer}",
+}
+
+
+def _part(kind: QueueKind | None, part: str, step: type[Step] = Transfer) -> Meaning | None:
+    """Return the meaning of a part of a queue; steps are of its transitions."""
+    if kind is None:
+        return None
+    is_place = part in ("load", "capacity")
+    return Meaning(
+        _QUEUE_WORDS[part],
+        step=None if is_place else step,
+        queue=kind,
+        part=part,
+        rests=part == "capacity",
+    )
 
 
 class OverflowQueue(Fragment):
@@ -98,6 +132,10 @@ class OverflowQueue(Fragment):
         Places that get a token for each token that leaves.
     history : Made, optional
         A `History` made before, which tokens of several sources enter; then it has limit and sinks.
+    kind : {"publisher", "dispatcher", "subscriber"}, optional
+        Whose queue it is; without, its parts have no meaning.
+    enters, leaves : type of Step
+        What a message that enters, or leaves, is in a trace.
     """
 
     roles: Mapping[str, type[EObject]] = {
@@ -121,18 +159,21 @@ class OverflowQueue(Fragment):
         limit: Expression | None = None,
         sinks: Sequence[Expression] = (),
         history: Made | None = None,
+        kind: QueueKind | None = None,
+        enters: type[Step] = Transfer,
+        leaves: type[Step] = Transfer,
     ) -> None:
         super().__init__()
         if history is None:
             assert limit is not None
-            self.load = place(f"{id}.Load")
-            self.capacity = place(f"{id}.Capacity", tokens=limit)
+            self.load = place(f"{id}.Load", means=_part(kind, "load"))
+            self.capacity = place(f"{id}.Capacity", tokens=limit, means=_part(kind, "capacity"))
         else:
             self.load, self.capacity, self.leave = history.load, history.capacity, history.leave
-        self.enter = transition(f"{id}.in")
+        self.enter = transition(f"{id}.in", means=_part(kind, "enter", enters))
         if history is None:
-            self.leave = transition(f"{id}.out")
-        self.drop = transition(f"{id}.drop")
+            self.leave = transition(f"{id}.out", means=_part(kind, "leave", leaves))
+        self.drop = transition(f"{id}.drop", means=_part(kind, "drop", Drop))
         self.arcs = [arc(source, self.enter), arc(self.capacity, self.enter), arc(self.enter, self.load)]
         if history is None:
             self.arcs += [
@@ -141,6 +182,10 @@ class OverflowQueue(Fragment):
                 *(arc(self.leave, sink) for sink in sinks),
             ]
         self.arcs.append(arc(source, self.drop))
+
+
+def _change(value: bool) -> Meaning:
+    return Meaning(f"signal {{signal}} becomes {str(value).lower()}", step=Signal, value=value)
 
 
 class SignalChange(Fragment):
@@ -160,8 +205,8 @@ class SignalChange(Fragment):
 
     def __init__(self, to_true: str, to_false: str, *, true: Expression, false: Expression) -> None:
         super().__init__()
-        self.to_true = transition(to_true)
-        self.to_false = transition(to_false)
+        self.to_true = transition(to_true, _change(True))
+        self.to_false = transition(to_false, _change(False))
         self.arcs = [
             arc(false, self.to_true),
             arc(self.to_true, true),

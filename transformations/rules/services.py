@@ -8,9 +8,11 @@ is called counts them all.
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
+from dineros.metamodel.records import Reply, Request, Response, Serve
 from dineros.transformations.language.creation import Copy, New, image
 from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import count, either, enclosing
+from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import arc, place, transition
@@ -69,8 +71,14 @@ class S3(Rule):
     service = Node(sym.ServiceChannel)
     instance = Index(upto=instances(service))
 
-    active = place("{service.id}[{instance}].active")
-    inactive = place("{service.id}[{instance}].inactive", tokens=1)
+    active = place(
+        "{service.id}[{instance}].active", means=Meaning("instance {instance} of service {service} is active")
+    )
+    inactive = place(
+        "{service.id}[{instance}].inactive",
+        tokens=1,
+        means=Meaning("instance {instance} of service {service} is inactive", part="inactive", rests=True),
+    )
 
     lhs = [service, instance]
     rhs = [*lhs, active, inactive]
@@ -84,11 +92,37 @@ class S1(Rule):
     request = Node(pn.Place, of=client.request)
     response = Node(pn.Place, of=client.response)
 
-    ready = place("{service.id}.client.{client.client}.ready", tokens=1)
-    requests = place("{service.id}.client.{client.client}.requests")
-    responses = place("{service.id}.client.{client.client}.responses")
-    t_req = transition("{service.id}.client.{client.client}.req")
-    t_res = transition("{service.id}.client.{client.client}.res")
+    ready = place(
+        "{service.id}.client.{client.client}.ready",
+        tokens=1,
+        means=Meaning(
+            "{client} of service {service} is ready",
+            on_server_page="{client} is ready to call service {service}",
+            rests=True,
+        ),
+    )
+    requests = place(
+        "{service.id}.client.{client.client}.requests",
+        means=Meaning(
+            "request of {client} of service {service} under way",
+            on_server_page="request of {client} to service {service} under way",
+        ),
+    )
+    responses = place(
+        "{service.id}.client.{client.client}.responses",
+        means=Meaning(
+            "response to {client} of service {service} under way",
+            on_server_page="response of service {service} to {client} under way",
+        ),
+    )
+    t_req = transition(
+        "{service.id}.client.{client.client}.req",
+        means=Meaning("{client} calls service {service}", step=Request),
+    )
+    t_res = transition(
+        "{service.id}.client.{client.client}.res",
+        means=Meaning("{client} gets its response from service {service}", step=Response),
+    )
     arcs = [
         arc(request, t_req),
         arc(ready, t_req),
@@ -116,9 +150,18 @@ class S2(Rule):
     entry = Node(pn.Place, of=image(service.server.entry, page))
     exit = Node(pn.Place, of=image(service.server.exit, page))
 
-    in_use = place("{service.id}.client.{client.client}.inUse[{instance}]")
-    t_call = transition("{service.id}.client.{client.client}.call[{instance}]")
-    t_return = transition("{service.id}.client.{client.client}.return[{instance}]")
+    in_use = place(
+        "{service.id}.client.{client.client}.inUse[{instance}]",
+        means=Meaning("instance {instance} of service {service} works for {client}"),
+    )
+    t_call = transition(
+        "{service.id}.client.{client.client}.call[{instance}]",
+        means=Meaning("instance {instance} of service {service} takes the request of {client}", step=Serve),
+    )
+    t_return = transition(
+        "{service.id}.client.{client.client}.return[{instance}]",
+        means=Meaning("instance {instance} of service {service} answers {client}", step=Reply),
+    )
     arcs = [
         arc(requests, t_call),
         arc(inactive, t_call),

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dineros.metamodel import pn, sym
 from dineros.transformations.language.creation import ForAll
 from dineros.transformations.language.functions import count, number, position
+from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import SignalChange, arc, place, read
@@ -19,8 +20,16 @@ class I4(Rule):
 
     signal = Node(sym.InputSignal)
 
-    true = place("{signal.id}.true", tokens=number(signal.initial))
-    false = place("{signal.id}.false", tokens=number(~signal.initial))
+    true = place(
+        "{signal.id}.true",
+        tokens=number(signal.initial),
+        means=Meaning("signal {signal} is true", value=True),
+    )
+    false = place(
+        "{signal.id}.false",
+        tokens=number(~signal.initial),
+        means=Meaning("signal {signal} is false", value=False),
+    )
 
     where = [count(signal.literals) > 0]
     lhs = [signal]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
+from dineros.metamodel.records import Publish, Take, Transfer
 from dineros.transformations.language.creation import image
 from dineros.transformations.language.functions import ancestor, either, enclosing, first
+from dineros.transformations.language.meaning import Meaning, QueueKind
 from dineros.transformations.language.patterns import Absent, Made, Node
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import History, OverflowQueue, arc, inhibit, place, transition
@@ -14,13 +16,20 @@ DISPATCHER_LIMIT = 16
 """Capacity of a dispatcher queue for which the model says nothing (paper, Sect. 5.5.2)."""
 
 
+def _arriving(kind: QueueKind) -> Meaning:
+    return Meaning("{queue}: arriving messages", queue=kind, part="received")
+
+
 class T1(Rule):
     """The topic itself, between the nodes."""
 
     channel = Node(sym.TopicChannel)
 
-    topic = place("{channel.id}")
-    transport = transition("{channel.id}.transport")
+    topic = place("{channel.id}", means=Meaning("messages under way on topic {topic}", part="topic"))
+    transport = transition(
+        "{channel.id}.transport",
+        means=Meaning("topic {topic} delivers a message", step=Transfer, part="transport"),
+    )
     arcs = [arc(topic, transport)]
 
     lhs = [channel]
@@ -36,7 +45,12 @@ class T2(Rule):
     topic = Made(T1.topic, of=channel)
 
     queue = OverflowQueue(
-        "{channel.id}.publisher.{source.id}", source=source, limit=port.limit, sinks=[topic]
+        "{channel.id}.publisher.{source.id}",
+        source=source,
+        limit=port.limit,
+        sinks=[topic],
+        kind="publisher",
+        enters=Publish,
     )
 
     around = Node(pn.Page, of=enclosing(port.place, pn.Page))
@@ -55,7 +69,9 @@ class T2History(Rule):
     server = Node(sym.ServerPort, page=around)
     topic = Made(T1.topic, of=channel)
 
-    queue = History("{channel.id}.publisher.{port.place.id}", limit=port.limit, sinks=[topic])
+    queue = History(
+        "{channel.id}.publisher.{port.place.id}", limit=port.limit, sinks=[topic], kind="publisher"
+    )
 
     lhs = [channel, port, around, server, topic]
     rhs = [*lhs, *queue]
@@ -72,7 +88,13 @@ class T2Instance(Rule):
     page = Made(S4.page, of=server)
     source = Node(pn.Place, of=image(port.place, page))
 
-    queue = OverflowQueue("{channel.id}.publisher.{source.id}", source=source, history=history)
+    queue = OverflowQueue(
+        "{channel.id}.publisher.{source.id}",
+        source=source,
+        history=history,
+        kind="publisher",
+        enters=Publish,
+    )
 
     lhs = [channel, port, around, server, history, page, source]
     rhs = [*lhs, *queue]
@@ -85,11 +107,12 @@ class T3(Rule):
     node = Node(sym.NodeNet, of=ancestor(channel.subscribers.place, sym.NodeNet))
     transport = Made(T1.transport, of=channel)
 
-    received = place("{channel.id}.dispatcher.{node.id}.In")
+    received = place("{channel.id}.dispatcher.{node.id}.In", means=_arriving("dispatcher"))
     queue = OverflowQueue(
         "{channel.id}.dispatcher.{node.id}",
         source=received,
         limit=either(first(channel.dispatchers, node=node).limit, DISPATCHER_LIMIT),
+        kind="dispatcher",
     )
     arcs = [arc(transport, received)]
 
@@ -106,9 +129,14 @@ class T4(Rule):
     sink = Node(pn.Place, of=port.place)
     dispatcher = Made(T3.queue, of=[channel, node])
 
-    received = place("{channel.id}.subscriber.{sink.id}.In")
+    received = place("{channel.id}.subscriber.{sink.id}.In", means=_arriving("subscriber"))
     queue = OverflowQueue(
-        "{channel.id}.subscriber.{sink.id}", source=received, limit=port.limit, sinks=[sink]
+        "{channel.id}.subscriber.{sink.id}",
+        source=received,
+        limit=port.limit,
+        sinks=[sink],
+        kind="subscriber",
+        leaves=Take,
     )
     arcs = [arc(dispatcher.leave, received)]
 

@@ -6,15 +6,16 @@ draws that; `static/net/renderer.js` draws the same in a browser and changes mar
 
 from __future__ import annotations
 
-from dineros.views.nets.building import view_of
-from dineros.views.nets.comparing import compare, differences
-from dineros.views.nets.model import Box, Edge, Node, ViewModel
-from dineros.views.nets.operations import around, collapse, collapse_if_large, expand, with_badges
-from dineros.views.nets.page import to_html
-from dineros.views.nets.placing import layout
-from dineros.views.nets.png import to_png
-from dineros.views.nets.saving import FORMATS, save_picture
-from dineros.views.nets.svg import to_svg
+from dineros.metamodel.moved import find_moved
+from dineros.views.nets.contents.building import view_of
+from dineros.views.nets.contents.model import Box, Edge, Node, ViewModel
+from dineros.views.nets.contents.operations import around, collapse, collapse_if_large, expand, with_badges
+from dineros.views.nets.differences.comparing import compare, differences
+from dineros.views.nets.drawing.page import to_html
+from dineros.views.nets.drawing.png import to_png
+from dineros.views.nets.drawing.saving import FORMATS, save_picture
+from dineros.views.nets.drawing.svg import to_svg
+from dineros.views.nets.placement.placing import layout
 
 __all__ = [
     "FORMATS",
@@ -36,3 +37,5 @@ __all__ = [
     "view_of",
     "with_badges",
 ]
+
+find_moved(__name__)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from dineros.analysis.explicit.kernels.expansion import enabled_in, keep_needed, note_enabled
 from dineros.analysis.explicit.kernels.markings import (
@@ -21,9 +20,10 @@ from dineros.analysis.explicit.kernels.markings import (
     insert_all,
 )
 from dineros.analysis.explicit.kernels.stubborn import lowest_bit
+from dineros.analysis.nets.kernels import kernel
 
 
-@njit(cache=True)
+@kernel()
 def enter(net, goals, stubborn, markings, notes, stack, left, tokens, sums):  # type: ignore[no-untyped-def]
     """Put the newest marking, and what it enables, on the stack."""
     store, control = markings.store, notes.control
@@ -46,7 +46,7 @@ def enter(net, goals, stubborn, markings, notes, stack, left, tokens, sums):  # 
             control[ARCS] += 1
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def descend(  # type: ignore[no-untyped-def]
     shape, net, goals, stubborn, markings, notes, stack, left, budget
 ):  # fmt: skip

@@ -8,7 +8,6 @@ their own first and then those of others, so that all end at about the same time
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from dineros.analysis.explicit.kernels.atomics import fetch_and_add, load, prefetch
 from dineros.analysis.explicit.kernels.markings import (
@@ -30,6 +29,7 @@ from dineros.analysis.explicit.kernels.markings import (
     sum_of,
 )
 from dineros.analysis.explicit.kernels.stubborn import keep_stubborn, lowest_bit, read_tokens
+from dineros.analysis.nets.kernels import kernel
 
 #: Markings that a worker takes at a time.
 CHUNK = 64
@@ -37,7 +37,7 @@ CHUNK = 64
 STRIDE = 16
 
 
-@njit(cache=True)
+@kernel(inline="always")
 def enabled_in(net, store, row, enabled):  # type: ignore[no-untyped-def]
     """Set of the transitions that a stored marking enables; whether it is empty."""
     word, shift, mask, is_wide = net.word, net.shift, net.mask, net.is_wide
@@ -63,7 +63,7 @@ def enabled_in(net, store, row, enabled):  # type: ignore[no-untyped-def]
     return is_deadlock
 
 
-@njit(cache=True)
+@kernel()
 def note_enabled(notes, enabled, is_deadlock, row):  # type: ignore[no-untyped-def]
     """Note the transitions, and the deadlock, that are looked for."""
     control = notes.control
@@ -80,7 +80,7 @@ def note_enabled(notes, enabled, is_deadlock, row):  # type: ignore[no-untyped-d
         control[HITS] += 1
 
 
-@njit(cache=True)
+@kernel()
 def keep_needed(net, goals, stubborn, notes, store, row, enabled, tokens, sums):  # type: ignore[no-untyped-def]
     """Cut the enabled set of a stored marking down to a stubborn subset."""
     read_tokens(net, stubborn, store, row, tokens)
@@ -89,7 +89,7 @@ def keep_needed(net, goals, stubborn, notes, store, row, enabled, tokens, sums):
     keep_stubborn(stubborn, goals, notes.wanted, tokens, sums, enabled)
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def expand(  # type: ignore[no-untyped-def]
     shape, me, net, goals, stubborn, markings, notes, frontier, box, origins, codes, budget, alone
 ):  # fmt: skip

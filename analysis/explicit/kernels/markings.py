@@ -14,9 +14,9 @@ FMCAD 2010.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from dineros.analysis.explicit.kernels.atomics import compare_and_swap, load, prefetch
+from dineros.analysis.nets.kernels import kernel
 
 (
     COUNT,
@@ -44,7 +44,7 @@ INDEX_MASK = (1 << INDEX_BITS) - 1
 TAG_SHIFT = 41
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def hash_words(words, at, shape):  # type: ignore[no-untyped-def]
     """Non-negative hash of row `at`."""
     code = 0
@@ -55,7 +55,7 @@ def hash_words(words, at, shape):  # type: ignore[no-untyped-def]
     return (code ^ (code >> 29)) & 0x7FFFFFFFFFFFFFFF
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def rebuild(shape, store, table, first, count):  # type: ignore[no-untyped-def]
     """Put `count` stored markings, all different, into a fresh table."""
     mask = table.size - 1
@@ -72,7 +72,7 @@ def rebuild(shape, store, table, first, count):  # type: ignore[no-untyped-def]
                 slot = (slot + 1) & mask
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def insert_all(shape, markings, control, base, box, origins, codes, size):  # type: ignore[no-untyped-def]
     """Insert the first rows of a box, whose hashes are known and slots asked for; there must be room."""
     store, table, parents = markings.store, markings.table, markings.parents
@@ -107,7 +107,7 @@ def insert_all(shape, markings, control, base, box, origins, codes, size):  # ty
     control[COUNT] = new - base
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def sum_of(net, goals, store, row, c):  # type: ignore[no-untyped-def]
     """Sum of a linear constraint in a stored marking."""
     total = 0
@@ -121,7 +121,7 @@ def sum_of(net, goals, store, row, c):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def check_goals(net, goals, store, notes, base):  # type: ignore[no-untyped-def]
     """Note the first marking of each open conjunction among those not yet looked at."""
     control = notes.control
@@ -140,7 +140,7 @@ def check_goals(net, goals, store, notes, base):  # type: ignore[no-untyped-def]
     control[CHECKED] = control[COUNT]
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def repack(store, target, count, word, shift, mask, new_word, new_shift):  # type: ignore[no-untyped-def]
     """Write the first `count` markings in a layout with other positions of the cells."""
     for row in range(count):
@@ -151,7 +151,7 @@ def repack(store, target, count, word, shift, mask, new_word, new_shift):  # typ
             target[row, new_word[k]] |= code << new_shift[k]
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def survey(store, first, count, net, offset, tokens, seen, largest):  # type: ignore[no-untyped-def]
     """Flag the codes seen, note the largest tokens of wide cells; return the largest total of a marking."""
     word, shift, mask, is_wide = net.word, net.shift, net.mask, net.is_wide

@@ -17,17 +17,18 @@ Design 29, 2006.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numba.cpython.unsafe.numbers import trailing_zeros
 
+from dineros.analysis.nets.kernels import kernel
 
-@njit(cache=True, inline="always")
+
+@kernel(inline="always")
 def lowest_bit(bits):  # type: ignore[no-untyped-def]
     """Position of the lowest bit that is set."""
     return trailing_zeros(bits)  # type: ignore[call-arg]
 
 
-@njit(cache=True)
+@kernel()
 def read_tokens(net, stubborn, store, row, tokens):  # type: ignore[no-untyped-def]
     """Tokens of every place in a stored marking."""
     for k in range(net.word.size):
@@ -41,7 +42,7 @@ def read_tokens(net, stubborn, store, row, tokens):  # type: ignore[no-untyped-d
                 tokens[stubborn.cell_place[i]] = stubborn.values[at]
 
 
-@njit(cache=True)
+@kernel()
 def add(members, todo, size, transition):  # type: ignore[no-untyped-def]
     """Add a transition to the set, and to those still to be closed; return how many these are."""
     if members[transition] == 0:
@@ -51,7 +52,7 @@ def add(members, todo, size, transition):  # type: ignore[no-untyped-def]
     return size
 
 
-@njit(cache=True)
+@kernel()
 def close(stubborn, tokens, enabled, members, todo, size):  # type: ignore[no-untyped-def]
     """Add what the first `size` transitions of `todo` make necessary; return how many are enabled of all."""
     count = 0
@@ -84,7 +85,7 @@ def close(stubborn, tokens, enabled, members, todo, size):  # type: ignore[no-un
     return count
 
 
-@njit(cache=True)
+@kernel()
 def add_towards_goals(stubborn, goals, wanted, sums, members, todo):  # type: ignore[no-untyped-def]
     """Start a set with all that can bring an open goal nearer; return how many these are."""
     size = 0
@@ -110,7 +111,7 @@ def add_towards_goals(stubborn, goals, wanted, sums, members, todo):  # type: ig
     return size
 
 
-@njit(cache=True)
+@kernel()
 def keep_stubborn(stubborn, goals, wanted, tokens, sums, enabled):  # type: ignore[no-untyped-def]
     """Cut an enabled set down to a stubborn subset."""
     transitions = stubborn.pre_start.size - 1

@@ -11,10 +11,11 @@ temporal logic specifications*, TOPLAS 8(2), 1986.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import reduce
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.ctl.state_sets import Run, States, StateSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names, NetNames
@@ -38,8 +39,6 @@ from dineros.analysis.logic.language.syntax import (
     Until,
     WeakUntil,
 )
-from dineros.analysis.logic.verdicts.budget import Budget, BudgetExceededError, Meter, ProgressCallback
-from dineros.analysis.logic.verdicts.verdict import Verdict
 from dineros.analysis.nets.compiled import CompiledNet
 
 if TYPE_CHECKING:
@@ -146,11 +145,10 @@ def check_ctl(
     net: CompiledNet,
     formula: str | Formula,
     names: Names | None = None,
-    budget: Budget | None = None,
-    progress: ProgressCallback | None = None,
+    budget: Budget = UNLIMITED,
     engine: Engine = "auto",
     orders: OrderCache | None = None,
-) -> Verdict:
+) -> Outcome:
     """Decide whether the initial marking of a net satisfies a CTL formula.
 
     Parameters
@@ -163,8 +161,6 @@ def check_ctl(
         What names stand for; by default places and transitions of the net.
     budget : Budget, optional
         Limits; by default there are none.
-    progress : callable, optional
-        Told a few times a second how far the search is.
     engine : {"auto", "explicit", "symbolic"}
         How sets of markings are stored: one by one, which gives shortest witnesses, or as decision diagrams.
         ``auto`` begins explicitly and takes diagrams where there are many markings.
@@ -173,7 +169,7 @@ def check_ctl(
 
     Returns
     -------
-    Verdict
+    Outcome
         With a replayed path or lasso for the outermost operator where one shows the answer: a counterexample
         to ``AG``, a witness of ``EF``, and so on. Where a limit is hit while it is looked for, the answer
         stands without it, and the reason says so.
@@ -187,81 +183,78 @@ def check_ctl(
     --------
     >>> net = CompiledNet.build({"idle": 1, "busy": 0}, [("start", {"idle": 1}, {"busy": 1})])
     >>> check_ctl(net, "AG EF idle >= 1")
-    Verdict(status='violated', stem=(0,), loop=(), states=2, ...)
+    Outcome(status='violated', trace=(0,), loop=(), states=2, ...)
     """
     tree = parse(formula, "ctl") if isinstance(formula, str) else formula
     atoms = BoundAtoms(net, tree, names or NetNames(net))
-    budget = budget or Budget()
-    meter = Meter(budget, progress)
+    budget = budget.begun()
     if engine == "explicit":
-        return _explicitly(net, tree, atoms, meter)
+        return _explicitly(net, tree, atoms, budget)
     if engine == "auto" and (budget.states is None or budget.states > FEW_STATES):
-        few = Meter(replace(budget, states=FEW_STATES), progress, meter.started)
-        verdict = _explicitly(net, tree, atoms, few)
-        if verdict.status != "unknown":
-            return verdict
+        answer = _explicitly(net, tree, atoms, budget.share(most_states=FEW_STATES))
+        if answer.status != "unknown":
+            return answer
     elif engine == "auto":
-        return _explicitly(net, tree, atoms, meter)
-    answer = _symbolically(net, tree, atoms, meter, orders)
-    if answer is None and engine == "auto":
-        return _explicitly(net, tree, atoms, meter)
-    return answer or Verdict("unknown", seconds=meter.seconds, reason="the places have no known bounds")
+        return _explicitly(net, tree, atoms, budget)
+    found = _symbolically(net, tree, atoms, budget, orders)
+    if found is None and engine == "auto":
+        return _explicitly(net, tree, atoms, budget)
+    return found or _unknown(budget, 0, "the places have no known bounds")
 
 
-def _explicitly(net: CompiledNet, tree: Formula, atoms: BoundAtoms, meter: Meter) -> Verdict:
+def _unknown(budget: Budget, states: int, reason: object) -> Outcome:
+    return Outcome("unknown", states=states, seconds=budget.spent, reason=str(reason))
+
+
+def _explicitly(net: CompiledNet, tree: Formula, atoms: BoundAtoms, budget: Budget) -> Outcome:
     from dineros.analysis.logic.ctl.explicit_sets import ExplicitSets
     from dineros.analysis.logic.graphs.stored import StateGraph
 
     states = 0
     try:
-        graph = StateGraph(net, list(atoms.conditions.items()), meter)
+        graph = StateGraph(net, list(atoms.conditions.items()), budget)
         try:
             graph.explore()
         finally:
             states = graph.size
-        return _decided(tree, ExplicitSets(graph), states, meter)
+        return _decided(tree, ExplicitSets(graph), states, budget)
     except BudgetExceededError as limit:
-        return Verdict("unknown", states=states, seconds=meter.seconds, reason=str(limit))
+        return _unknown(budget, states, limit)
 
 
 def _symbolically(
     net: CompiledNet,
     tree: Formula,
     atoms: BoundAtoms,
-    meter: Meter,
+    budget: Budget,
     orders: OrderCache | None,
-) -> Verdict | None:
+) -> Outcome | None:
     """Decide with decision diagrams; None where bounds of places are not known, or too large for levels."""
     from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
-    from dineros.analysis.symbolic.engine import DEFAULT_MEMORY, symbolic_state_space
+    from dineros.analysis.symbolic.engine import symbolic_state_space
     from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
     from dineros.analysis.symbolic.saturation import DiagramMemoryError
 
-    def tell(progress: Any) -> None:
-        meter.report(0, progress.bytes, progress)
-
-    memory = meter.budget.memory_bytes or DEFAULT_MEMORY
     try:
-        meter.check_time()
-        space = symbolic_state_space(net, memory, tell, orders=orders)
+        budget.check_time()
+        space = symbolic_state_space(net, budget, orders=orders)
     except (UnknownBoundError, LevelSizeError):
         return None
     except BudgetExceededError as limit:
-        return Verdict("unknown", seconds=meter.seconds, reason=str(limit))
+        return _unknown(budget, 0, limit)
     states = space.markings
     try:
         if not space.complete:
             raise DiagramMemoryError
-        meter.check_time()
-        return _decided(tree, SymbolicSets(space, atoms, tell), states, meter)
+        budget.check_time()
+        return _decided(tree, SymbolicSets(space, atoms, budget), states, budget)
     except DiagramMemoryError:
-        reason = f"memory: more than {memory / 2**20:.0f} MiB needed"
-        return Verdict("unknown", states=states, seconds=meter.seconds, reason=reason)
+        return _unknown(budget, states, f"memory: more than {budget.memory / 2**20:.0f} MiB needed")
     except BudgetExceededError as limit:
-        return Verdict("unknown", states=states, seconds=meter.seconds, reason=str(limit))
+        return _unknown(budget, states, limit)
 
 
-def _decided(tree: Formula, sets: StateSets[States], states: int, meter: Meter) -> Verdict:
+def _decided(tree: Formula, sets: StateSets[States], states: int, budget: Budget) -> Outcome:
     from dineros.analysis.symbolic.saturation import DiagramMemoryError
 
     wanted = basic(tree)
@@ -272,4 +265,4 @@ def _decided(tree: Formula, sets: StateSets[States], states: int, meter: Meter) 
     except (BudgetExceededError, DiagramMemoryError) as limit:
         # The answer stands; only how to show it was not found.
         stem, loop, reason = (), (), f"a run showing it was not found: {limit}"
-    return Verdict("holds" if holds else "violated", stem, loop, states, meter.seconds, reason)
+    return Outcome("holds" if holds else "violated", stem, loop, states, budget.spent, reason)

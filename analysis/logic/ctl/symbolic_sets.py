@@ -17,6 +17,7 @@ from functools import cache, cached_property, partial
 from operator import itemgetter
 from typing import Any
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.logic.ctl.climbing import climb
 from dineros.analysis.logic.ctl.state_sets import Run
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, NoneEnabled, SomeEnabled
@@ -39,15 +40,13 @@ class SymbolicSets:
         Complete.
     atoms : BoundAtoms
         The atoms that may be asked for.
-    progress : callable, optional
-        Called now and then; an exception raised in it ends the computation.
+    budget : Budget, optional
+        Told now and then how far it is; when its time is up, the computation ends.
     """
 
-    def __init__(
-        self, space: SymbolicStateSpace, atoms: BoundAtoms, progress: Callable[[Any], None] | None = None
-    ) -> None:
+    def __init__(self, space: SymbolicStateSpace, atoms: BoundAtoms, budget: Budget = UNLIMITED) -> None:
         self.space, self.atoms = space, atoms
-        self.sets = VectorSets(space.diagram, progress)
+        self.sets = VectorSets(space.diagram, budget)
         self.everything = space.diagram.root
         #: By what lasts: markings where it ends, which stay as they are or take repeatable steps for ever.
         self._ends: dict[int, int] = {}

@@ -1,4 +1,4 @@
-"""The product of a net and an automaton as tables for the kernels, rebuilt when a field is widened."""
+"""The product of a net and an automaton as tables for the kernels, rebuilt when a cell is widened."""
 
 from __future__ import annotations
 
@@ -6,18 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progress
+from dineros.analysis.explicit.goals import goal_tables
+from dineros.analysis.explicit.kernels.markings import rebuild, repack
+from dineros.analysis.explicit.layout import Layout, layout
+from dineros.analysis.explicit.tables import ints
 from dineros.analysis.logic.automata.automaton import Automaton
-from dineros.analysis.logic.graphs.packing import Layout
-from dineros.analysis.logic.graphs.tables import edge_tables, ints, net_tables
+from dineros.analysis.logic.graphs.tables import edge_tables, step_tables
 from dineros.analysis.logic.kernels.product import (
     BITS,
     OVERFLOW_STATE,
-    OVERFLOW_TRANSITION,
     STATES,
     Conditions,
     Scratch,
     Store,
-    fill_table,
 )
 from dineros.analysis.logic.language.atoms import (
     Combined,
@@ -27,12 +29,7 @@ from dineros.analysis.logic.language.atoms import (
     SomeEnabled,
     SomeFired,
 )
-from dineros.analysis.logic.verdicts.budget import BudgetExceededError, Meter
-from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
-
-MANY_STATES = 10_000
-"""States from which on widening a field is worth some thought."""
 
 OPERATOR_CODES = {"<=": 0, ">=": 1, "==": 2, "!=": 3, "<": 4, ">": 5}
 
@@ -48,8 +45,15 @@ class Product:
         What the automaton's atoms ask, in their order.
     weak, strong : sequence of int
         Weakly and strongly fair transitions.
-    meter : Meter
+    budget : Budget
         Watches the memory.
+    cells : Layout, optional
+        How to write the net's markings, where that is known.
+
+    Raises
+    ------
+    BudgetExceededError
+        When a place may hold more tokens than fit into a word.
     """
 
     def __init__(
@@ -59,12 +63,17 @@ class Product:
         conditions: Sequence[Condition | Combined],
         weak: Sequence[int],
         strong: Sequence[int],
-        meter: Meter,
+        budget: Budget,
+        cells: Layout | None = None,
     ) -> None:
-        self.net, self.automaton, self.meter = net, automaton, meter
+        self.net, self.automaton, self.budget = net, automaton, budget
         self.atom_conditions = conditions
         self.weak, self.strong = tuple(weak), tuple(strong)
-        self.layout = Layout.smallest(net, max(1, (len(automaton.edges) - 1).bit_length()))
+        try:
+            #: Of the net alone.
+            self.cells = cells or layout(net)
+        except OverflowError as error:
+            raise BudgetExceededError(f"tokens: {error}") from None
         self._build_tables()
         transitions, words = len(net.transitions), self.layout.words
         degree = max(1, *map(len, automaton.edges))
@@ -72,23 +81,25 @@ class Product:
         self.room = (transitions + 1) * degree
         self.scratch = Scratch(
             np.zeros(transitions + 1, dtype=np.int64),
+            np.zeros_like(self.tables.everything),
             np.zeros(degree, dtype=np.int64),
             np.zeros(self.conditions.fired_atoms.size, dtype=np.int64),
             np.zeros(max(1, self.conditions.combined_code.size), dtype=np.int64),
             np.zeros(self.conditions.required.size, dtype=np.int64),
             np.zeros(self.conditions.required.size, dtype=np.int64),
-            np.zeros(words, dtype=np.uint64),
-            *(np.zeros(self.room, dtype=np.uint64) for _ in range(3)),
+            np.zeros((self.room, words), dtype=np.int64),
+            np.zeros(self.room, dtype=np.int64),
         )
         capacity = max(1 << 12, 2 * self.room)
         self.store = Store(
-            np.empty((capacity, words), dtype=np.uint64),
-            np.zeros(_table_size(capacity), dtype=np.uint64),
-            np.zeros(4, dtype=np.int64),
+            np.empty((capacity, words), dtype=np.int64),
+            np.zeros(_table_size(capacity), dtype=np.int64),
+            np.zeros(3, dtype=np.int64),
         )
-        self.store.words[0] = self.layout.pack(net.initial.tolist(), automaton.initial)
+        self.store.words[0] = self.layout.pack(net.initial.tolist())
+        self.store.words[0, self.edges.state_word] += automaton.initial << self.edges.state_shift
         self.store.counters[STATES] = 1
-        fill_table(self.store, self.tables.multipliers)
+        self._fill_table()
 
     @property
     def states(self) -> int:
@@ -100,9 +111,13 @@ class Product:
         """Bytes of the table of states."""
         return self.store.words.nbytes + self.store.table.nbytes
 
+    def progress(self, memory_bytes: int) -> Progress:
+        """Return how far a search is whose tables take so many bytes."""
+        return Progress("states", self.states, memory_bytes, self.states / max(self.budget.spent, 1e-9))
+
     def marking(self, state: int) -> tuple[int, ...]:
         """Return the marking of a state."""
-        return self.layout.unpack(self.store.words[state])
+        return tuple(self.layout.unpack(self.store.words[state]))
 
     def grow(self, others: int = 0) -> None:
         """Make room for more states.
@@ -119,7 +134,7 @@ class Product:
         """
         capacity = len(self.store.words)
         larger = capacity * 2 if capacity < 1 << 20 else capacity * 3 // 2
-        limit = self.meter.budget.states
+        limit = self.budget.states
         if limit is not None:
             # A little more than the limit, so that hitting it is seen as such.
             larger = min(larger, max(capacity + self.room, limit + 2 * self.room))
@@ -129,67 +144,56 @@ class Product:
         new_bytes = larger * self.layout.words * 8 + (
             0 if table_size == self.store.table.size else table_size * 8
         )
-        self.meter.check_memory(self.memory_bytes + new_bytes + others)
-        words = np.empty((larger, self.layout.words), dtype=np.uint64)
+        self.budget.check_memory(self.memory_bytes + new_bytes + others)
+        words = np.empty((larger, self.layout.words), dtype=np.int64)
         words[: self.states] = self.store.words[: self.states]
         table = self.store.table
         self.store = Store(words, table, self.store.counters)
         if table.size != table_size:
             del table
-            self.store = Store(words, np.zeros(table_size, dtype=np.uint64), self.store.counters)
-            fill_table(self.store, self.tables.multipliers)
+            self.store = Store(words, np.zeros(table_size, dtype=np.int64), self.store.counters)
+            self._fill_table()
 
     def widen(self, others: int = 0) -> None:
-        """Widen the fields that the successor noted by the last expansion did not fit into.
+        """Widen the cells that a successor of the state noted by the last expansion did not fit into.
 
         Raises
         ------
         BudgetExceededError
-            When there is no memory left for it, or tokens grow beyond any field.
+            When there is no memory left for it, or tokens grow beyond any cell.
         """
-        counters = self.store.counters
-        marking = list(self.marking(int(counters[OVERFLOW_STATE])))
-        for place, tokens in self.net.delta[int(counters[OVERFLOW_TRANSITION])].items():
-            marking[place] += tokens
-        if self.states > MANY_STATES:
-            self._anticipate(marking)
+        old, before, counters = self.layout, self.tables, self.store.counters
+        marking = self.marking(int(counters[OVERFLOW_STATE]))
         try:
-            layout = self.layout.widened(marking)
+            self.cells = self.cells.widened(old.overflowing(self.net, marking))
         except OverflowError as error:
             raise BudgetExceededError(f"tokens: {error}") from None
-        count, capacity = self.states, len(self.store.words)
-        if layout.words == self.layout.words:
-            chunk = 1 << 16
-            for first in range(0, count, chunk):
-                part = self.store.words[first : min(first + chunk, count)]
-                part[:] = self.layout.convert(part, layout)
-            words = self.store.words
-        else:
-            self.meter.check_memory(self.memory_bytes + capacity * layout.words * 8 + others)
-            words = np.empty((capacity, layout.words), dtype=np.uint64)
-            words[:count] = self.layout.convert(self.store.words[:count], layout)
-            self.scratch = self.scratch._replace(successor=np.zeros(layout.words, dtype=np.uint64))
+        self._build_tables()
+        capacity, after = len(self.store.words), self.tables
+        self.budget.check_memory(self.memory_bytes + capacity * self.layout.words * 8 + others)
+        words = np.empty((capacity, self.layout.words), dtype=np.int64)
+        repack(
+            self.store.words,
+            words,
+            self.states,
+            before.word,
+            before.shift,
+            before.mask,
+            after.word,
+            after.shift,
+        )
         self.store.table[:] = 0
         self.store = Store(words, self.store.table, counters)
-        self.layout = layout
-        self._build_tables()
-        fill_table(self.store, self.tables.multipliers)
+        self.scratch = self.scratch._replace(box=np.zeros((self.room, self.layout.words), dtype=np.int64))
+        self._fill_table()
 
-    def _anticipate(self, marking: list[int]) -> None:
-        """Raise tokens that are likely to outgrow their fields soon, so that the states are converted once.
-
-        Those are the places with fields as wide as the one too small now, unless they are proved to hold at
-        most one token.
-        """
-        bits = self.layout.bits
-        narrow = {have for have, tokens in zip(bits, marking, strict=True) if tokens.bit_length() > have}
-        safe = {p for p, bound in enumerate(place_bounds(self.net)) if bound is not None and bound.value <= 1}
-        for place, have in enumerate(bits):
-            if have in narrow and place not in safe:
-                marking[place] = max(marking[place], 1 << have)
+    def _fill_table(self) -> None:
+        """Enter all states into an empty table."""
+        rebuild(self.tables.guards, self.store.words, self.store.table, 0, self.states)
 
     def _build_tables(self) -> None:
-        self.tables = net_tables(self.net, self.layout)
+        self.layout = self.cells.with_number(len(self.automaton.edges))
+        self.tables = step_tables(self.net, self.layout)
         self.conditions = self._conditions()
         letter_words, mark_words = self.conditions.fired_atoms.size, self.conditions.required.size
         self.edges = edge_tables(self.automaton, self.layout, letter_words, mark_words)
@@ -198,10 +202,7 @@ class Product:
         transitions = len(self.net.transitions)
         bits, programs = _bits_of(self.atom_conditions)
         linear = [(i, c) for i, c in enumerate(bits) if isinstance(c, Linear)]
-        pointer = np.cumsum([0, *(len(c.factors) for _, c in linear)])
-        places = [p for _, c in linear for p in c.factors]
-        fields = [self.layout.fields[p] for p in places]
-        masks = [(1 << self.layout.bits[p]) - 1 for p in places]
+        terms = goal_tables(self.layout, [[(tuple(c.factors.items()), c.bound) for _, c in linear]])
         words = max(1, -(-len(bits) // BITS))
         enabled_bits = np.zeros((transitions + 1, words), dtype=np.int64)
         fired_bits = np.zeros((transitions + 1, words), dtype=np.int64)
@@ -226,11 +227,11 @@ class Product:
         for mark in range(marks):
             required[mark // BITS] |= 1 << (mark % BITS)
         return Conditions(
-            ints(pointer),
-            ints(word for word, _ in fields),
-            np.array([shift for _, shift in fields], dtype=np.uint64),
-            np.array(masks, dtype=np.uint64),
-            ints(k for _, c in linear for k in c.factors.values()),
+            terms.term_start,
+            terms.term_cell,
+            terms.term_offset,
+            terms.term_factor,
+            terms.table,
             ints(OPERATOR_CODES[c.operator] for _, c in linear),
             ints(c.bound for _, c in linear),
             ints(i for i, _ in linear),

@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.automata.automaton import Automaton, Edge
 from dineros.analysis.logic.graphs.product import Product
 from dineros.analysis.logic.kernels.product import BITS
@@ -25,7 +26,6 @@ from dineros.analysis.logic.kernels.stored import (
 )
 from dineros.analysis.logic.language.atoms import Condition
 from dineros.analysis.logic.language.syntax import Atom
-from dineros.analysis.logic.verdicts.budget import Meter
 from dineros.analysis.nets.compiled import CompiledNet
 
 Int32Array = NDArray[np.int32]
@@ -45,7 +45,7 @@ class StateGraph:
     net : CompiledNet
     atoms : sequence of (Atom, Condition)
         Conditions evaluated in every state.
-    meter : Meter
+    budget : Budget
 
     Attributes
     ----------
@@ -61,12 +61,12 @@ class StateGraph:
         When a limit is hit before the graph is complete.
     """
 
-    def __init__(self, net: CompiledNet, atoms: Sequence[tuple[Atom, Condition]], meter: Meter) -> None:
-        self.net, self.meter = net, meter
+    def __init__(self, net: CompiledNet, atoms: Sequence[tuple[Atom, Condition]], budget: Budget) -> None:
+        self.net, self.budget = net, budget
         self.atoms = {atom: i for i, (atom, _) in enumerate(atoms)}
         # An automaton that reads everything: its product with the net is the reachability graph.
         everything = Automaton(tuple(self.atoms), 0, 0, ((Edge(0, 0, 0, 0),),))
-        self.product = Product(net, everything, [condition for _, condition in atoms], (), (), meter)
+        self.product = Product(net, everything, [condition for _, condition in atoms], (), (), budget)
         self.pointer: Int64Array = np.zeros(len(self.product.store.words) + 1, dtype=np.int64)
         self.targets: Int32Array = np.empty(1 << 14 | 2 * self.product.room, dtype=np.int32)
 
@@ -89,12 +89,12 @@ class StateGraph:
                 VISITS,
             )
             if status in (PAUSED, STORE_FULL):
-                self.meter.report(self.size, self.memory_bytes)
+                self.budget.report(self.product.progress(self.memory_bytes))
             if status == STORE_FULL:
                 product.grow(self.pointer.nbytes + self.targets.nbytes)
                 self.pointer = _lengthened(self.pointer, len(product.store.words) + 1)
             elif status == ARCS_FULL:
-                self.meter.check_memory(self.memory_bytes + 2 * self.targets.nbytes)
+                self.budget.check_memory(self.memory_bytes + 2 * self.targets.nbytes)
                 self.targets = _lengthened(self.targets, 2 * self.targets.size)
             elif status == OVERFLOW:
                 product.widen(self.pointer.nbytes + self.targets.nbytes)
@@ -104,7 +104,7 @@ class StateGraph:
         size, arcs = self.size, int(self.pointer[self.size])
         # Predecessors, letters, and room for the sets of a few subformulas.
         words = self.product.scratch.letter.size
-        self.meter.check_memory(self.memory_bytes + 4 * arcs + (32 + 8 * words) * size)
+        self.budget.check_memory(self.memory_bytes + 4 * arcs + (32 + 8 * words) * size)
         self.pointer, self.targets = self.pointer[: size + 1], self.targets[:arcs]
         self.back_pointer: Int64Array = np.zeros(size + 1, dtype=np.int64)
         self.sources: Int32Array = np.empty(arcs, dtype=np.int32)

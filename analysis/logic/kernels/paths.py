@@ -1,16 +1,20 @@
-"""Kernels on the stored part of a product: shortest paths, and the edges between some states."""
+"""Kernels on the stored part of a product: shortest paths, and the edges between some states.
+
+Nothing is stored by them: edges to states that are new are left out, so that the part looked at is the one
+that a search has stored.
+"""
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from dineros.analysis.logic.kernels.product import MAY_ADD, expand
+from dineros.analysis.nets.kernels import kernel
 
 
-@njit(cache=True)
+@kernel()
 def shortest_path(  # type: ignore[no-untyped-def]
-    net, conditions, edges, store, scratch, start, allowed, goal, wanted, parents, labels, queue, targets,
+    steps, conditions, edges, store, scratch, start, allowed, goal, wanted, parents, labels, queue, targets,
     new_labels
 ):  # fmt: skip
     """Breadth-first search from a state over stored, allowed states to the first edge that reaches a goal.
@@ -28,7 +32,7 @@ def shortest_path(  # type: ignore[no-untyped-def]
     while head < tail:
         state = np.int64(queue[head])
         head += 1
-        top = expand(net, conditions, edges, store, scratch, state, targets, new_labels, np.int64(0))
+        top = expand(steps, conditions, edges, store, scratch, state, targets, new_labels, np.int64(0))
         for k in range(top):
             target, label = targets[k], new_labels[k]
             if not allowed[target]:
@@ -52,9 +56,9 @@ def shortest_path(  # type: ignore[no-untyped-def]
     return np.int64(-1)
 
 
-@njit(cache=True)
+@kernel()
 def inner_edges(  # type: ignore[no-untyped-def]
-    net, conditions, edges, store, scratch, states, first, number, sources, targets, labels, weak, strong
+    steps, conditions, edges, store, scratch, states, first, number, sources, targets, labels, weak, strong
 ):  # fmt: skip
     """List the edges between the given states, from position `first` of them on, as far as there is room.
 
@@ -67,7 +71,7 @@ def inner_edges(  # type: ignore[no-untyped-def]
     position = first
     while position < states.size and top + room <= targets.size:
         state = np.int64(states[position])
-        end = expand(net, conditions, edges, store, scratch, state, targets, labels, top)
+        end = expand(steps, conditions, edges, store, scratch, state, targets, labels, top)
         for m in range(scratch.weak_seen.size):
             weak[position, m] = scratch.weak_seen[m]
             strong[position, m] = scratch.strong_seen[m]

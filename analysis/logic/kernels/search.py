@@ -1,7 +1,9 @@
 """On-the-fly emptiness check of a product by strongly connected components, as a machine that can stop.
 
 Depth-first search with a stack of roots of components; a closing edge joins the components above its target
-and adds their marks. A component with all marks is an accepting run's loop, and the search stops there.
+and adds their marks. A component with all marks is an accepting run's loop, and the search stops there. A
+search that pauses, for room or for the clock, goes on where it was. It knows of the net what `expand` tells
+of it.
 
 References
 ----------
@@ -14,10 +16,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from dineros.analysis.logic.kernels.product import MAY_ADD, STATES, expand
+from dineros.analysis.nets.kernels import kernel
 
 Int32Array = NDArray[np.int32]
 Int64Array = NDArray[np.int64]
@@ -44,7 +46,7 @@ class Search(NamedTuple):
     control: Int64Array
 
 
-@njit(cache=True)
+@kernel()
 def is_accepting(search, root, required):  # type: ignore[no-untyped-def]
     """Whether a component has all required marks and is fair to the strongly fair transitions in it."""
     for m in range(required.size):
@@ -54,7 +56,7 @@ def is_accepting(search, root, required):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True)
+@kernel()
 def has_required(search, root, required):  # type: ignore[no-untyped-def]
     """Whether a component has all required marks."""
     missing = 0
@@ -63,7 +65,7 @@ def has_required(search, root, required):  # type: ignore[no-untyped-def]
     return missing == 0
 
 
-@njit(cache=True)
+@kernel()
 def close_cycle(search, conditions, edges, number, label):  # type: ignore[no-untyped-def]
     """Join the components above a live state's, after an edge to it; return whether the result accepts."""
     control = search.control
@@ -83,14 +85,14 @@ def close_cycle(search, conditions, edges, number, label):  # type: ignore[no-un
     return is_accepting(search, root, conditions.required)
 
 
-@njit(cache=True)
-def explore(net, conditions, edges, store, scratch, search, visits):  # type: ignore[no-untyped-def]
+@kernel()
+def explore(steps, conditions, edges, store, scratch, search, visits):  # type: ignore[no-untyped-def]
     """Go on with the search until it is decided, something is needed, or `visits` more states are visited."""
     store.counters[MAY_ADD] = 1
     control, number = search.control, search.number
     width = edges.target.size
     mark_words = conditions.required.size
-    room = (net.pre_pointer.size) * scratch.candidates.size
+    room = steps.delta.shape[0] * scratch.candidates.size
     while True:
         frames, top = control[FRAMES], control[POOL]
         if frames == 0 and top == 0:
@@ -142,7 +144,7 @@ def explore(net, conditions, edges, store, scratch, search, visits):  # type: ig
             return SEARCH_FULL
         # Successors go on top of the edge taken; only when all have room is it removed and the state visited.
         end = expand(
-            net, conditions, edges, store, scratch, state, search.pool_target, search.pool_label, top
+            steps, conditions, edges, store, scratch, state, search.pool_target, search.pool_label, top
         )
         if end < 0:
             return OVERFLOW

@@ -1,5 +1,8 @@
 """Kernels on stored reachability graphs: building them, and the fixpoints of CTL over predecessor lists.
 
+A graph is that of the markings a `Product` stores; its edges are kept, where the search of LTL forgets them.
+Branching questions look at each of them more than once.
+
 References
 ----------
 E. M. Clarke, E. A. Emerson, A. P. Sistla, *Automatic verification of finite-state concurrent systems using
@@ -10,22 +13,22 @@ fixed-point equations on transition systems*, CAAP 1992, LNCS 581 (counting succ
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from dineros.analysis.logic.kernels.product import MAY_ADD, STATES, expand, find_enabled, read_letter
+from dineros.analysis.nets.kernels import kernel
 
 COMPLETE, STORE_FULL, ARCS_FULL, OVERFLOW, PAUSED = range(5)
 
 
-@njit(cache=True)
+@kernel()
 def build(  # type: ignore[no-untyped-def]
-    net, conditions, edges, store, scratch, pointer, targets, labels, first, visits
+    steps, conditions, edges, store, scratch, pointer, targets, labels, first, visits
 ):  # fmt: skip
     """Expand states in the order they were found, from `first` on; write their successors in CSR form.
 
     Returns a status and the state to go on from.
     """
-    room = net.pre_pointer.size * scratch.candidates.size
+    room = steps.delta.shape[0] * scratch.candidates.size
     store.counters[MAY_ADD] = 1
     state = first
     while state < store.counters[STATES]:
@@ -38,7 +41,7 @@ def build(  # type: ignore[no-untyped-def]
         if pointer[state] + room > targets.size:
             return ARCS_FULL, state
         top = pointer[state]
-        end = expand(net, conditions, edges, store, scratch, state, targets[top:], labels, np.int64(0))
+        end = expand(steps, conditions, edges, store, scratch, state, targets[top:], labels, np.int64(0))
         if end < 0:
             return OVERFLOW, state
         pointer[state + 1] = top + end
@@ -47,17 +50,17 @@ def build(  # type: ignore[no-untyped-def]
     return COMPLETE, state
 
 
-@njit(cache=True)
-def letters(net, conditions, store, scratch, result):  # type: ignore[no-untyped-def]
+@kernel()
+def letters(steps, conditions, store, scratch, result):  # type: ignore[no-untyped-def]
     """Write the bits of the atoms true in each state."""
     for state in range(store.counters[STATES]):
-        vector = store.words[state]
-        read_letter(conditions, scratch, vector, find_enabled(net, vector, scratch.enabled))
+        count = find_enabled(steps, store, scratch, state)
+        read_letter(steps, conditions, store, scratch, state, count)
         for w in range(scratch.letter.size):
             result[state, w] = scratch.letter[w]
 
 
-@njit(cache=True)
+@kernel()
 def predecessors(pointer, targets, back_pointer, sources):  # type: ignore[no-untyped-def]
     """Reverse a graph in CSR form; `back_pointer` must be zero."""
     size = pointer.size - 1
@@ -73,7 +76,7 @@ def predecessors(pointer, targets, back_pointer, sources):  # type: ignore[no-un
             place[t] += 1
 
 
-@njit(cache=True)
+@kernel()
 def some_successor(pointer, targets, inside, result):  # type: ignore[no-untyped-def]
     """EX: states with a successor in a set."""
     for s in range(pointer.size - 1):
@@ -83,7 +86,7 @@ def some_successor(pointer, targets, inside, result):  # type: ignore[no-untyped
                 break
 
 
-@njit(cache=True)
+@kernel()
 def some_until(back_pointer, sources, stay, result, queue):  # type: ignore[no-untyped-def]
     """E[stay U goal]: `result` holds the goal and becomes the answer."""
     tail = 0
@@ -103,7 +106,7 @@ def some_until(back_pointer, sources, stay, result, queue):  # type: ignore[no-u
                 tail += 1
 
 
-@njit(cache=True)
+@kernel()
 def some_globally(pointer, targets, back_pointer, sources, result, queue):  # type: ignore[no-untyped-def]
     """EG: `result` holds a set and becomes its states from which a run stays in it for ever."""
     size = result.size
@@ -133,7 +136,7 @@ def some_globally(pointer, targets, back_pointer, sources, result, queue):  # ty
                     tail += 1
 
 
-@njit(cache=True)
+@kernel()
 def path_states(pointer, targets, start, allowed, goal, parents, queue):  # type: ignore[no-untyped-def]
     """Breadth-first search over allowed states for the end of a shortest path with an edge to a goal.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -137,6 +137,11 @@ def resolved_transitions(names: Names, name: Name) -> Sequence[int]:
         return names.transitions(name.text)
     except FormulaError as error:
         raise error.at(name.column) from None
+
+
+def all_resolved(names: Names, wanted: Iterable[str]) -> list[int]:
+    """Return the transitions of some names, each once."""
+    return list(dict.fromkeys(t for name in wanted for t in resolved_transitions(names, Name(name))))
 
 
 def _condition(atom: Atom, names: Names) -> Condition:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.graphs.product import Product
 from dineros.analysis.logic.kernels.search import (
     CANDIDATE,
@@ -25,7 +26,6 @@ from dineros.analysis.logic.kernels.search import (
 )
 from dineros.analysis.logic.ltl.fairness import InnerGraph
 from dineros.analysis.logic.ltl.lassos import ProductRun, find_run
-from dineros.analysis.logic.verdicts.budget import Meter
 
 VISITS = 100_000
 """States visited between looks at the clock."""
@@ -38,13 +38,13 @@ class Emptiness:
     Attributes
     ----------
     product : Product
-    meter : Meter
+    budget : Budget
     edges_seen : int
         Edges of the product followed so far.
     """
 
     product: Product
-    meter: Meter
+    budget: Budget
 
     def __post_init__(self) -> None:
         self.search = _new_search(self.product)
@@ -96,7 +96,7 @@ class Emptiness:
                 self._check()
 
     def _check(self) -> None:
-        self.meter.report(self.product.states, self.product.memory_bytes + self._search_bytes())
+        self.budget.report(self.product.progress(self.product.memory_bytes + self._search_bytes()))
 
     def _component(self) -> np.ndarray[tuple[int], np.dtype[np.int32]]:
         """Return the states of the component on top of the stack."""
@@ -125,7 +125,7 @@ class Emptiness:
         for name, size, room in stacks:
             array = getattr(search, name)
             if control[size] + room > len(array):
-                self.meter.check_memory(self.product.memory_bytes + self._search_bytes() + 2 * array.nbytes)
+                self.budget.check_memory(self.product.memory_bytes + self._search_bytes() + 2 * array.nbytes)
                 larger = np.empty((2 * len(array), *array.shape[1:]), dtype=array.dtype)
                 larger[: len(array)] = array
                 changed[name] = larger

@@ -65,7 +65,7 @@ class InnerGraph:
         parts: list[list[Int32Array]] = []
         position = 0
         while position < states.size:
-            product.meter.check_memory(
+            product.budget.check_memory(
                 product.memory_bytes + sum(array.nbytes for part in parts for array in part)
             )
             position, count = inner_edges(

@@ -10,11 +10,11 @@ from itertools import islice
 
 import numpy as np
 
+from dineros.analysis.answers.budget import BudgetExceededError
 from dineros.analysis.logic.graphs.product import Product
 from dineros.analysis.logic.kernels.stored import COMPLETE, OVERFLOW, PAUSED, STORE_FULL, build
 from dineros.analysis.logic.ltl.fairness import InnerGraph
 from dineros.analysis.logic.ltl.lassos import ProductRun, find_run
-from dineros.analysis.logic.verdicts.budget import BudgetExceededError
 
 CHOICES = 3
 """Accepting components, the nearest ones, for which a run is made."""

@@ -10,17 +10,18 @@ M. Y. Vardi, P. Wolper, *An automata-theoretic approach to automatic program ver
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.automata.translation import translate
-from dineros.analysis.logic.language.atoms import BoundAtoms, resolved_transitions
+from dineros.analysis.logic.language.atoms import BoundAtoms, all_resolved
 from dineros.analysis.logic.language.combining import combined, condition_of
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.rewriting import negated
-from dineros.analysis.logic.language.syntax import Formula, Name
-from dineros.analysis.logic.verdicts.budget import Budget, BudgetExceededError, Meter, ProgressCallback
-from dineros.analysis.logic.verdicts.verdict import Verdict, check_counterexample
+from dineros.analysis.logic.language.syntax import Formula
+from dineros.analysis.logic.verdicts.verdict import check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet
 
 FEWEST_NEARBY = 20_000
@@ -36,9 +37,8 @@ def verify_ltl(
     names: Names | None = None,
     weak: Iterable[str] = (),
     strong: Iterable[str] = (),
-    budget: Budget | None = None,
-    progress: ProgressCallback | None = None,
-) -> Verdict:
+    budget: Budget = UNLIMITED,
+) -> Outcome:
     """Decide whether all fair runs of a net satisfy an LTL formula.
 
     Parameters
@@ -55,12 +55,10 @@ def verify_ltl(
         that is not enabled again and again without being fired again and again.
     budget : Budget, optional
         Limits; by default there are none.
-    progress : callable, optional
-        Told a few times a second how far the search is.
 
     Returns
     -------
-    Verdict
+    Outcome
         ``violated`` comes with a run that was replayed by the plain firing rule, and on which the formula was
         found false (and the run fair) by definition.
 
@@ -83,33 +81,28 @@ def verify_ltl(
     from dineros.analysis.logic.ltl.shorter_lassos import shortened
 
     names = names or NetNames(net)
-    meter = Meter(budget or Budget(), progress)
+    budget = budget.begun()
     tree = parse(formula) if isinstance(formula, str) else formula
     atoms = BoundAtoms(net, tree, names)
-    weakly, strongly = _fair(names, weak), _fair(names, strong)
+    weakly, strongly = all_resolved(names, weak), all_resolved(names, strong)
     # A strongly fair run is weakly fair.
     weakly = [t for t in weakly if t not in strongly]
     automaton = translate(negated(combined(tree)))
     conditions = [condition_of(atom, atoms.conditions) for atom in automaton.atoms]
     states = 0
     try:
-        product = Product(net, automaton, conditions, weakly, strongly, meter)
+        product = Product(net, automaton, conditions, weakly, strongly, budget)
         states = 1
-        search = Emptiness(product, meter)
+        search = Emptiness(product, budget)
         try:
             run = search.run()
         finally:
             states = product.states
     except BudgetExceededError as reason:
-        return Verdict("unknown", states=states, seconds=meter.seconds, reason=str(reason))
+        return Outcome("unknown", states=states, seconds=budget.spent, reason=str(reason))
     if run is None:
-        return Verdict("holds", states=states, seconds=meter.seconds)
-    nearby = min(max(FEWEST_NEARBY, states), MOST_NEARBY, meter.budget.states or MOST_NEARBY)
-    run = shortened(run, Product(net, automaton, conditions, weakly, strongly, meter), nearby)
+        return Outcome("holds", states=states, seconds=budget.spent)
+    nearby = min(max(FEWEST_NEARBY, states), MOST_NEARBY, budget.states or MOST_NEARBY)
+    run = shortened(run, Product(net, automaton, conditions, weakly, strongly, budget, product.cells), nearby)
     check_counterexample(net, tree, atoms, run.stem, run.loop, weakly, strongly)
-    return Verdict("violated", run.stem, run.loop, states, meter.seconds)
-
-
-def _fair(names: Names, wanted: Iterable[str]) -> Sequence[int]:
-    found = (t for name in wanted for t in resolved_transitions(names, Name(name)))
-    return list(dict.fromkeys(found))
+    return Outcome("violated", run.stem, run.loop, states, budget.spent)

@@ -1,46 +1,16 @@
-"""Answers to temporal questions, and runs replayed by the plain firing rule before they are shown."""
+"""Runs that show the answer to a temporal question, replayed by the plain firing rule before that."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
 
+from dineros.analysis.answers.outcome import Outcome as Verdict
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet
 
-Status = Literal["holds", "violated", "unknown"]
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """The answer to a temporal question.
-
-    Attributes
-    ----------
-    status : {"holds", "violated", "unknown"}
-    stem : tuple of int
-        Transitions of the witness from the initial marking; for a violated LTL formula the first part of a
-        run.
-    loop : tuple of int
-        Transitions fired again and again after the stem. Empty when the witness is a finite path, and when
-        the run ends in a deadlock, where it stays for ever.
-    states : int
-        States stored to find the answer.
-    seconds : float
-        Wall-clock time.
-    reason : str
-        Why the answer is unknown, what the witness shows, or why there is none though there could be.
-    """
-
-    status: Status
-    stem: tuple[int, ...] = ()
-    loop: tuple[int, ...] = ()
-    states: int = 0
-    seconds: float = 0.0
-    reason: str = ""
+__all__ = ["ReplayError", "Verdict", "check_counterexample", "replayed"]
 
 
 class ReplayError(AssertionError):

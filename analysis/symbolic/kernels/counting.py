@@ -6,12 +6,11 @@ products, and the Chinese remainder theorem gives the exact numbers back (module
 
 from __future__ import annotations
 
-from numba import njit
-
+from dineros.analysis.nets.kernels import kernel
 from dineros.analysis.symbolic.kernels.diagrams import FIRST_NODE, HEADER, MARK
 
 
-@njit(cache=True)
+@kernel()
 def find_nodes(mem, root, ids):  # type: ignore[no-untyped-def]
     """Write the positions of all nodes below `root`, itself included, to `ids`; return how many there are."""
     if root < FIRST_NODE:
@@ -33,7 +32,7 @@ def find_nodes(mem, root, ids):  # type: ignore[no-untyped-def]
     return count
 
 
-@njit(cache=True)
+@kernel()
 def child_indices(mem, ids, order, rank, level_start, first, child):  # type: ignore[no-untyped-def]
     """Copy the diagram: nodes renumbered by ascending level, number 0 the terminal, -1 no child.
 
@@ -64,7 +63,7 @@ def child_indices(mem, ids, order, rank, level_start, first, child):  # type: ig
     level_start[order.size + 1] = at
 
 
-@njit(cache=True)
+@kernel()
 def count_below(start, child, primes, below):  # type: ignore[no-untyped-def]
     """Row n: number of vectors node n stands for."""
     below[0, :] = 1
@@ -76,7 +75,7 @@ def count_below(start, child, primes, below):  # type: ignore[no-untyped-def]
                     below[n, q] = total - primes[q] if total >= primes[q] else total
 
 
-@njit(cache=True)
+@kernel()
 def count_above(start, child, root, primes, above):  # type: ignore[no-untyped-def]
     """Row n: number of ways from the root down to node n."""
     above[root, :] = 1
@@ -88,7 +87,7 @@ def count_above(start, child, root, primes, above):  # type: ignore[no-untyped-d
                     above[child[i], q] = total - primes[q] if total >= primes[q] else total
 
 
-@njit(cache=True)
+@kernel()
 def count_box(  # type: ignore[no-untyped-def]
     start, first, child, levels, masks, mask_start, top, bottom, primes, above, below, ways, answer
 ):  # fmt: skip
@@ -122,7 +121,7 @@ def count_box(  # type: ignore[no-untyped-def]
             ways[n, :] = 0
 
 
-@njit(cache=True)
+@kernel()
 def heaviest(start, first, child, level_of, weights, weight_start, best):  # type: ignore[no-untyped-def]
     """Entry n: largest sum of weights of local states over the vectors of node n."""
     best[0] = 0
@@ -137,7 +136,7 @@ def heaviest(start, first, child, level_of, weights, weight_start, best):  # typ
                     found = True
 
 
-@njit(cache=True)
+@kernel()
 def local_states(start, first, child, level_of, offset, seen):  # type: ignore[no-untyped-def]
     """Flag every local state that occurs: ``seen[offset[k] + i]`` for level k."""
     for n in range(1, start.size - 1):

@@ -14,7 +14,7 @@ per size.
 
 from __future__ import annotations
 
-from numba import njit
+from dineros.analysis.nets.kernels import kernel
 
 POOL_TOP, POOL_LIMIT, NODES, CREATED, BUCKET_MASK, CACHE_MASK, FAILED, STACK, HAVE, RESULT, MISSES = range(11)
 #: Children of a node that are as much work as one operation whose result is not known: where nodes are wide,
@@ -38,7 +38,7 @@ MARK = 1 << 24
 UNION, INTERSECTION, DIFFERENCE, EXCLUSION = -1, -2, -3, -4
 
 
-@njit(cache=True)
+@kernel()
 def make_node(mem, heads, control, free, level, buffer, start, low, high):  # type: ignore[no-untyped-def]
     """The node of `level` whose children are ``buffer[start + low:start + high]``: found or made.
 
@@ -88,14 +88,14 @@ def make_node(mem, heads, control, free, level, buffer, start, low, high):  # ty
     return node
 
 
-@njit(cache=True)
+@kernel()
 def slot_of(a, b, c, mask):  # type: ignore[no-untyped-def]
     """Position of the cache entry for three keys."""
     code = ((a * 0x9E3779B1 + b) * 0x9E3779B1 + c) * 0x1E3779B97F4A7C15
     return (((code >> 31) & 0x1FFFFFFFF) & mask) << 2
 
 
-@njit(cache=True)
+@kernel()
 def remember(a, b, c, result, cache, control):  # type: ignore[no-untyped-def]
     """Put a result into the cache under three keys."""
     slot = slot_of(a, b, c, control[CACHE_MASK])
@@ -105,7 +105,7 @@ def remember(a, b, c, result, cache, control):  # type: ignore[no-untyped-def]
     cache[slot + 3] = result
 
 
-@njit(cache=True)
+@kernel()
 def combine(  # type: ignore[no-untyped-def]
     a, b, operation, mem, heads, cache, control, free, base, buffer, pending
 ):  # fmt: skip
@@ -184,7 +184,7 @@ def combine(  # type: ignore[no-untyped-def]
         i += 1
 
 
-@njit(cache=True)
+@kernel()
 def exclude(  # type: ignore[no-untyped-def]
     a, boxes, mem, heads, cache, control, free, base, buffer, pending, state_class, row, following, offset
 ):  # fmt: skip
@@ -250,7 +250,7 @@ def exclude(  # type: ignore[no-untyped-def]
         i += 1
 
 
-@njit(cache=True)
+@kernel()
 def _keep_made(base, buffer, pending, level, low, high, top):  # type: ignore[no-untyped-def]
     """Remove all from the buffer but the children of nodes under way, from `level` up to `top`."""
     buffer[: base[level] + low] = 0
@@ -261,7 +261,7 @@ def _keep_made(base, buffer, pending, level, low, high, top):  # type: ignore[no
     buffer[done:] = 0
 
 
-@njit(cache=True)
+@kernel()
 def mark(mem, node, stack):  # type: ignore[no-untyped-def]
     """Mark every node below `node`, itself included."""
     if node < FIRST_NODE or mem[node + 1] & MARK:
@@ -280,7 +280,7 @@ def mark(mem, node, stack):  # type: ignore[no-untyped-def]
                 depth += 1
 
 
-@njit(cache=True)
+@kernel()
 def sweep(mem, heads, cache, control, free):  # type: ignore[no-untyped-def]
     """Free all unmarked nodes, forget cache entries that name one, unmark the rest."""
     for slot in range(0, (control[CACHE_MASK] + 1) << 2, 4):
@@ -297,7 +297,7 @@ def sweep(mem, heads, cache, control, free):  # type: ignore[no-untyped-def]
     rehash(mem, heads, control, free, True)
 
 
-@njit(cache=True)
+@kernel()
 def rehash(mem, heads, control, free, only_marked):  # type: ignore[no-untyped-def]
     """Rebuild the hash chains and, when `only_marked`, the lists of free records, in one walk."""
     heads[:] = 0

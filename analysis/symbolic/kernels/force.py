@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from dineros.analysis.nets.kernels import kernel
 
 
-@njit(cache=True)
+@kernel()
 def force(order, span_start, span_level, rounds):  # type: ignore[no-untyped-def]
     """Improve `order` in place by moving levels to the mean centre of their spans; the best order stays.
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from dineros.analysis.nets.kernels import kernel
 
 
-@njit(cache=True)
+@kernel()
 def chain(  # type: ignore[no-untyped-def]
     position, table_start, table_pairs, pair_source, pair_target, row_start, row_level, row_table,
     level, table, below, event_start, event_relation, pair_start, source, target,

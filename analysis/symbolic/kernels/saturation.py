@@ -17,8 +17,7 @@ asynchronous systems using constrained saturation*, ATVA 2009, LNCS 5799.
 
 from __future__ import annotations
 
-from numba import njit
-
+from dineros.analysis.nets.kernels import kernel
 from dineros.analysis.symbolic.kernels.diagrams import (
     CACHE_MASK,
     CLOSED_KEY,
@@ -51,7 +50,7 @@ PHASE, NODE, RELATION, INDEX, TARGET, EVENT, IDLE, CLOCK, CONSTRAINT, OPENED = r
 FRAME_SIZE = 10
 
 
-@njit(cache=True)
+@kernel()
 def saturate(  # type: ignore[no-untyped-def]
     mem, heads, cache, control, free, base, width, scratch, pending, work, changed, frame,
     relation_level, relation_table, relation_next, tables, event_start,
@@ -195,7 +194,7 @@ def saturate(  # type: ignore[no-untyped-def]
         control[STACK] = k
 
 
-@njit(cache=True)
+@kernel()
 def _allowed(mem, constraint, state):  # type: ignore[no-untyped-def]
     """What a constraint allows below a local state of its level; 0 where it has none."""
     if constraint == 0:
@@ -204,7 +203,7 @@ def _allowed(mem, constraint, state):  # type: ignore[no-untyped-def]
     return mem[constraint + HEADER + at] if 0 <= at < mem[constraint + 3] else 0
 
 
-@njit(cache=True)
+@kernel()
 def _known_image(  # type: ignore[no-untyped-def]
     child, relation, allowed, k, mem, heads, cache, control, free, base, scratch, pending
 ):  # fmt: skip
@@ -231,7 +230,7 @@ def _known_image(  # type: ignore[no-untyped-def]
     return -1
 
 
-@njit(cache=True)
+@kernel()
 def _known_closure(node, constraint, cache, control):  # type: ignore[no-untyped-def]
     """Closure of a node whose children are closed; -1 where it is not known yet."""
     if node == 0:
@@ -242,7 +241,7 @@ def _known_closure(node, constraint, cache, control):  # type: ignore[no-untyped
     return -1
 
 
-@njit(cache=True)
+@kernel()
 def _finish(k, result, frame, cache, control):  # type: ignore[no-untyped-def]
     """Give the result of a level to the level above, and remember what it is the image of."""
     node, relation, constraint = frame[k, NODE], frame[k, RELATION], frame[k, CONSTRAINT]
@@ -258,7 +257,7 @@ def _finish(k, result, frame, cache, control):  # type: ignore[no-untyped-def]
     control[STACK] = k + 1
 
 
-@njit(cache=True)
+@kernel()
 def begin(k, frame, event_start, pair_start, fired):  # type: ignore[no-untyped-def]
     """Set the frame of level k to the beginning of its fixed point: nothing fired, all changed at time 1."""
     event = event_start[k]
@@ -270,7 +269,7 @@ def begin(k, frame, event_start, pair_start, fired):  # type: ignore[no-untyped-
         fired[pair] = 0
 
 
-@njit(cache=True)
+@kernel()
 def transfer(old, new, control):  # type: ignore[no-untyped-def]
     """Put the entries of a cache into a larger one."""
     for slot in range(0, old.size, 4):

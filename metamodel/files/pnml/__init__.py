@@ -34,9 +34,9 @@ def read_pnml(path: Path | str) -> pn.Net:
     from dineros.metamodel.files.pnml.normalise import normalise
     from dineros.metamodel.files.pnml.read import read_records
     from dineros.metamodel.files.pnml.source import Source
-    from dineros.metamodel.files.positions import remember_file
     from dineros.metamodel.files.reading import collector_paused
     from dineros.metamodel.files.xml import parse
+    from dineros.metamodel.positions import remember_file
 
     source = Source(path)
     with collector_paused():
@@ -65,7 +65,7 @@ def write_pnml(net: pn.Net, path: Path | str, version: Version = "0.2") -> None:
         The file cannot be written, or PNML cannot hold the net.
     """
     from dineros.metamodel.files.atomic import write_atomically
-    from dineros.metamodel.files.positions import remember_file
+    from dineros.metamodel.positions import remember_file
 
     write_atomically(path, pnml_bytes(net, version))
     remember_file(net, Path(path))

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from lxml import etree
 
-from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel import pn, positions, rtm, sym
 from dineros.metamodel.errors import with_article
-from dineros.metamodel.files import positions
 from dineros.metamodel.files.pnml.channels import ChannelReader
 from dineros.metamodel.files.pnml.extension import ExtensionReader, keep_leftover
 from dineros.metamodel.files.pnml.layout import is_inhibitor_mark, read_layout

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from lxml import etree
 
-from dineros.metamodel import pn, sym
+from dineros.metamodel import pn, positions, sym
 from dineros.metamodel.elements import resolve
 from dineros.metamodel.errors import DinerosError, near_matches, with_article
-from dineros.metamodel.files import positions
 from dineros.metamodel.files.pnml.records import Extension, item_text, items
 from dineros.metamodel.files.pnml.source import Source, child
 

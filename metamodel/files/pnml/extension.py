@@ -10,10 +10,9 @@ from copy import deepcopy
 
 from lxml import etree
 
-from dineros.metamodel import pn, sym
+from dineros.metamodel import pn, positions, sym
 from dineros.metamodel.elements import label, node_net_of
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.files import positions
 from dineros.metamodel.files.pnml.groups import identify, read_groups
 from dineros.metamodel.files.pnml.layout import tool_info
 from dineros.metamodel.files.pnml.records import Extension, PageRecord, item_text, items

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from lxml import etree
 
-from dineros.metamodel import pn, sym
+from dineros.metamodel import pn, positions, sym
 from dineros.metamodel.elements import label, node_net_of, node_nets
-from dineros.metamodel.files import positions
 from dineros.metamodel.files.pnml.layout import read_graphics
 from dineros.metamodel.files.pnml.records import Extension, PageRecord, item_text, items
 from dineros.metamodel.files.pnml.source import Source, child

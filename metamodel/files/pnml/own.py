@@ -20,10 +20,9 @@ from typing import Any
 from lxml import etree
 from pyecore.ecore import EAttribute
 
-from dineros.metamodel import pn, pnm, rtm, sym
+from dineros.metamodel import pn, pnm, positions, rtm, sym
 from dineros.metamodel.base import EObject, features_of
 from dineros.metamodel.errors import DinerosError, near_matches, with_article
-from dineros.metamodel.files import positions
 from dineros.metamodel.files.pnml.source import LARGEST, Source, children, local
 from dineros.metamodel.files.pnml.vocabulary import OWN, OWN_VERSION, tag
 

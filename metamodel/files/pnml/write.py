@@ -47,7 +47,7 @@ class Writer:
         return text + b"\n"
 
     def _error(self, message: str, element: pn.Element, hint: str | None = None) -> ModelFileError:
-        from dineros.metamodel.files.positions import location_of
+        from dineros.metamodel.positions import location_of
 
         what = f"{type(element).__name__} {element.id!r} {message}"
         return ModelFileError(

@@ -172,7 +172,7 @@ class Listener:
         self._node, self._name, self._interface, self._decode = node, name, interface, codec.decode
         self._deserialise, self._senders = deserialize_message, senders
         self._gone: type[Exception] = InvalidHandle  # what it says once it is closed
-        self._announced, self._refused = announced, refused
+        self._announced, self._strange, self._refused = announced, strange, refused
         depth = companion_depth(limit)
         self._recognition: Recognition[Arrival] = Recognition(
             lambda arrival, id: known(Message(id, arrival.message.data), arrival.more),
@@ -201,6 +201,9 @@ class Listener:
     def arrived(self, ros_message: Any, sent: int, more: Any) -> None:
         """Take a message of the topic or service itself, sent at a time in nanoseconds."""
         arrival = Arrival(self._decode(ros_message), sent, more)
+        if self._recognition.is_idle and not self._subscription.get_publisher_count():
+            self._strange(arrival.message, more)  # nobody announces anything here
+            return
         content = content_of(arrival.message.data)
         self._catch_up()  # an older announcement of equal content must not take the place of its own
         if not self._recognition.recognise(content, sent, arrival):

@@ -90,6 +90,11 @@ class Recognition(Generic[Item]):
         """Whether a message waits for its announcement."""
         return bool(self._held)
 
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing waits: no message, and no announcement."""
+        return not self._held and not self._announcements
+
     def announced(self, content: bytes, sent: int, id: str) -> None:
         """Note an announcement, whose message may have come before it."""
         nearest = min(

@@ -57,10 +57,20 @@ class RclpyTransport:
         The ROS node to use; it stays open when the transport closes.
     seen : mapping, optional
         What the node received in an earlier life, as in a checkpoint: ``CHANNEL/PLACE`` -> sender -> number.
+    announces : bool
+        Whether messages of existing types get ids, which costs as much as the messages. A node that records
+        nothing sends none a second time, so that nobody needs them.
     """
 
-    def __init__(self, session: Session, seen: Mapping[str, Mapping[str, int]] | None = None) -> None:
+    def __init__(
+        self,
+        session: Session,
+        seen: Mapping[str, Mapping[str, int]] | None = None,
+        *,
+        announces: bool = True,
+    ) -> None:
         self._seen = seen or {}
+        self._announces = announces
         self._session = session
         self._is_open = False
         self._publishers: dict[tuple[str, str], _Outlet] = {}
@@ -107,7 +117,7 @@ class RclpyTransport:
     def _add_publisher(self, node: Any, port: PublisherPort, codecs: Codecs) -> None:
         interface, codec = codecs.topic(port)
         announcer = None
-        if port.type is not None and port.is_kept:
+        if port.type is not None and port.is_kept and self._announces:
             name = f"{node.resolve_topic_name(port.topic)}/{MESSAGES}"
             announcer = _made(name, lambda: Announcer(node, name, port.limit))
             self._own(Announcer.close, announcer)

@@ -9,13 +9,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from dineros.analysis.answers.budget import Budget, Progress
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.explicit import (
     Comparison,
-    Found,
     Goal,
     Order,
-    Unknown,
-    Unreachable,
     enabled_anywhere,
     explore,
     find,
@@ -46,7 +45,7 @@ def threads_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def counts(net: CompiledNet, workers: int = 1, order: Order = "breadth-first") -> ReferenceCounts:
-    space = explore(net, workers=workers, order=order, memory=MEMORY)
+    space = explore(net, Budget(MEMORY), workers=workers, order=order)
     assert space.complete, space.reason
     return ReferenceCounts(
         space.markings, space.arcs, space.deadlocks, space.largest_place, space.largest_total
@@ -91,7 +90,7 @@ def test_counts_agree_with_reference_on_generated_nets(net: CompiledNet, way: tu
     workers, order = way
     expected = reference_search(net, REFERENCE_LIMIT)
     if expected is None:
-        space = explore(net, workers=workers, order=order, states=5 * REFERENCE_LIMIT, memory=MEMORY)
+        space = explore(net, Budget(MEMORY, states=5 * REFERENCE_LIMIT), workers=workers, order=order)
         assert space.markings > REFERENCE_LIMIT or space.reason == "unbounded"
         assert (space.reason == "unbounded") == (space.pumping is not None)
         return
@@ -110,15 +109,15 @@ def test_witnesses_are_shortest_on_generated_nets(data: st.DataObject) -> None:
     for reduction in (None, "stubborn"):
         workers = data.draw(st.sampled_from([1, 2]))
         for goal, answer in zip(
-            wanted, find_all(net, wanted, reduction=reduction, workers=workers, memory=MEMORY), strict=True
+            wanted, find_all(net, wanted, Budget(MEMORY), reduction=reduction, workers=workers), strict=True
         ):
             best = min((d for m, d in distance.items() if goal.holds(net, m)), default=None)
             if best is None:
-                assert isinstance(answer, Unreachable)
+                assert answer.status == "unreachable"
                 assert answer.states == len(distance) or reduction or len(wanted) > 1
             else:
-                assert isinstance(answer, Found) and len(answer.trace) == best
-                assert goal.holds(net, replay(net, answer.trace)[-1])
+                assert answer.trace is not None and len(answer.trace) == best
+                assert goal.holds(net, replay(net, answer.stem)[-1])
 
 
 @given(st.data())
@@ -130,13 +129,13 @@ def test_depth_first_finds_what_is_there(data: st.DataObject) -> None:
     if not distance:
         return
     for reduction in (None, "stubborn"):
-        answers = find_all(net, wanted, order="depth-first", reduction=reduction, memory=MEMORY)
+        answers = find_all(net, wanted, Budget(MEMORY), order="depth-first", reduction=reduction)
         for goal, answer in zip(wanted, answers, strict=True):
             if any(goal.holds(net, marking) for marking in distance):
-                assert isinstance(answer, Found)
-                assert goal.holds(net, replay(net, answer.trace)[-1])
+                assert answer.status == "reachable"
+                assert goal.holds(net, replay(net, answer.stem)[-1])
             else:
-                assert isinstance(answer, Unreachable)
+                assert answer.status == "unreachable"
 
 
 @given(nets(), st.sampled_from(["breadth-first", "depth-first"]))
@@ -144,7 +143,7 @@ def test_depth_first_finds_what_is_there(data: st.DataObject) -> None:
 def test_stubborn_sets_keep_all_deadlocks(net: CompiledNet, order: Order) -> None:
     distance = levels(net)
     if distance:
-        space = explore(net, reduction="stubborn", order=order, workers=1, memory=MEMORY)
+        space = explore(net, Budget(MEMORY), reduction="stubborn", order=order, workers=1)
         assert space.complete and space.markings <= len(distance)
         assert space.deadlocks == sum(Goal.deadlock().holds(net, marking) for marking in distance)
 
@@ -155,9 +154,9 @@ def test_dead_transitions_on_generated_nets(net: CompiledNet) -> None:
     distance = levels(net)
     if distance:
         expected = [any(net.is_enabled(t, m) for m in distance) for t in range(len(net.transitions))]
-        flags = enabled_anywhere(net, workers=1, memory=MEMORY)
+        flags = enabled_anywhere(net, Budget(MEMORY), workers=1)
         assert isinstance(flags, np.ndarray) and flags.tolist() == expected
-        assert explore(net, workers=1, memory=MEMORY).enabled.tolist() == expected
+        assert explore(net, Budget(MEMORY), workers=1).enabled.tolist() == expected
 
 
 @pytest.mark.parametrize(
@@ -230,7 +229,7 @@ def test_places_outgrow_their_cells(order: Order) -> None:
     )
     assert counts(net, order=order) == reference_search(net)
     answer = find(net, Goal.where(net, [({"c": 1}, "=", 299), ({"b": 1}, ">", 4_500)]))
-    assert isinstance(answer, Found) and len(answer.trace) == 1_501 + 299
+    assert answer.trace is not None and len(answer.trace) == 1_501 + 299
 
 
 def test_unbounded_net_is_recognised() -> None:
@@ -246,32 +245,34 @@ def test_unbounded_net_is_recognised() -> None:
 
 def test_goal_in_an_unbounded_net() -> None:
     net = CompiledNet.build({"a": 0, "b": 0}, [("more", {}, {"a": 1}), ("take", {"a": 200}, {"b": 1})])
-    assert find(net, Goal.enabled(net, "take")) == Found((0,) * 200, (200, 0))
-    answer = find(net, Goal.where(net, [({"a": 1}, "<", 0)]), states=5_000)
-    assert isinstance(answer, Unknown) and answer.reason == "unbounded"
+    answer = find(net, Goal.enabled(net, "take"))
+    assert answer == Outcome("reachable", (0,) * 200)
+    assert replay(net, answer.stem)[-1] == [200, 0]
+    answer = find(net, Goal.where(net, [({"a": 1}, "<", 0)]), Budget(states=5_000))
+    assert answer.status == "unknown" and answer.reason == "unbounded"
 
 
 def test_limits_end_with_what_was_seen() -> None:
     net = classic.kanban(4)
-    small = explore(net, memory=1 << 21, workers=1)
+    small = explore(net, Budget(1 << 21), workers=1)
     assert small.reason == "memory" and 1_000 < small.markings < 454_475 and small.memory <= 1 << 21
-    assert explore(net, memory=1 << 22, workers=2).reason == "memory"
-    assert explore(net, states=10_000).reason == "states"
-    assert explore(net, seconds=0).reason == "time"
-    answer = find(net, Goal.where(net, [({"out1": 1}, ">", 9)]), states=100, workers=1)
-    assert isinstance(answer, Unknown) and answer.reason == "states" and 100 < answer.states < 1_000
+    assert explore(net, Budget(1 << 22), workers=2).reason == "memory"
+    assert explore(net, Budget(states=10_000)).reason == "states"
+    assert explore(net, Budget(seconds=0)).reason == "time"
+    answer = find(net, Goal.where(net, [({"out1": 1}, ">", 9)]), Budget(states=100), workers=1)
+    assert answer.status == "unknown" and answer.reason == "states" and 100 < (answer.states or 0) < 1_000
 
 
 def test_progress_may_interrupt(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(search, "PROGRESS_SECONDS", 0.0)
     reports = []
 
-    def stop(markings: int, rate: float, memory: int) -> None:
-        reports.append((markings, rate, memory))
+    def stop(progress: Progress) -> None:
+        reports.append(progress)
         if len(reports) == 3:
             raise KeyboardInterrupt
 
-    space = explore(classic.kanban(4), progress=stop)
+    space = explore(classic.kanban(4), Budget(progress=stop))
     assert space.reason == "interrupted" and len(reports) == 3 and 0 < space.markings < 454_475
 
 
@@ -279,9 +280,11 @@ def test_stubborn_sets_are_small_where_nothing_conflicts() -> None:
     places = {f"a{i}": 1 for i in range(12)} | {f"b{i}": 0 for i in range(12)}
     net = CompiledNet.build(places, [(f"t{i}", {f"a{i}": 1}, {f"b{i}": 1}) for i in range(12)])
     answer = find(net, Goal.deadlock(), reduction="stubborn")
-    assert isinstance(answer, Found) and len(answer.trace) == 12
+    assert answer.trace is not None and len(answer.trace) == 12
     assert explore(net, reduction="stubborn").markings == 13
-    assert find(net, Goal.where(net, [({"a0": 1, "b0": 1}, "=", 2)]), reduction="stubborn") == Unreachable(1)
+    assert find(net, Goal.where(net, [({"a0": 1, "b0": 1}, "=", 2)]), reduction="stubborn") == Outcome(
+        "unreachable", states=1
+    )
 
 
 def test_goals_of_many_shapes_at_once() -> None:
@@ -295,7 +298,7 @@ def test_goals_of_many_shapes_at_once() -> None:
     for workers, reduction in itertools.product((1, 2), (None, "stubborn")):
         answers = find_all(net, wanted, workers=workers, reduction=reduction)  # type: ignore[arg-type]
         for t, answer in enumerate(answers):
-            assert (len(answer.trace) if isinstance(answer, Found) else None) == distance.get(t)
+            assert (len(answer.trace) if answer.trace is not None else None) == distance.get(t)
 
 
 def test_a_wrong_witness_is_never_shown() -> None:

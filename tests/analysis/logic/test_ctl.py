@@ -6,6 +6,7 @@ import random
 
 import pytest
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
 from dineros.analysis.logic.language.names import NetNames
@@ -25,7 +26,6 @@ from dineros.analysis.logic.language.syntax import (
     Release,
     WeakUntil,
 )
-from dineros.analysis.logic.verdicts.budget import Budget
 from dineros.analysis.logic.verdicts.verdict import replayed
 from dineros.analysis.nets.compiled import CompiledNet
 from tests.analysis.logic.generated import atoms_of, random_ctl, random_net

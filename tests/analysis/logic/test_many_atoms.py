@@ -6,6 +6,7 @@ import random
 
 import pytest
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.ctl.checking import Engine, check_ctl
 from dineros.analysis.logic.language.combining import Combination, combined
 from dineros.analysis.logic.language.names import NetNames
@@ -61,17 +62,17 @@ def test_as_many_steps_as_are_asked() -> None:
 def test_a_marking_of_many_conditions_is_found() -> None:
     """More conjunctions than are searched for one by one, of more atoms than a word has bits."""
     pairs = " & ".join(f"(p{i} >= 1 | q{i} == 0)" for i in range(COUNT))
-    answer = find_marking(RING, f"{pairs} & p70 >= 1", NetNames(RING), 1 << 28)
+    answer = find_marking(RING, f"{pairs} & p70 >= 1", NetNames(RING), Budget(1 << 28))
     assert answer.status == "reachable"
     assert answer.trace == tuple(range(70))
     unreachable = " & ".join(f"(p{i} >= 1 | q{i} >= 1)" for i in range(COUNT))
-    assert find_marking(RING, unreachable, NetNames(RING), 1 << 28).status == "unreachable"
+    assert find_marking(RING, unreachable, NetNames(RING), Budget(1 << 28)).status == "unreachable"
 
 
 def test_a_search_gives_up_in_time() -> None:
     grows = CompiledNet.build({"a": 1, "b": 0}, [("t", {"a": 1}, {"a": 1, "b": 1})])
     for condition in ("b >= 1 & a >= 2", " & ".join(f"(b >= {i} | a >= 2)" for i in range(9)) + " & a >= 2"):
-        answer = find_marking(grows, condition, NetNames(grows), 1 << 30, seconds=0.2)
+        answer = find_marking(grows, condition, NetNames(grows), Budget(1 << 30, seconds=0.2))
         assert answer.status != "reachable"
 
 
@@ -141,5 +142,5 @@ def test_combinations_are_evaluated_as_they_stand(seed: int) -> None:
         text = condition(4)
         wanted = check_ctl(net, f"AG {text}", engine="symbolic").status
         assert verify_ltl(net, f"G {text}").status == wanted, text
-        found = find_marking(net, f"!{text}", NetNames(net), 1 << 26).status
+        found = find_marking(net, f"!{text}", NetNames(net), Budget(1 << 26)).status
         assert (found == "reachable") == (wanted == "violated"), text

@@ -7,6 +7,7 @@ import random
 import pytest
 
 from case_study.build import build
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.logic.ctl.checking import check_ctl, satisfying
 from dineros.analysis.logic.ctl.explicit_sets import ExplicitSets
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
@@ -14,7 +15,6 @@ from dineros.analysis.logic.graphs.stored import StateGraph
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import Exists, Globally, Not
-from dineros.analysis.logic.verdicts.budget import Budget, BudgetExceededError, Meter
 from dineros.analysis.logic.verdicts.verdict import replayed
 from dineros.analysis.model.subject import subject_of
 from dineros.analysis.nets.compiled import CompiledNet, Transition
@@ -57,13 +57,13 @@ def test_runs_that_last_are_those_of_the_stored_graph(seed: int) -> None:
         formula = rng.choice(atoms_of(rng, net, with_fired=False))
         tree = Exists(Globally(rng.choice([formula, Not(formula)])))
         atoms = BoundAtoms(net, tree, NetNames(net))
-        graph = StateGraph(net, list(atoms.conditions.items()), Meter(Budget(states=3_000)))
+        graph = StateGraph(net, list(atoms.conditions.items()), Budget(states=3_000).begun())
         try:
             graph.explore()
         except BudgetExceededError:
             continue
         lasting = satisfying(tree, ExplicitSets(graph))[tree]
-        space = symbolic_state_space(net, 1 << 24)
+        space = symbolic_state_space(net, Budget(1 << 24))
         sets = SymbolicSets(space, atoms)
         found = satisfying(tree, sets)[tree]
         assert [sets.contains(found, graph.product.marking(n)) for n in range(graph.size)] == lasting.tolist()

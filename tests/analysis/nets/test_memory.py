@@ -134,16 +134,16 @@ def test_memory_of_this_process() -> None:
 PROGRAM = """
 import json, sys
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.explicit import explore
+from dineros.analysis.explicit import Budget, explore
 from dineros.analysis.nets.memory import peak_memory
 order, workers, budget = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
 names = "abcdefgh"
 def chain(tokens):
     moves = [(f"t{i}", {names[i]: 1}, {names[i + 1]: 1}) for i in range(7)]
     return CompiledNet.build(dict.fromkeys(names, 0) | {"a": tokens}, moves)
-explore(chain(10), order=order, workers=workers, memory=budget)  # tables grow: all is compiled
+explore(chain(10), Budget(budget), order=order, workers=workers)  # tables grow: all is compiled
 before = peak_memory()
-space = explore(chain(60), order=order, workers=workers, memory=budget)
+space = explore(chain(60), Budget(budget), order=order, workers=workers)
 print(json.dumps([space.reason, space.markings, before, peak_memory()]))
 """
 

@@ -8,12 +8,12 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.explicit import explore
 from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import And, Exists, Finally, ForAll, Formula, Globally, Not, Or
 from dineros.analysis.logic.ltl.verification import verify_ltl
-from dineros.analysis.logic.verdicts.budget import Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties import answering
 from dineros.analysis.properties.answering import answer_properties
@@ -28,7 +28,7 @@ def small_nets(rng: random.Random, count: int) -> list[CompiledNet]:
     found: list[CompiledNet] = []
     while len(found) < count:
         net = random_net(rng)
-        if explore(net, states=2_000, workers=1).complete:
+        if explore(net, Budget(states=2_000), workers=1).complete:
             found.append(net)
     return found
 

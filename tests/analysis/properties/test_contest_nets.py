@@ -9,6 +9,7 @@ from random import Random
 
 import pytest
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.models import compile_net
 from dineros.analysis.properties.answering import answer_properties
@@ -54,7 +55,7 @@ def test_a_tenth_of_the_nets(tmp_path: Path) -> None:
         asked += [Property(question, "global", examination=question) for question in GLOBAL_PROPERTIES]
         verdicts = {id: v for examination in expected[name].values() for id, v in examination.items()}
         answers = {a.id: a.value for a in answer_properties(net, names, asked, seconds=1.0, memory=1 << 29)}
-        space = state_space(net, memory=1 << 29)
+        space = state_space(net, budget=Budget(1 << 29))
         answers |= {"STATES": space.states, "TRANSITIONS": space.arcs}
         for id, value in answers.items():
             if value is None:

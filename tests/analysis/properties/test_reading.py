@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.parser import parse
-from dineros.analysis.logic.verdicts.budget import Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties.property import GroupedNames, Property
 from dineros.analysis.properties.reading import read_properties

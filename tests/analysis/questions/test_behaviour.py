@@ -7,6 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from case_study.build import build
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.questions.behaviour import Behaviour, TooMuchWorkError, behaviour
@@ -31,7 +32,7 @@ def reference(net: CompiledNet) -> Behaviour:
 @settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_generated_nets(net: CompiledNet) -> None:
     if reference_search(net, 1_000) is not None:
-        assert behaviour(symbolic_state_space(net, 1 << 24)) == reference(net)
+        assert behaviour(symbolic_state_space(net, Budget(1 << 24))) == reference(net)
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from case_study.build import build, build_one_topic
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.explicit import explore
 from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.ltl.verification import verify_ltl
@@ -20,7 +21,7 @@ from dineros.metamodel.elements import find
 from dineros.metamodel.settings import apply
 from dineros.transformations.rules.catalogue import SignalVariant
 
-MEMORY = 1 << 30
+MEMORY = Budget(1 << 30)
 TABLE: dict[tuple[int, int, int], dict[SignalVariant, int]] = {
     (1, 0, 0): {"none": 432, "input-enabled": 4_942, "io-enabled": 30_016, "fully-enabled": 221_184},
     (1, 1, 0): {
@@ -55,7 +56,7 @@ def test_the_table(objects: tuple[int, int, int], signals: SignalVariant) -> Non
     net = subject_of(case_study(objects=objects), signals).net
     assert symbolic_state_space(net, MEMORY).markings == expected
     if expected < 200_000:
-        assert explore(net, memory=MEMORY).markings == expected
+        assert explore(net, MEMORY).markings == expected
 
 
 @pytest.mark.parametrize("signals", VARIANTS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.explicit import explore
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.semiflows import semiflows
@@ -18,7 +19,7 @@ def test_counts(clients: int, services: int) -> None:
     model = looping_clients(clients, services)
     assert validate(model) == []
     net = base_subject(model).net
-    space, searched = symbolic_state_space(net), explore(net, workers=1, memory=1 << 26)
+    space, searched = symbolic_state_space(net), explore(net, Budget(1 << 26), workers=1)
     assert (space.markings, space.arcs()) == COUNTS[clients, services]
     assert (searched.markings, searched.arcs) == COUNTS[clients, services]
 

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.explicit import Order
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
 from dineros.analysis.logic.language.names import NetNames
@@ -21,7 +22,7 @@ from tests.analysis import classic_nets as classic
 from tests.analysis.strategies import nets
 
 LIMIT = 500
-MEMORY = 1 << 24
+MEMORY = Budget(1 << 24)
 
 
 def conditions(net: CompiledNet) -> st.SearchStrategy[str]:
@@ -81,7 +82,7 @@ def test_conditions_hold_where_their_definition_says(data: st.DataObject) -> Non
 def test_what_would_be_too_many_conjunctions_is_asked_of_temporal_logic() -> None:
     net = classic.philosophers(9)
     text = " & ".join(f"(eat{i} == 1 | left{i} == 1)" for i in range(9))
-    answer = find_marking(net, text, NetNames(net), 1 << 26)
+    answer = find_marking(net, text, NetNames(net), Budget(1 << 26))
     assert answer.trace is not None
     last = dict(zip(net.places, replay(net, answer.trace)[-1], strict=True))
     assert all(last[f"eat{i}"] or last[f"left{i}"] for i in range(9))
@@ -102,6 +103,6 @@ def test_an_interruption_ends_all_searches(monkeypatch: pytest.MonkeyPatch) -> N
         {"a": 300, "b": 0, "c": 0, "d": 0},
         [("t", {"a": 1}, {"b": 1}), ("u", {"b": 1}, {"c": 1}), ("v", {"a": 200, "c": 150}, {})],
     )
-    answer = find_firing(net, 2, 1 << 30, stop)
+    answer = find_firing(net, 2, Budget(1 << 30, progress=stop))
     assert (answer.status, answer.reason, len(told)) == ("unknown", "interrupted", 1)
     assert answer.states

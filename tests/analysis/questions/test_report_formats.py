@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 from lxml import etree
 
+from dineros.analysis.questions.check import FAULTS
 from dineros.analysis.questions.report_formats import to_junit, to_sarif
 from dineros.analysis.witnesses.findings import Finding, Report, Step, Unknown, Witness
 from dineros.metamodel import pn
@@ -95,6 +97,21 @@ def check_sarif(log: dict[str, Any]) -> None:
                         assert step["location"]["message"]["text"]
                         assert step["importance"] in ("important", "essential", "unimportant")
                         assert all(state["text"] for state in step["state"].values())
+
+
+def test_the_log_describes_each_fault_as_its_question_does(model: tuple[pn.Net, Path]) -> None:
+    found = [Finding(fault.rule, fault.severity, (), "found") for fault in FAULTS.values()]
+    (run,) = to_sarif(Report(found), *model)["runs"]
+    rules = {rule["id"]: rule["shortDescription"]["text"] for rule in run["tool"]["driver"]["rules"]}
+    assert rules == {fault.rule: fault.meaning for fault in FAULTS.values()}
+    assert {"not-live", "not-reversible", "no-home-marking"} <= rules.keys()
+
+
+def test_the_guide_lists_every_fault() -> None:
+    page = (Path(__file__).resolve().parents[3] / "docs/analysis.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (`[a-z`, -]+`) \| (error|warning|note) \|", page, flags=re.MULTILINE)
+    listed = {rule: severity for rules, severity in rows for rule in re.findall("`([^`]+)`", rules)}
+    assert listed == {fault.rule: fault.severity for fault in FAULTS.values()}
 
 
 def results(model: pn.Net, path: Path) -> list[dict[str, Any]]:

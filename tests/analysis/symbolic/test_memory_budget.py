@@ -14,6 +14,7 @@ MARGIN = 32 << 20
 SCRIPT = """
 import json, sys
 from dineros.analysis.nets.memory import peak_memory
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from tests.analysis import classic_nets as classic
 from tests.analysis.reference_case_study import reference_case_study
@@ -21,7 +22,7 @@ warm = symbolic_state_space(classic.kanban(2))
 warm.deadlocks(), warm.arcs(), warm.largest_total()
 net = reference_case_study((int(sys.argv[2]),) * 3, "io")
 before = peak_memory()
-space = symbolic_state_space(net, memory=int(sys.argv[1]))
+space = symbolic_state_space(net, Budget(int(sys.argv[1])))
 if space.complete:
     space.deadlocks(), space.arcs(), space.largest_total()
 after = peak_memory()

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.kernels.diagrams import POOL_LIMIT, POOL_TOP
@@ -67,7 +68,7 @@ def test_it_goes_on_after_garbage_collection_or_says_that_memory_ran_out(is_tidy
     net = classic.philosophers(8)
     ended = {"at once": 0, "after collecting": 0, "out of memory": 0}
     for room in range(0, 1_200, 15):
-        space = symbolic_state_space(net, 1 << 22)
+        space = symbolic_state_space(net, Budget(1 << 22))
         sets, diagram = space.sets, space.diagram  # making `sets` takes room itself
         with Scope(diagram) as scope:
             scope.hold(diagram.root)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import HealthCheck, given, settings
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.explicit import explore
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.symbolic import engine as symbolic
@@ -22,7 +23,7 @@ REFERENCE_LIMIT = 3_000
 
 
 def explicit_counts(net: CompiledNet, workers: int) -> ReferenceCounts:
-    space = explore(net, workers=workers, memory=1 << 26)
+    space = explore(net, Budget(1 << 26), workers=workers)
     assert space.complete, space.reason
     return ReferenceCounts(
         space.markings, space.arcs, space.deadlocks, space.largest_place, space.largest_total
@@ -30,7 +31,7 @@ def explicit_counts(net: CompiledNet, workers: int) -> ReferenceCounts:
 
 
 def symbolic_counts(net: CompiledNet) -> ReferenceCounts:
-    space = symbolic_state_space(net, memory=1 << 26)
+    space = symbolic_state_space(net, Budget(1 << 26))
     assert space.complete, space.reason
     deadlocks = space.deadlocks()
     assert deadlocks is not None
@@ -44,7 +45,7 @@ def symbolic_counts(net: CompiledNet) -> ReferenceCounts:
 def test_engines_agree_with_reference_on_generated_nets(net: CompiledNet) -> None:
     expected = reference_search(net, REFERENCE_LIMIT)
     if expected is None:
-        space = explore(net, workers=1, memory=1 << 24)
+        space = explore(net, Budget(1 << 24), workers=1)
         assert space.markings > REFERENCE_LIMIT or space.reason in ("unbounded", "memory")
         return
     assert explicit_counts(net, 1) == expected
@@ -115,7 +116,7 @@ def test_unbounded_net_is_recognised() -> None:
 
 
 def test_memory_budget_ends_with_what_was_seen() -> None:
-    space = symbolic_state_space(reference_case_study((3, 3, 3), "io"), memory=1 << 16)
+    space = symbolic_state_space(reference_case_study((3, 3, 3), "io"), Budget(1 << 16))
     assert not space.complete and space.reason == "memory"
     # It gives up after a few orders: what is left of the search would not make a small store large.
     assert space.search_work < 5_000_000

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.questions.state_space import differences
 from dineros.analysis.tina import TinaCounts, TinaError, count, read_digest
@@ -60,13 +61,13 @@ def test_counts_come_back(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyP
     net = NETS[name]
     counts = count(net)
     assert counts.is_bounded
-    assert differences(net, counts, 1 << 24) == []
+    assert differences(net, counts, Budget(1 << 24)) == []
 
 
 def test_a_difference_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stand_in(tmp_path, monkeypatch, STAND_IN.format(python=sys.executable, root=str(ROOT), off=1))
     net = NETS["philosophers"]
-    (line,) = differences(net, count(net), 1 << 24)
+    (line,) = differences(net, count(net), Budget(1 << 24))
     assert line.startswith("arcs: ")
 
 
@@ -100,7 +101,7 @@ def test_what_goes_wrong_is_told(
 ) -> None:
     stand_in(tmp_path, monkeypatch, program)
     with pytest.raises(TinaError, match=says):
-        count(NETS["kanban"], seconds=0.2 if "sleep" in program else None)
+        count(NETS["kanban"], Budget(seconds=0.2 if "sleep" in program else None))
 
 
 def test_without_tina_the_hint_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.tina.programs import LONGEST_ARGUMENT, TinaError, TinaTimeoutError, workplace
 from dineros.metamodel.files import load
@@ -34,7 +35,10 @@ def test_it_runs_where_the_net_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_time_ends_it_with_what_it_started(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program(tmp_path, monkeypatch, f"sleep 60 & echo $! > {tmp_path}/started; wait")
-    with workplace(NET, seconds=1) as place, pytest.raises(TinaTimeoutError, match="sift took more than 1 s"):
+    with (
+        workplace(NET, Budget(seconds=1)) as place,
+        pytest.raises(TinaTimeoutError, match="sift took more than 1 s"),
+    ):
         place.run("sift")
     stat = Path("/proc", (tmp_path / "started").read_text().strip(), "stat")
     for _ in range(100):
@@ -50,7 +54,7 @@ def test_time_ends_it_with_what_it_started(tmp_path: Path, monkeypatch: pytest.M
 def test_memory_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The limit may reach a program when it runs already, so that it waits for it."""
     program(tmp_path, monkeypatch, "while [ $(ulimit -v) = unlimited ]; do :; done; ulimit -v")
-    with workplace(NET, seconds=20, memory=1 << 30) as place:
+    with workplace(NET, Budget(1 << 30, seconds=20)) as place:
         assert place.run("sift").output == "1048576\n"
 
 

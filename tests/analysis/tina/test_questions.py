@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from dineros.analysis import tina
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.explicit import Order
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
 from dineros.analysis.logic.language.names import NetNames
@@ -53,8 +54,8 @@ class TestReachability:
         goal = " & ".join(f"{p} >= {n}" for p, n in zip(net.places, bounds, strict=False))
         names = NetNames(net)
         for text in (goal, f"deadlock & {goal}", f"{net.places[0]} > {bounds[0]}"):
-            answer = tina.find_marking(net, text, names, order)
-            assert answer.status == reachability.find_marking(net, text, names, 1 << 26).status
+            answer = tina.find_marking(net, text, names, order=order)
+            assert answer.status == reachability.find_marking(net, text, names, Budget(1 << 26)).status
             if answer.trace is not None:
                 condition = parse(text, "state")
                 end = Step(tuple(replay(net, answer.trace)[-1]), None)

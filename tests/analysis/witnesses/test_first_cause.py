@@ -16,7 +16,6 @@ from dineros.analysis.model.subject import Subject, subject_of
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.questions.reachability import find_firing
-from dineros.analysis.symbolic.engine import DEFAULT_MEMORY
 from dineros.analysis.witnesses.causal_past import CausalPast, TokenNeed
 from dineros.analysis.witnesses.findings import Witness, witness_of
 from dineros.analysis.witnesses.first_cause import Cause, blocked_cause, first_cause
@@ -292,7 +291,7 @@ def test_an_overflow_says_since_when_the_queue_was_full() -> None:
         for name, role in step_roles(subject.links()).items()
         if role.kind is Drop and role.queue == "publisher"
     )
-    answer = find_firing(subject.net, subject.transition_index[drop], DEFAULT_MEMORY)
+    answer = find_firing(subject.net, subject.transition_index[drop])
     assert answer.trace is not None
     found = witness_of(subject, answer.trace)
     cause = first_cause(found, "the publisher queue can overflow", "queue-overflow")

@@ -10,7 +10,6 @@ import pytest
 from dineros.analysis.model.step_roles import step_roles
 from dineros.analysis.model.subject import subject_of
 from dineros.analysis.questions.reachability import find_firing
-from dineros.analysis.symbolic.engine import DEFAULT_MEMORY
 from dineros.analysis.witnesses.findings import witness_of
 from dineros.analysis.witnesses.records import witness_records
 from dineros.metamodel import sym
@@ -84,7 +83,7 @@ def test_roles_of_the_case_study() -> None:
 @pytest.mark.parametrize("signals", ["fully-enabled", "input-enabled", "io-enabled"])
 def test_a_witness_as_a_trace(signals: str) -> None:
     subject = subject_of(talker(), signals)  # type: ignore[arg-type]
-    answer = find_firing(subject.net, subject.transition_index["Listen"], DEFAULT_MEMORY)
+    answer = find_firing(subject.net, subject.transition_index["Listen"])
     assert answer.trace is not None
     witness = witness_of(subject, answer.trace)
     header, *steps = witness_records(
@@ -136,7 +135,7 @@ def test_a_loss_names_its_queue() -> None:
         for name, role in step_roles(subject.links()).items()
         if role.kind is Drop and role.queue == "subscriber"
     ]
-    answer = find_firing(subject.net, subject.transition_index[drop], DEFAULT_MEMORY)
+    answer = find_firing(subject.net, subject.transition_index[drop])
     assert answer.trace is not None
     *_, last = witness_records(witness_of(subject, answer.trace), source="")
     assert isinstance(last, Drop)

@@ -8,7 +8,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.constraints import CONSTRAINTS, Violation, all_constraints, validate
 from dineros.metamodel.constraints.listing import limits_table, table
 from dineros.metamodel.errors import Location
-from dineros.metamodel.files.positions import remember
+from dineros.metamodel.positions import remember
 from tests.support.broken import CASES, small
 from tests.support.broken.cases import Case
 from tests.support.models import plain_nets, system_models

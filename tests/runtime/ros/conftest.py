@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 
 from dineros.generators import Options, generate
-from dineros.generators.building import build_interfaces, environment
+from dineros.generators.workspace.building import build_interfaces, environment
 from dineros.metamodel.files import save
 from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.process.environment import Reach, ros_environment

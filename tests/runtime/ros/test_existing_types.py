@@ -40,7 +40,7 @@ def configure(net):
 DEADLY = """
 import os, signal, time
 from pathlib import Path
-from dineros.runtime.ros.{module} import {owner}
+from dineros.runtime.ros.channels.{module} import {owner}
 
 send = {owner}.{method}
 

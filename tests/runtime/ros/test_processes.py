@@ -256,6 +256,21 @@ def test_a_client_without_a_request_wakes_nobody(ros: Ros) -> None:
     )
 
 
+@pytest.mark.parametrize("records", [False, True])
+def test_who_records_nothing_announces_nothing(ros: Ros, records: bool) -> None:
+    """A message of an existing type is announced with an id for who sends it again after a restart."""
+    text = ros.script(
+        "from dineros.runtime.journal.recording import ListRecorder\n"
+        "from dineros.runtime.nodes.net import Net\n"
+        "from dineros.runtime.ros.running import RosNode\n"
+        f"recorder = ListRecorder() if {records} else None\n"
+        "with RosNode(Net.load('scale.rtm.xmi'), recorder) as scale:\n"
+        "    print(*[name for name, _ in scale.session.node.get_topic_names_and_types()])\n"
+    )
+    assert "/readings" in text.split()
+    assert ("/readings/_messages" in text.split()) == records
+
+
 def test_killed_server_goes_on_from_its_journal(ros: Ros) -> None:
     """What it had begun to serve is served in its second life, and both clients get their response."""
     desk = ros.node("desk", {"request_timeout": 0.5})

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from dineros.metamodel import elements, pn, sym
 from dineros.metamodel.build import flow
 from dineros.views.nets import ViewModel
-from dineros.views.nets.model import Box, Node
+from dineros.views.nets.contents.model import Box, Node
 from tests.support.small_systems import small_system_models
 from tests.views.nets.geometry import box_area, node_area, overlap
 

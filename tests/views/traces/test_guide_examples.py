@@ -12,7 +12,7 @@ import pytest
 from dineros.analysis.model.subject import subject_of
 from dineros.analysis.witnesses.findings import witness_of
 from dineros.analysis.witnesses.first_cause import first_cause
-from dineros.cli.tracing import loads_of
+from dineros.cli.presentation.traces import loads_of
 from dineros.metamodel import sym
 from dineros.metamodel.files import load
 from dineros.metamodel.records import Header, read_records

@@ -14,14 +14,9 @@ from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.comparing import first_divergence
 from dineros.views.traces.net_pane import net_content
 from dineros.views.traces.page import trace_page
-from tests.views.browser import Visit
+from tests.views.browser import Visit, work
 from tests.views.samples import CASE_STUDY, lasso, long_run, run
 from tests.views.traces.test_building import built
-
-DRAWN_WITHIN = 8.0
-"""Seconds that a page of 20 000 steps may take to show its first picture."""
-FRAME_WITHIN = 50.0
-"""Milliseconds that drawing one window of 20 000 steps may take, at the median, on a busy machine."""
 
 NewVisit = Callable[..., Visit]
 
@@ -247,42 +242,23 @@ def test_names_that_look_like_markup_do_no_harm(tmp_path: Path, visit: NewVisit)
 
 
 def test_20_000_steps_render_and_scroll(tmp_path: Path, visit: NewVisit) -> None:
+    """What is done for a picture is as much as the window shows, however long the trace is."""
     one = visit()
-    file = page_of(tmp_path / "t.html", long_run(20_000))
-    one.open(file)  # warm: fonts, the browser's own start
-    page = one.open(file)
-    drawn = page.evaluate("performance.now()") / 1000
-    assert drawn < DRAWN_WITHIN
+    page = one.open(page_of(tmp_path / "t.html", long_run(20_000)))
     page.keyboard.press("t")
     one.settle()
     assert page.evaluate("dinerosTrace.view.scale.width") > 100_000
-    took = page.evaluate(
-        """async () => {
-          const { view } = dinerosTrace, took = [];
-          for (let i = 0; i < 60; i++) {
-            view.scroller.scrollLeft = (i * 7919 * 13) % view.scale.width;
-            await new Promise((done) => requestAnimationFrame(done));
-            const before = performance.now();
-            view.paint();
-            took.push(performance.now() - before);
-          }
-          return took.sort((a, b) => a - b);
-        }"""
-    )
-    assert took[30] < FRAME_WITHIN, took
+    for i in range(10):
+        at = f"({i} * 7919 * 13) % dinerosTrace.view.scale.width"
+        page.evaluate(f"dinerosTrace.view.scroller.scrollLeft = {at}")
+        one.settle()
+        done = work(page, "dinerosTrace.view.paint();")
+        assert 200 < done["marks"] < 400 and 90 < done["steps"] < 200
     page.evaluate("dinerosTrace.view.fit()")  # all of them in one window
     one.settle()
-    whole = page.evaluate(
-        "(() => { const before = performance.now(); dinerosTrace.view.paint();"
-        " return performance.now() - before; })()"
-    )
-    assert whole < 4 * FRAME_WITHIN
-    moved = page.evaluate(
-        """() => {
-          const before = performance.now();
-          for (let i = 1; i <= 10; i++) { dinerosTrace.select(i * 1000); dinerosTrace.view.paint(); }
-          return (performance.now() - before) / 10;
-        }"""
-    )
-    assert moved < 4 * FRAME_WITHIN
+    done = work(page, "dinerosTrace.view.paint();")
+    assert 500 < done["steps"] < 1000 < done["marks"] < 10_000
+    moves = "for (let i = 1; i <= 10; i++) { dinerosTrace.select(i * 1000); dinerosTrace.view.paint(); }"
+    done = work(page, moves)
+    assert 5000 < done["steps"] < 10_000 < done["marks"] < 100_000
     assert cursor(page) == 10_000

@@ -1,5 +1,5 @@
 // Draws a positioned net (made by dineros.views.nets.layout, or by layout.js) into an <svg> element, and
-// changes marking, signals and highlights by id without drawing anew. `dineros.views.nets.svg` makes the same
+// changes marking, signals and highlights by id without drawing anew. `dineros.views.nets.drawing.svg` makes the same
 // markup.
 
 import { lookUpOrAdd } from "../maps.js";

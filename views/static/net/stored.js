@@ -1,5 +1,5 @@
 // Sheets (pages, or the whole picture) whose elements were arranged in an editor keep that arrangement.
-// `dineros.views.nets.stored` follows the same rules where there is no engine for scripts.
+// `dineros.views.nets.placement.stored` follows the same rules where there is no engine for scripts.
 
 import { lookUp } from "../maps.js";
 

@@ -1,0 +1,96 @@
+"""Compiled kernels: kept from run to run, and compiled anew where any of their sources has changed.
+
+Numba keeps what it compiles beside a kernel's own file, and looks whether that file has changed. What a
+kernel calls or inlines from other files, and the constants it has from them, it does not look at: after an
+update an old kernel could run on new tables, or its index could name a class that is gone. So the folder
+that they are kept in is named by the content of all of them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+ROOM = Path(__file__).resolve().parents[1]
+_PREFIX = "dineros-kernels-"
+_IMPORTED = re.compile(rb"^from dineros\.analysis\.([\w.]+) import", re.MULTILINE)
+
+
+def kernel(**options: Any) -> Any:
+    """Return a decorator that compiles a function when it is first called, or takes what was compiled before.
+
+    Parameters
+    ----------
+    **options
+        Of ``numba.njit``.
+    """
+    from numba import config, njit
+
+    settings: Any = config
+    folder = _folder(settings.CACHE_DIR or None)
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        former = settings.CACHE_DIR
+        settings.CACHE_DIR = str(folder or "")  # looked at as the decorator is called, and not later
+        try:
+            return njit(cache=folder is not None, **options)(function)
+        finally:
+            settings.CACHE_DIR = former
+
+    return decorate
+
+
+@cache
+def _folder(given: str | None) -> Path | None:
+    """Return where kernels are kept; None where nothing can be written."""
+    name = f"{_PREFIX}{digest(sources(ROOM))}"
+    homes = [Path(given)] if given else [ROOM / "__pycache__", user_cache()]
+    return next((folder for home in homes if (folder := made(home, name))), None)
+
+
+def sources(room: Path) -> list[Path]:
+    """Return the files of all kernels below a folder, and those that they import from."""
+    found = sorted(room.glob("**/kernels/*.py"))
+    others = {
+        room.joinpath(*name.decode().split(".")).with_suffix(".py")
+        for file in found
+        for name in _IMPORTED.findall(file.read_bytes())
+    }
+    return [*found, *sorted(other for other in others - set(found) if other.is_file())]
+
+
+def digest(files: Iterable[Path]) -> str:
+    """Return what changes whenever a file does, comes or goes."""
+    known = hashlib.blake2b(digest_size=8)
+    for file in files:
+        known.update(b"%s\0%s\0" % (file.name.encode(), hashlib.blake2b(file.read_bytes()).digest()))
+    return known.hexdigest()
+
+
+def user_cache() -> Path:
+    """Return the folder for what can be made anew (XDG Base Directory Specification)."""
+    home = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(home) if os.path.isabs(home) else Path("~/.cache").expanduser()) / "dineros"  # noqa: PTH117
+
+
+def made(home: Path, name: str) -> Path | None:
+    """Make a folder for kernels, and remove those of other versions beside it; None where that cannot be."""
+    folder = home / name
+    try:
+        is_new = not folder.is_dir()
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        return None
+    if is_new:
+        for other in home.glob(f"{_PREFIX}*"):
+            if other != folder and not other.is_symlink():
+                shutil.rmtree(other, ignore_errors=True)
+    return folder

@@ -1,0 +1,192 @@
+"""Questions about one net, and the engines that answer them: each is one class.
+
+A question knows how the engines of DiNeROS decide it. Another engine is asked in the same way, and says which
+questions it knows an answer to.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.nets.compiled import CompiledNet
+
+if TYPE_CHECKING:
+    from dineros.analysis.explicit import Order
+    from dineros.analysis.symbolic.order_cache import OrderCache
+
+
+@dataclass(frozen=True)
+class Question(ABC):
+    """A question about a net.
+
+    Attributes
+    ----------
+    net : CompiledNet
+        The net.
+    names : Names
+        What names in the question stand for.
+    """
+
+    net: CompiledNet
+    names: Names
+
+    @abstractmethod
+    def decided(self, budget: Budget) -> Outcome:
+        """Return what the engines of DiNeROS answer, in the order that suits the question.
+
+        Raises
+        ------
+        FormulaError
+            The question cannot be read, or names something unknown.
+        """
+
+
+@dataclass(frozen=True)
+class Enabled(Question):
+    """Which way leads to a marking that enables a transition, the transition last.
+
+    Attributes
+    ----------
+    name : str
+        Of the transition, or of several: any of them.
+    order : {"breadth-first", "depth-first"}
+        How it is searched for.
+    """
+
+    name: str
+    order: Order = "breadth-first"
+
+    def decided(self, budget: Budget) -> Outcome:
+        """Search explicitly, then on the reduced net."""
+        from dineros.analysis.questions.reachability import find_enabled
+
+        return find_enabled(self.net, self.name, self.names, budget, self.order)
+
+
+@dataclass(frozen=True)
+class Marking(Question):
+    """Which way leads to a marking that fulfils a condition.
+
+    Attributes
+    ----------
+    condition : str
+        Without temporal operators.
+    order : {"breadth-first", "depth-first"}
+        How it is searched for.
+    """
+
+    condition: str
+    order: Order = "breadth-first"
+
+    def decided(self, budget: Budget) -> Outcome:
+        """Search explicitly, or with the automata of temporal logic."""
+        from dineros.analysis.questions.reachability import find_marking
+
+        return find_marking(self.net, self.condition, self.names, budget, self.order)
+
+
+@dataclass(frozen=True)
+class Linear(Question):
+    """Whether all fair runs satisfy a formula of LTL.
+
+    Attributes
+    ----------
+    formula : str
+        The formula.
+    weak, strong : tuple of str
+        Names of weakly and of strongly fair transitions.
+    """
+
+    formula: str
+    weak: tuple[str, ...] = ()
+    strong: tuple[str, ...] = ()
+
+    def decided(self, budget: Budget) -> Outcome:
+        """Search the product with an automaton on the fly."""
+        from dineros.analysis.logic.ltl.verification import verify_ltl
+
+        return verify_ltl(self.net, self.formula, self.names, self.weak, self.strong, budget)
+
+
+@dataclass(frozen=True)
+class Branching(Question):
+    """Whether the initial marking satisfies a formula of CTL.
+
+    Attributes
+    ----------
+    formula : str
+        The formula.
+    orders : OrderCache or None
+        Where orders of levels are kept for the symbolic engine.
+    """
+
+    formula: str
+    orders: OrderCache | None = None
+
+    def decided(self, budget: Budget) -> Outcome:
+        """Store markings one by one, then as decision diagrams."""
+        from dineros.analysis.logic.ctl.checking import check_ctl
+
+        return check_ctl(self.net, self.formula, self.names, budget, orders=self.orders)
+
+
+class Engine(ABC):
+    """Who answers questions. A new one is a subclass, and stands in `ENGINES`.
+
+    Attributes
+    ----------
+    name : str
+        As `--engine` has it.
+    """
+
+    name: ClassVar[str]
+
+    @abstractmethod
+    def answer(self, question: Question, budget: Budget) -> Outcome:
+        """Answer a question within a budget.
+
+        Raises
+        ------
+        FormulaError
+            The question cannot be read, or names something unknown.
+        DinerosError
+            The engine is not there, failed, or does not know such questions.
+        """
+
+
+class Own(Engine):
+    """The engines of DiNeROS, whichever suits the question."""
+
+    name = "auto"
+
+    def answer(self, question: Question, budget: Budget) -> Outcome:
+        """Let the question choose."""
+        return question.decided(budget.begun())
+
+
+class Tina(Engine):
+    """TINA of LAAS, where it is on the PATH."""
+
+    name = "tina"
+
+    def answer(self, question: Question, budget: Budget) -> Outcome:
+        """Run TINA's programs; what they show is replayed."""
+        from dineros.analysis import tina
+
+        match question:
+            case Enabled(net, names, name, order):
+                return tina.find_enabled(net, name, names, budget, order)
+            case Marking(net, names, condition, order):
+                return tina.find_marking(net, condition, names, budget, order)
+            case Linear(net, names, formula, weak, strong):
+                return tina.verify(net, formula, names, weak, strong, budget)
+        raise tina.TinaError(f"TINA is not asked such questions: {type(question).__name__}")
+
+
+ENGINES: dict[str, Engine] = {engine.name: engine for engine in (Own(), Tina())}
+"""By name."""

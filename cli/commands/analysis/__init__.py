@@ -1,0 +1,1 @@
+"""Subcommands that ask questions about models."""

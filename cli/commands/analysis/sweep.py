@@ -1,0 +1,186 @@
+"""``dineros sweep``: state spaces over a grid of models, as a table (the paper's Figs 15 to 17)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from dineros.cli.analysing import HOLDS, OVERFLOW, SIGNALS, UNKNOWN, load_valid, memory_option
+from dineros.cli.options import (
+    command,
+    json_option,
+    model_argument,
+    output_option,
+    settings_option,
+)
+from dineros.cli.presentation.sweeps import say_sweep, say_sweep_as_json, sweep_progress
+
+if TYPE_CHECKING:
+    from dineros.metamodel import pn
+
+_FIGURES = (".svg", ".png", ".pdf")
+_REDUCED = {"no": (False,), "yes": (True,), "both": (False, True)}
+
+
+def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
+    """Return a callback for an option that takes some of the known names, by commas, or ``all``."""
+
+    def read(context: click.Context, option: click.Parameter, value: str | None) -> tuple[str, ...] | None:
+        if value is None or value == "all":
+            return known if value else None
+        names = [name.strip() for name in value.split(",")]
+        for name in names:
+            if name not in known:
+                raise click.BadParameter(f"{name!r} is not one of {', '.join(known)}, all", context, option)
+        return tuple(dict.fromkeys(names))
+
+    return read
+
+
+@command(
+    "dineros sweep sorting.sym.xmi --vary RedObjects.tokens=0..1 --signals none -o red.csv",
+    "dineros sweep sorting.sym.xmi --vary RedObjects.tokens,BlueObjects.tokens=0,1 -o two.parquet",
+    "dineros sweep sorting.sym.xmi --vary RedObjects.tokens=0..1 --signals none -o figures.svg",
+)
+@model_argument()
+@click.option(
+    "--vary",
+    "vary",
+    multiple=True,
+    required=True,
+    metavar="ELEMENT.FEATURE[,..]=VALUES",
+    help="Values as 0..10, 0..10..2 or 1,2,5; repeatable; features before one '=' take the same value.",
+)
+@click.option(
+    "--signals",
+    callback=_names(SIGNALS),
+    metavar="all|NAME,..",
+    show_default="input-enabled",
+    help=f"Signal variants: {', '.join(SIGNALS)}.",
+)
+@click.option(
+    "--overflow",
+    callback=_names(OVERFLOW),
+    metavar="all|NAME,..",
+    show_default="weighted",
+    help=f"Overflow variants: {', '.join(OVERFLOW)}.",
+)
+@click.option(
+    "--reduced",
+    type=click.Choice(list(_REDUCED)),
+    default="no",
+    show_default=True,
+    help="Count the nets as they are, reduced ones, or both.",
+)
+@click.option(
+    "--engine",
+    type=click.Choice(["auto", "explicit", "symbolic"]),
+    default="auto",
+    show_default=True,
+    help="Explicit search, or decision diagrams.",
+)
+@output_option(
+    "The table to write (.csv, .parquet); or figures (.svg, .png, .pdf) with the table beside, as .csv."
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1),
+    metavar="N",
+    show_default="one for each processor",
+    help="Points at a time.",
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Use the workers of this Dask scheduler, such as tcp://10.0.0.1:8786.",
+)
+@click.option(
+    "--timeout",
+    type=click.FloatRange(0, min_open=True),
+    metavar="SECONDS",
+    help="Give up a point after so long.",
+)
+@memory_option
+@settings_option
+@json_option
+def sweep(
+    model: Path,
+    vary: tuple[str, ...],
+    signals: tuple[str, ...] | None,
+    overflow: tuple[str, ...] | None,
+    reduced: str,
+    engine: str,
+    output: Path,
+    workers: int | None,
+    scheduler: str | None,
+    timeout: float | None,
+    memory: int | None,
+    settings: tuple[str, ...],
+    as_json: bool,
+) -> int:
+    """Count the state spaces of a grid of models, and write a table with a row for each.
+
+    Finished points stand in OUT.partial.jsonl at once: run the same command again after an interruption, and
+    it goes on. Exit status 3 when some point stays unknown; the column `error` says why. Without --memory,
+    points at a time share 70 % of what is free, and on a cluster each may take 2G.
+    """
+    from dineros.analysis.nets.memory import OWN_MEMORY
+    from dineros.analysis.sweeps import Axis, Grid, SweepError
+    from dineros.analysis.sweeps import sweep as run_sweep
+    from dineros.metamodel.errors import DinerosError, Location
+
+    if workers is not None and scheduler is not None:
+        raise click.UsageError("--workers is for this machine; a scheduler has its own")
+    axes = tuple(Axis.parse(text) for text in vary)
+    net = load_valid(model, settings)
+    figures = output if output.suffix.lower() in _FIGURES else None
+    if figures is not None:
+        output = figures.with_suffix(".csv")
+        if output.exists() and not figures.exists():
+            raise DinerosError(
+                f"is there already, and the table of {figures.name} would overwrite it",
+                location=Location(output),
+                hint="name the figures otherwise, or move it away",
+            )
+    with sweep_progress() as progress:
+        try:
+            outcome = run_sweep(
+                net,
+                Grid(axes, *_variants(net, signals, overflow), _REDUCED[reduced]),
+                output,
+                engine=engine,
+                memory=None if memory is None else memory - OWN_MEMORY,
+                timeout=timeout,
+                workers=workers,
+                scheduler=scheduler,
+                progress=progress,
+            )
+        except DinerosError as error:
+            if not isinstance(error, SweepError):  # a setting stands in no file; its model does
+                error.location = error.location or Location(model)
+            raise
+    if figures is not None:
+        from dineros.metamodel.files.atomic import write_atomically
+        from dineros.views.reports.sweep_figures import sweep_figures
+
+        write_atomically(
+            figures, sweep_figures(outcome.rows, figures.suffix.lower(), title=net.name or net.id)
+        )
+    (say_sweep_as_json if as_json else say_sweep)(outcome, model, output, figures)
+    return UNKNOWN if outcome.unknown else HOLDS
+
+
+def _variants(
+    net: pn.Net, signals: tuple[str, ...] | None, overflow: tuple[str, ...] | None
+) -> tuple[tuple[str | None, ...], tuple[str | None, ...]]:
+    """Return the variants asked for; a plain net has none."""
+    from dineros.metamodel import sym
+
+    if isinstance(net, sym.SystemModel):
+        return signals or ("input-enabled",), overflow or ("weighted",)
+    if signals or overflow:
+        raise click.UsageError("--signals and --overflow are for system models; this is a plain net")
+    return (None,), (None,)

@@ -1,0 +1,165 @@
+"""``dineros verify``: temporal logic."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from dineros.cli.analysing import (
+    HOLDS,
+    UNKNOWN,
+    VIOLATED,
+    budget_of,
+    exploring,
+    load_subject,
+    question_engine_option,
+    question_options,
+    reading_formula,
+    write_witness,
+)
+from dineros.cli.console import say_json
+from dineros.cli.options import ModelPath, command, model_argument
+from dineros.cli.orders import cache_option, orders_beside
+from dineros.cli.presentation.answers import say_unfairness, say_verdict
+from dineros.cli.presentation.property_files import answer_properties, write_formula, write_properties
+from dineros.cli.quick_start import start_quickly
+
+
+@command(
+    "dineros verify sorting.sym.xmi --signals none --ctl 'AG EF (Shown >= 3)'",
+    "dineros verify sorting.sym.xmi --signals none --ltl 'G F fired(TSense)'",
+    "dineros verify net.pnml --properties CTLFireability.xml --properties Liveness",
+)
+@model_argument()
+@click.option("--ltl", metavar="FORMULA", help="A formula that all runs must satisfy.")
+@click.option("--ctl", metavar="FORMULA", help="A formula that the initial marking must satisfy.")
+@click.option(
+    "--fair",
+    "weak",
+    multiple=True,
+    metavar="TRANSITION",
+    help="Weakly fair, with --ltl: a transition, or all, signals, node:ID, all-but:T1,T2. Repeatable.",
+)
+@click.option(
+    "--strongly-fair",
+    "strong",
+    multiple=True,
+    metavar="TRANSITION",
+    help="Strongly fair, with --ltl; the same words. Repeatable.",
+)
+@click.option(
+    "--properties",
+    multiple=True,
+    metavar="FILE.xml",
+    help="Answer a property file of the Model Checking Contest, or one of its global questions; repeatable.",
+)
+@click.option(
+    "--write-properties",
+    "written",
+    type=ModelPath(),
+    metavar="FILE.xml",
+    help="Write what is asked as a property file of the contest, instead of answering it.",
+)
+@click.option(
+    "--timeout",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="SECONDS",
+    help="Give up after so long; with --properties, so long for each of them, all together.",
+)
+@cache_option
+@question_engine_option
+@question_options
+def verify(
+    model: Path,
+    ltl: str | None,
+    ctl: str | None,
+    weak: tuple[str, ...],
+    strong: tuple[str, ...],
+    properties: tuple[str, ...],
+    written: Path | None,
+    timeout: float | None,
+    engine: str,
+    output: Path | None,
+    signals: str,
+    overflow: str,
+    memory: int | None,
+    no_cache: bool,
+    settings: tuple[str, ...],
+    as_json: bool,
+) -> int:
+    """Verify a formula of linear (LTL) or branching (CTL) temporal logic, or all of a property file.
+
+    Atoms are `Shown >= 2`, `A + 2*B < 3`, `enabled(T)`, `fired(T)`, `signal(S)` and `deadlock`. A run that
+    ends in a deadlock stays there for ever. Exit status 0: holds; 1: violated; 3: unknown. An answer for
+    which no run is found in time stands without one, and says so. With --engine tina, TINA's programs tina
+    and selt answer for LTL; the run that selt shows is replayed. --properties takes property files of the
+    Model Checking Contest, and the names ReachabilityDeadlock, OneSafe, QuasiLiveness, Liveness and
+    StableMarking.
+    """
+    start_quickly()
+    orders = orders_beside(model, no_cache)
+    from dineros.analysis.model.fairness import fair_transitions, unfairness
+    from dineros.analysis.questions.engines import ENGINES, Branching, Linear, Question
+    from dineros.analysis.witnesses.findings import witness_of
+    from dineros.metamodel.errors import DinerosError
+
+    if properties:
+        if ltl is not None or ctl is not None or weak or strong or engine == "tina" or output is not None:
+            raise click.UsageError(
+                "--properties goes with none of --ltl, --ctl, --fair, --engine tina and -o"
+            )
+        subject = load_subject(model, settings, signals, overflow)
+        if written is not None:
+            return write_properties(subject, properties, written)
+        return answer_properties(subject, model, properties, budget_of(memory, timeout), as_json)
+    if (ltl is None) == (ctl is None):
+        raise click.UsageError("give either --ltl or --ctl, or --properties")
+    if ctl is not None and (weak or strong):
+        raise click.UsageError("fairness goes with --ltl")
+    if ctl is not None and engine == "tina":
+        raise DinerosError(
+            "--ctl cannot go with --engine tina: its program selt verifies LTL only",
+            hint="leave out --engine, or say it in LTL",
+        )
+    subject = load_subject(model, settings, signals, overflow)
+    if written is not None:
+        with reading_formula("--ltl" if ctl is None else "--ctl"):
+            return write_formula(subject, model, ltl, ctl, written)
+    with reading_formula("--fair"):
+        weak = fair_transitions(subject, weak)
+    with reading_formula("--strongly-fair"):
+        strong = fair_transitions(subject, strong)
+    question: Question
+    if ltl is not None:
+        question = Linear(subject.net, subject.names, ltl, weak, strong)
+    else:
+        assert ctl is not None
+        question = Branching(subject.net, subject.names, ctl, orders)
+    with exploring() as progress, reading_formula("--ltl" if ctl is None else "--ctl"):
+        verdict = ENGINES[engine].answer(question, budget_of(memory, timeout, progress))
+    witness = unfair = None
+    if verdict.status == "violated" and verdict.loop and ltl is not None:
+        unfair = unfairness(subject, verdict.stem, verdict.loop)
+    if verdict.stem or verdict.loop:
+        loop = len(verdict.stem) if verdict.loop else None
+        witness = witness_of(subject, [*verdict.stem, *verdict.loop], loop)
+    report = {
+        "model": str(model),
+        "formula": ltl or ctl,
+        "status": verdict.status,
+        "reason": verdict.reason,
+        "states": verdict.states,
+        "seconds": verdict.seconds,
+        "witness": witness.to_dict() if witness else None,
+        "unfair": unfair.to_dict(subject.net.transitions) if unfair else None,
+    }
+    if output is not None and witness is not None:
+        write_witness(witness, output, model, settings, str(ltl or ctl), verdict.status)
+    if as_json:
+        say_json(report)
+    else:
+        say_verdict(verdict, str(ltl or ctl), witness, model, output, is_linear=ltl is not None)
+        if unfair is not None and output is None:
+            say_unfairness(unfair, subject.net.transitions)
+    return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]

@@ -1,0 +1,1 @@
+"""Subcommands that generate and run applications, and look at what they did."""

@@ -1,0 +1,105 @@
+"""``dineros generate``: a ROS 2 workspace from a system model, kept up to date with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from dineros.cli.console import say_json, warn, working
+from dineros.cli.models import load_system, refuse_invalid
+from dineros.cli.options import command, json_option, model_argument, settings_option
+from dineros.cli.presentation.workspaces import say_comparison
+
+FOUND = 1
+
+
+@command(
+    "dineros generate sorting.sym.xmi -o workspace",
+    "dineros generate sorting.sym.xmi -o workspace --check",
+    "dineros generate sorting.sym.xmi -o workspace --templates our_templates --lifecycle",
+    "dineros generate sorting.sym.xmi -o workspace --tests witness.jsonl",
+)
+@model_argument()
+@click.option(
+    "-o",
+    "--output",
+    "workspace",
+    type=click.Path(path_type=Path),
+    metavar="WORKSPACE",
+    required=True,
+    help="The workspace: its folder src/ gets the packages.",
+)
+@settings_option
+@click.option("--check", is_flag=True, help="Write nothing; exit status 1 when anything is stale.")
+@click.option(
+    "--templates",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Templates of your own, which override ours file by file; to be named each time.",
+)
+@click.option("--default-templates", is_flag=True, help="Go back to our templates.")
+@click.option("--lifecycle/--plain", default=None, help="Lifecycle nodes or plain nodes; remembered.")
+@click.option("--maintainer", metavar="'NAME <ADDRESS>'", help="Maintainer of the packages; remembered.")
+@click.option("--license", "licence", metavar="NAME", help="Licence of the packages; remembered.")
+@click.option(
+    "--tests",
+    type=click.Path(path_type=Path),
+    metavar="TRACE",
+    multiple=True,
+    help="Write a test that drives the nodes through a witness or a recorded run; repeatable.",
+)
+@json_option
+def generate(
+    model: Path,
+    workspace: Path,
+    settings: tuple[str, ...],
+    check: bool,
+    templates: Path | None,
+    default_templates: bool,
+    lifecycle: bool | None,
+    maintainer: str | None,
+    licence: str | None,
+    tests: tuple[Path, ...],
+    as_json: bool,
+) -> int:
+    """Generate a ROS 2 workspace from a system model, or bring one up to date.
+
+    Each node net becomes a package with a module `handlers.py` that is its developer's: it is written once,
+    and stubs for new transitions are added at its end. Everything else is generated again when the model
+    changes; where such a file was edited, nothing is written and the differences are shown.
+    """
+    from dineros import generators
+
+    if templates is not None and default_templates:
+        raise click.UsageError("--templates and --default-templates exclude each other.")
+    system = load_system(model, settings)
+    refuse_invalid(system, model)
+    options = generators.Options(
+        source=model.name,
+        settings=settings,
+        lifecycle=lifecycle,
+        templates=templates,
+        default_templates=default_templates,
+        maintainer=maintainer,
+        license=licence,
+        tests=tests,
+    )
+    work = generators.check if check else generators.generate
+    try:
+        with working(f"Generating {workspace}"):
+            comparison = work(system, workspace, options)
+    except generators.EditedError as error:
+        for edit in error.edits:
+            warn(f"{edit.path} {edit.message}:")
+            if edit.difference:
+                warn(edit.difference.rstrip("\n"))
+        raise
+    if as_json:
+        written = not check and bool(comparison.changes)
+        stale = check and comparison.is_stale
+        found = {"model": str(model), "workspace": str(workspace), "written": written, "stale": stale}
+        say_json(found | comparison.to_dict())
+    else:
+        say_comparison(workspace, comparison, check)
+    return FOUND if check and comparison.is_stale else 0

@@ -1,0 +1,122 @@
+"""``dineros run``: an application, all its nodes watched and recorded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from dineros.cli.options import command, json_option, model_argument, settings_option
+
+
+@command(
+    "dineros run sorting.sym.xmi --simulate --seed 7",
+    "dineros run sorting.sym.xmi --local --until 'RedObjects == 1' --timeout 60 --trace traces --monitor",
+)
+@model_argument()
+@click.option("--local", is_flag=True, help="Run all nodes in this process, on threads, without ROS.")
+@click.option(
+    "--simulate", is_flag=True, help="As --local, in simulated time: the same seed gives the same run."
+)
+@click.option("--seed", type=click.IntRange(0, 2**32 - 1), metavar="N", help="Seed of the firing selections.")
+@click.option(
+    "--handlers",
+    "handler_file",
+    type=click.Path(path_type=Path),
+    metavar="FILE.py",
+    help="The handlers; by default handlers.py beside the model, where it is there.",
+)
+@click.option("--until", metavar="EXPR", help="End when this holds, such as 'Shown >= 4'.")
+@click.option("--trace", type=click.Path(path_type=Path), metavar="DIR", help="Keep the nodes' traces here.")
+@click.option("--timeout", type=click.FloatRange(min=0), metavar="S", help="End after so many seconds.")
+@click.option(
+    "--watchdog",
+    type=click.FloatRange(0, 86400),
+    metavar="S",
+    help="Name a handler that keeps its node from all else for so many seconds, by default 10; 0: never.",
+)
+@click.option("--resume", is_flag=True, help="Go on from the traces in DIR.")
+@click.option("--monitor", is_flag=True, help="Replay the run on the model meanwhile; end at a deviation.")
+@click.option("--view", is_flag=True, help="Serve a page on 127.0.0.1 that follows the run.")
+@click.option(
+    "--with",
+    "programs",
+    multiple=True,
+    metavar="COMMAND",
+    help="Run this program as well, in the environment of the nodes; repeatable.",
+)
+@click.option(
+    "--restarts", type=click.IntRange(0), default=5, show_default=True, help="Restarts per minute and node."
+)
+@click.option(
+    "--domain", type=click.IntRange(0, 101), metavar="N", help="ROS domain; by default ROS_DOMAIN_ID."
+)
+@click.option(
+    "--reach",
+    type=click.Choice(["memory", "machine", "network"]),
+    default="machine",
+    show_default=True,
+    help="How far ROS messages go.",
+)
+@click.option(
+    "--stale-after",
+    multiple=True,
+    metavar="SIGNAL=SECONDS[:THEN]",
+    help="Notice when nobody sets this signal for so long; then keep its value (keep), stop its node (stop), "
+    "or give it a value (true, false). Repeatable.",
+)
+@settings_option
+@json_option
+def run(
+    model: Path,
+    local: bool,
+    simulate: bool,
+    seed: int | None,
+    handler_file: Path | None,
+    until: str | None,
+    trace: Path | None,
+    timeout: float | None,
+    watchdog: float | None,
+    resume: bool,
+    monitor: bool,
+    view: bool,
+    programs: tuple[str, ...],
+    restarts: int,
+    domain: int | None,
+    reach: str,
+    stale_after: tuple[str, ...],
+    settings: tuple[str, ...],
+    as_json: bool,
+) -> int:
+    """Run all nodes of a system model, or of a generated workspace, until --until, --timeout or Ctrl-C.
+
+    Every node is a ROS 2 process of its own, unless --local or --simulate says otherwise; one that fails is
+    started again and goes on from its trace. MODEL is a system model or the folder of a workspace. Exit
+    status: 1 where a step was not allowed, 2 where a node could not go on, 3 where time was over before
+    --until held.
+    """
+    from dineros.cli.presentation.runs import say_run, say_run_as_json
+    from dineros.cli.running.applications import application_of
+    from dineros.cli.running.ros import RosOptions
+    from dineros.cli.running.running import Options, domain_of, run_application
+    from dineros.metamodel.errors import DinerosError
+
+    if resume and trace is None:
+        raise DinerosError("--resume needs the traces to go on from", hint="name their folder with --trace")
+    if programs and (local or simulate):
+        raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
+    application = application_of(model, settings, handler_file, stale_after)
+    is_on_ros = not (local or simulate)
+    options = Options(
+        until=until,
+        timeout=timeout,
+        trace=trace,
+        seed=seed,
+        watchdog=watchdog,
+        is_resumed=resume,
+        is_monitored=monitor,
+        is_shown=view,
+        ros=RosOptions(domain_of(domain), reach, programs, restarts) if is_on_ros else None,  # type: ignore[arg-type]
+        is_simulated=simulate,
+    )
+    return run_application(application, options, say_run_as_json if as_json else say_run)

@@ -1,0 +1,1 @@
+"""Subcommands that read, change, draw and convert models."""

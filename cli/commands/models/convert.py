@@ -1,0 +1,48 @@
+"""``dineros convert``: a model in another file format, or as a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from dineros.cli.console import note, summarise, warn, working
+from dineros.cli.models import load, refuse_settings_that_break, violations_of
+from dineros.cli.options import command, model_argument, output_option, settings_option
+from dineros.cli.outputs import PICTURES, refuse_output
+
+
+@command(
+    "dineros convert sorting.sym.xmi -o sorting.pnml",
+    "dineros convert sorting.sym.xmi -o two_red.sym.xmi --set RedObjects.tokens=2",
+    "dineros convert sorting.sym.xmi -o sorting.svg",
+)
+@model_argument()
+@output_option(
+    "The file to write; its suffix tells the format: .xmi, .sym, .pnml, .net; pictures are .svg, .png, .html."
+)
+@settings_option
+def convert(model: Path, output: Path, settings: tuple[str, ...]) -> int:
+    """Write a model in another format: XMI (.xmi), PNML (.pnml), TINA (.net), or as a picture.
+
+    A model that violates constraints is converted all the same, with a warning. OUT is written as a whole or
+    not at all. 'dineros view' has more to say about pictures.
+    """
+    from dineros.metamodel import files
+
+    refuse_output(output, (*files.SUFFIXES, *PICTURES))
+    net = load(model, settings)
+    violations = violations_of(net)
+    if settings:
+        refuse_settings_that_break(violations, model)
+    with working(f"Writing {output}"):
+        if output.suffix.lower() in PICTURES:
+            from dineros.views.nets import collapse_if_large, save_picture, view_of
+
+            save_picture(collapse_if_large(view_of(net)), output)
+        else:
+            files.save(net, output)
+    note(f"wrote {output}")
+    errors = sum(violation.severity == "error" for violation in violations)
+    if errors:
+        warn(f"{model}: warning: the model has errors: {errors} ('dineros validate' lists them)")
+    summarise(f"{model} -> {output}")
+    return 0

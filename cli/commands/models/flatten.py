@@ -1,0 +1,155 @@
+"""``dineros flatten``: a system model as one plain net, and what was made from what."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from dineros.cli.console import note, say_json, summarise, working
+from dineros.cli.models import load_system, refuse_invalid
+from dineros.cli.options import ModelPath, command, json_option, model_argument, rules_option, settings_option
+from dineros.cli.presentation.explanations import explained, say_explanation
+
+if TYPE_CHECKING:
+    from dineros.transformations.flattening.flatten import Flattened
+    from dineros.transformations.language.rule import Rule
+    from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+
+SIGNALS = ("none", "fully-enabled", "input-enabled", "io-enabled")
+OVERFLOW = ("weighted", "inhibitor")
+
+
+@command(
+    "dineros flatten sorting.sym.xmi -o sorting.pnm",
+    "dineros flatten sorting.sym.xmi -o sorting.net --signals none --overflow inhibitor",
+    "dineros flatten sorting.sym.xmi --explain LeftCellObjects",
+)
+@model_argument()
+@click.option(
+    "-o", "--output", type=ModelPath(), metavar="OUT", help="The file to write: .pnm or .xmi, .pnml, .net."
+)
+@click.option(
+    "--signals",
+    type=click.Choice(SIGNALS),
+    default="input-enabled",
+    show_default=True,
+    help="When a signal may change.",
+)
+@click.option(
+    "--overflow",
+    type=click.Choice(OVERFLOW),
+    default="weighted",
+    show_default=True,
+    help="How a full queue drops: by weighted arcs, which tools reduce, or by inhibitor arcs, for people.",
+)
+@rules_option("Apply the list RULES of this Python file after the standard rules.")
+@settings_option
+@click.option(
+    "--explain",
+    metavar="ELEMENT",
+    help="Say which rule made an element from what, and what was made from it.",
+)
+@json_option
+def flatten(
+    model: Path,
+    output: Path | None,
+    signals: SignalVariant,
+    overflow: OverflowVariant,
+    rule_file: Path | None,
+    settings: tuple[str, ...],
+    explain: str | None,
+    as_json: bool,
+) -> int:
+    """Flatten a system model into one plain Petri net.
+
+    The place invariants that the rules guarantee are checked on the net. A trace model is written beside OUT:
+    for sorting.pnm it is sorting.trace.xmi.
+    """
+    from dineros.transformations.flattening import flatten as flattening
+    from dineros.transformations.pictures.explaining import explain as explain_element
+
+    if output is None and explain is None:
+        raise click.MissingParameter(param_hint="'-o' or '--explain'", param_type="option")
+    if output is not None:
+        _refuse_output(model, output)
+    own = _own_rules(rule_file)
+    system = load_system(model, settings)
+    refuse_invalid(system, model)
+    with working(f"Flattening {model}"):
+        result = flattening.flatten(system, signals, overflow, own)
+    report = _counts(model, result, signals, overflow)
+    explanation = None if explain is None else explain_element(explain, system, result.trace)
+    if output is not None:
+        report |= _write(result, model, output, changed=bool(settings))
+    if explanation is not None and explain is not None:
+        report["explained"] = explained(explanation, explain)
+    if as_json:
+        say_json(report)
+        return 0
+    if explanation is not None and explain is not None:
+        say_explanation(explanation, explain)
+    if output is not None:
+        counts = ", ".join(f"{report[what]} {what}" for what in ("places", "transitions", "arcs"))
+        summarise(f"{model} -> {output}: {counts}; {report['invariants']} place invariants hold")
+    return 0
+
+
+def _own_rules(path: Path | None) -> list[type[Rule]]:
+    if path is None:
+        return []
+    from dineros.cli.rule_files import load_rules
+
+    return load_rules(path)
+
+
+def _refuse_output(model: Path, output: Path) -> None:
+    """Find out before long work that the file cannot be one."""
+    from dineros.metamodel.errors import Location, ModelFileError
+    from dineros.metamodel.files import SUFFIXES
+    from dineros.transformations.flattening.trace_files import trace_path
+
+    if output.suffix.lower() not in SUFFIXES:
+        raise ModelFileError(
+            f"{output.suffix!r} is no format of nets" if output.suffix else "has no suffix",
+            location=Location(output),
+            hint=f"known are {', '.join(SUFFIXES)}",
+        )
+    if not output.parent.is_dir():
+        raise ModelFileError(
+            f"cannot be written: there is no folder {str(output.parent)!r}",
+            location=Location(output),
+            hint="make the folder first",
+        )
+    if model.resolve() in (output.resolve(), trace_path(output).resolve()):
+        raise ModelFileError(
+            "is the system model itself", location=Location(output), hint="name another file"
+        )
+
+
+def _counts(model: Path, result: Flattened, signals: str, overflow: str) -> dict[str, Any]:
+    from dineros.metamodel.elements import arcs, places, transitions
+
+    net = result.net
+    return {
+        "model": str(model),
+        "signals": signals,
+        "overflow": overflow,
+        "places": len(places(net)),
+        "transitions": len(transitions(net)),
+        "arcs": len(list(arcs(net))),
+        "invariants": len(net.certificate),
+    }
+
+
+def _write(result: Flattened, model: Path, output: Path, changed: bool) -> dict[str, str]:
+    from dineros.metamodel import files
+    from dineros.transformations.flattening.trace_files import save_trace
+
+    with working(f"Writing {output}"):
+        files.save(result.net, output)
+        note(f"wrote {output}")
+        trace = save_trace(result.trace, model, output, changed=changed)
+        note(f"wrote {trace}")
+    return {"output": str(output), "trace": str(trace)}

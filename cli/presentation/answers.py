@@ -1,0 +1,66 @@
+"""The answers to one question about a net, and the run that shows them, as text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dineros.cli.analysing import count, say_witness
+from dineros.cli.console import say, summarise, warn
+
+MOST_NAMES = 5
+"""Transitions named in one line."""
+
+if TYPE_CHECKING:
+    from dineros.analysis.answers.outcome import Outcome
+    from dineros.analysis.model.fairness import Unfairness
+    from dineros.analysis.witnesses.findings import Witness
+
+
+def say_way(answer: Outcome, goal: str, witness: Witness | None, model: Path, output: Path | None) -> None:
+    """Print whether a goal is reached, and the way to it unless that was written to a file."""
+    seen = f"; {count(answer.states, 'state')}" if answer.states is not None else ""
+    say(f"{answer.status}: {goal}{_reason(answer)}{seen}")
+    if witness and output is None:
+        say_witness(witness)
+    elif witness:
+        summarise(f"{model} -> {output}: {count(len(witness.steps), 'step')}")
+
+
+def say_verdict(
+    verdict: Outcome,
+    formula: str,
+    witness: Witness | None,
+    model: Path,
+    output: Path | None,
+    *,
+    is_linear: bool,
+) -> None:
+    """Print whether a formula holds, and the run that shows it unless that was written to a file."""
+    spent = f"{count(verdict.states or 0, 'state')}, {verdict.seconds:.1f} s"
+    say(f"{verdict.status}: {formula}{_reason(verdict)}; {spent}")
+    if output is not None and not witness:
+        warn(f"{output} is not written: there is no run to show")
+    elif witness and output is not None:
+        summarise(f"{model} -> {output}: {count(len(witness.steps), 'step')}")
+    elif witness:
+        say_witness(witness)
+        if is_linear and witness.loop is None:
+            say("  then nothing is enabled any more")
+
+
+def say_unfairness(unfair: Unfairness, names: Sequence[str]) -> None:
+    """Print to what a run that repeats is unfair, by the names that --fair takes."""
+    for transitions, meaning, option in (
+        (unfair.weakly, "enabled for ever", "--fair"),
+        (unfair.strongly, "enabled again and again", "--strongly-fair"),
+    ):
+        if transitions:
+            shown = ", ".join(names[transition] for transition in transitions[:MOST_NAMES])
+            more = f" and {len(transitions) - MOST_NAMES} more" if len(transitions) > MOST_NAMES else ""
+            say(f"  {meaning}, never fired ({option} leaves such runs out): {shown}{more}")
+
+
+def _reason(answer: Outcome) -> str:
+    return f" ({answer.reason})" if answer.reason else ""

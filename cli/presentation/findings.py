@@ -1,0 +1,88 @@
+"""What a check found, and what capacities queues need: as text, as JSON, for CI; and witnesses as files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dineros.cli.analysing import count, say_witness, write_witness
+from dineros.cli.console import note, say, say_json, summarise
+
+if TYPE_CHECKING:
+    from dineros.analysis.questions.capacities import Capacity
+    from dineros.analysis.witnesses.findings import Report
+    from dineros.metamodel import pn
+
+_STYLES = {"error": "bold red", "warning": "yellow"}
+
+
+def print_report(report: Report, net: pn.Net, model: Path, format: str, witnesses: bool) -> None:
+    """Print what a check found: as ``text``, ``json``, ``sarif`` or ``junit``."""
+    if format == "json":
+        say_json(report.to_dict(str(model)))
+    elif format == "sarif":
+        from dineros.analysis.questions.report_formats import to_sarif
+
+        say_json(to_sarif(report, net, model))
+    elif format == "junit":
+        from dineros.analysis.questions.report_formats import to_junit
+
+        say(to_junit(report, model).decode())
+    else:
+        _print_text(report, model, witnesses)
+
+
+def write_witnesses(
+    report: Report, output: Path, model: Path, settings: Sequence[str], say_files: bool
+) -> None:
+    """Write the witness of each finding to a file of its own."""
+    found = [finding for finding in report.findings if finding.witness]
+    for number, finding in enumerate(found, 1):
+        assert finding.witness is not None
+        path = output if number == 1 else output.with_name(f"{output.stem}.{number}{output.suffix}")
+        write_witness(finding.witness, path, model, settings, finding.message, finding.rule)
+        if say_files:
+            summarise(f"{model} -> {path}: {count(len(finding.witness.steps), 'step')}")
+
+
+def _print_text(report: Report, model: Path, witnesses: bool) -> None:
+    for finding in report.findings:
+        if finding.severity == "note":
+            note(f"note: {finding.message} [{finding.rule}]")
+            continue
+        length = f" [{count(len(finding.witness.steps), 'step')}]" if finding.witness else ""
+        say(f"{finding.severity}: {finding.message}{length} [{finding.rule}]", _STYLES[finding.severity])
+        if witnesses and finding.witness:
+            say_witness(finding.witness)
+    for unknown in report.unknown:
+        say(f"unknown: {unknown}", "magenta")
+    for proved in report.proved:
+        note(f"proved: {proved}")
+    faults = sum(finding.severity != "note" for finding in report.findings)
+    counts = f"{faults} found, {len(report.proved)} proved, {len(report.unknown)} unknown"
+    summarise(f"{model}: {counts}")
+
+
+def say_capacities(found: Sequence[Capacity], model: Path, as_json: bool, witnesses: bool) -> None:
+    """Print what capacity each queue has, and what it needs."""
+    if as_json:
+        rows = [
+            {
+                "elements": list(capacity.queue.elements),
+                "queue": str(capacity.queue),
+                "limit": capacity.limit,
+                "needed": capacity.needed,
+                "reason": capacity.reason,
+                "witness": capacity.witness.to_dict() if capacity.witness else None,
+            }
+            for capacity in found
+        ]
+        say_json({"model": str(model), "capacities": rows})
+    else:
+        for capacity in found:
+            needed = f"needs {capacity.needed}" if capacity.needed is not None else f"none: {capacity.reason}"
+            say(f"{capacity.queue}: has {capacity.limit}, {needed}")
+            if witnesses and capacity.witness:
+                say_witness(capacity.witness)
+        summarise(f"{model}: {count(len(found), 'queue')}")

@@ -1,0 +1,52 @@
+"""What came of a run, as text and as JSON."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from dineros.cli.console import say, say_json, summarise
+
+if TYPE_CHECKING:
+    from dineros.cli.running.running import Outcome
+
+_ENDINGS: dict[str, str] = {
+    "reached": "the condition holds",
+    "ended": "all nodes have ended",
+    "idle": "nothing is left to do",
+    "timeout": "time is over",
+    "interrupted": "interrupted",
+    "failed": "a node could not go on",
+    "deviated": "a step is not allowed by the model",
+}
+
+
+def say_run(outcome: Outcome) -> None:
+    """Print how a run ended, the marking, and what was counted."""
+    observer, verdict, trace = outcome.observer, outcome.verdict, outcome.options.trace
+    marked = [f"{place} {tokens}" for place, tokens in sorted(observer.marking.items()) if tokens]
+    say(f"{_ENDINGS[outcome.ending]}; marked: {', '.join(marked) or 'nothing'}")
+    if verdict is not None:
+        say(f"conformance: {verdict.status}, {verdict.steps} steps replayed")
+    counts = {"firings": observer.firings, "drops": observer.drops, "errors": observer.errors}
+    told = ", ".join(f"{number} {noun}" for noun, number in counts.items())
+    kept = f"; traces in {trace}" if trace is not None else ""
+    summarise(f"{outcome.application.title}: {told}, {observer.restarts} restarts{kept}")
+
+
+def say_run_as_json(outcome: Outcome) -> None:
+    """Print the same as one JSON object."""
+    observer, verdict, trace = outcome.observer, outcome.verdict, outcome.options.trace
+    say_json(
+        {
+            "model": str(outcome.application.source),
+            "ending": outcome.ending,
+            "firings": observer.firings,
+            "drops": observer.drops,
+            "errors": observer.errors,
+            "restarts": observer.restarts,
+            "marking": {place: tokens for place, tokens in sorted(observer.marking.items()) if tokens},
+            "signals": dict(sorted(observer.signals.items())),
+            "conformance": verdict.status if verdict is not None else None,
+            "traces": str(trace) if trace is not None else None,
+        }
+    )

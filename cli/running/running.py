@@ -1,0 +1,236 @@
+"""Running an application: signals, the folder of the traces, the page that follows, and what comes of it."""
+
+from __future__ import annotations
+
+import logging
+import os
+import shutil
+import signal
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dineros.cli.console import say, warn
+from dineros.cli.options import invocation
+from dineros.cli.running import watching
+from dineros.cli.running.watching import Wanted
+from dineros.runtime.application.ending import Ending
+from dineros.runtime.application.observer import FolderObserver
+
+if TYPE_CHECKING:
+    from dineros.analysis.conformance import Verdict
+    from dineros.cli.running.applications import Application
+    from dineros.cli.running.ros import RosOptions
+
+VIOLATED, FAILED, UNKNOWN, INTERRUPTED = 1, 2, 3, 130
+
+
+@dataclass(frozen=True)
+class Options:
+    """How an application is run.
+
+    Attributes
+    ----------
+    until : str or None
+        The condition that ends it.
+    timeout : float or None
+        Seconds after which it ends.
+    trace : Path or None
+        Folder that keeps the traces; None: they go with the run.
+    seed : int or None
+        Seed of the firing selections.
+    watchdog : float or None
+        Seconds after which a handler is named that keeps its node from all else; 0: never, None: as the nodes
+        themselves say.
+    is_resumed, is_monitored, is_shown : bool
+        Whether it goes on from the traces, is replayed on the model meanwhile, has a page that follows it.
+    ros : RosOptions or None
+        How it runs on ROS; None: in this process.
+    is_simulated : bool
+        In this process: whether time is simulated.
+    """
+
+    until: str | None
+    timeout: float | None
+    trace: Path | None
+    seed: int | None
+    watchdog: float | None
+    is_resumed: bool
+    is_monitored: bool
+    is_shown: bool
+    ros: RosOptions | None
+    is_simulated: bool
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a run.
+
+    Attributes
+    ----------
+    application : Application
+        What was run.
+    options : Options
+        How.
+    ending : Ending
+        How it ended.
+    observer : FolderObserver
+        What was seen of it.
+    verdict : Verdict or None
+        Of the monitor, where it saw the whole run.
+    """
+
+    application: Application
+    options: Options
+    ending: watching.Ending
+    observer: FolderObserver
+    verdict: Verdict | None
+
+    @property
+    def status(self) -> int:
+        """The exit status."""
+        ending, waits = self.ending, self.options.until is not None
+        status = {"timeout": UNKNOWN if waits else 0, "deviated": VIOLATED, "failed": FAILED}.get(ending, 0)
+        if waits and ending in ("ended", "idle"):
+            status = VIOLATED
+        if waits and ending == "interrupted":
+            status = INTERRUPTED
+        if self.verdict is not None and self.verdict.status == "violated" and status != FAILED:
+            status = VIOLATED
+        return status
+
+
+def run_application(application: Application, options: Options, tell: Callable[[Outcome], None]) -> int:
+    """Run all nodes until the run ends.
+
+    Parameters
+    ----------
+    application : Application
+        What is run.
+    options : Options
+        How.
+    tell : callable
+        Told what came of it while the traces are still there.
+
+    Returns
+    -------
+    int
+        The exit status.
+
+    Raises
+    ------
+    DinerosError
+        There are no traces to go on from, or the application cannot run.
+    """
+    if options.is_resumed and options.trace is not None:
+        _check_traces(options.trace, [each.node.id for each in application.models])
+    process: Ending | None = None
+    with ExitStack() as stack:
+        # Whoever supervises this program ends it as Ctrl-C does.
+        stack.callback(
+            signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, signal.default_int_handler)
+        )
+        ending: watching.Ending | None = None
+        folder = options.trace or Path(tempfile.mkdtemp(prefix="dineros-run-"))
+
+        def forget() -> None:
+            if ending != "failed":  # then people are told to look at what the node has printed
+                shutil.rmtree(folder, ignore_errors=True)
+
+        if options.trace is None:
+            stack.callback(forget)
+        wanted = Wanted(
+            application.condition(options.until) if options.until is not None else None,
+            options.timeout,
+            folder,
+            options.seed,
+            options.watchdog,
+            options.is_resumed,
+            application.monitor() if options.is_monitored else None,
+        )
+        for caught in (signal.SIGINT, signal.SIGTERM):
+            stack.callback(signal.signal, caught, signal.signal(caught, wanted.interrupt))
+        observer = FolderObserver(folder)
+        if options.is_shown:
+            stack.enter_context(_page(folder, application))
+        if options.ros is None:
+            from dineros.cli.running.local import run_in_process
+            from dineros.runtime.application.logs import logs_to, terminal_handler
+
+            level = logging.INFO if invocation().verbosity > 0 else logging.WARNING
+            stack.enter_context(logs_to(terminal_handler(), level))
+            with Ending(INTERRUPTED, wanted.interrupt) as process:
+                try:
+                    ending = run_in_process(application, wanted, observer, is_simulated=options.is_simulated)
+                except KeyboardInterrupt:  # while nodes were made or started
+                    ending = "interrupted"
+        else:
+            from dineros.cli.running.ros import run_on_ros
+
+            try:
+                ending = run_on_ros(application, wanted, observer, options.ros)
+            except KeyboardInterrupt:
+                ending = "interrupted"
+        finished = ending != "deviated"
+        verdict = wanted.monitor.finish() if wanted.monitor is not None and finished else None
+        for deviation in verdict.violations if verdict is not None else ():
+            warn(f"{deviation.location}: {deviation}")
+        outcome = Outcome(application, options, ending, observer, verdict)
+        tell(outcome)
+    if process is not None:
+        process.leave(outcome.status)  # a handler that does not return keeps nobody
+    return outcome.status
+
+
+def domain_of(given: int | None) -> int:
+    """Return the ROS domain: the one given, or that of the environment."""
+    return given if given is not None else int(os.environ.get("ROS_DOMAIN_ID") or 0)
+
+
+def _check_traces(folder: Path, nodes: list[str]) -> None:
+    """Refuse to go on from nothing; say which nodes begin anew.
+
+    Raises
+    ------
+    DinerosError
+        There are no traces, or the trace of a node has gone.
+    """
+    from dineros.metamodel.errors import DinerosError, Location
+    from dineros.metamodel.files.reading import read_bytes
+    from dineros.metamodel.records import node_traces
+    from dineros.metamodel.records.files import file_name, journals_path
+
+    known = node_traces(folder) if folder.is_dir() else {}
+    if not known:
+        raise DinerosError(
+            "holds no traces to go on from", location=Location(folder), hint="run it without --resume"
+        )
+    journals = journals_path(folder)
+    listed = read_bytes(journals).decode(errors="replace").split("\n") if journals.is_file() else []
+    for node in nodes:
+        if node in known:
+            continue
+        if file_name(node) in listed:
+            raise DinerosError(
+                f"the trace of node {node} is missing",
+                location=Location(folder),
+                hint="restore it from a copy, or start all nodes anew in another folder",
+            )
+        warn(f"{folder}: node {node} has no trace, so it begins with its initial marking")
+
+
+@contextmanager
+def _page(folder: Path, application: Application) -> Iterator[None]:
+    """Serve the live page as long as the run goes on."""
+    from dineros.views.live import serve_live
+
+    folder.mkdir(parents=True, exist_ok=True)
+    handle = serve_live(folder, application.system_model(), title=application.title)
+    say(f"follow it at {handle.url}")
+    try:
+        yield
+    finally:
+        handle.stop()

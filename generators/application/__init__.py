@@ -1,0 +1,13 @@
+"""What templates see of a system model: packages, nodes, ports, transitions, and the names of all."""
+
+from dineros.generators.application.application import (
+    Application,
+    NodePackage,
+    Place,
+    Port,
+    Signal,
+    Transition,
+)
+from dineros.generators.application.collecting import application_of
+
+__all__ = ["Application", "NodePackage", "Place", "Port", "Signal", "Transition", "application_of"]

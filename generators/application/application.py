@@ -1,0 +1,220 @@
+"""What templates see of a model: the application and its nodes, in plain values and in model order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from dineros.generators.application.arcs import ArcEnd
+from dineros.generators.application.cases import Case
+from dineros.generators.application.interfaces import Interfaces
+from dineros.generators.templates.filters import Name
+from dineros.metamodel.ros_names import resource_name, snake_case
+
+
+@dataclass(frozen=True)
+class Transition:
+    """A transition of a node net.
+
+    Attributes
+    ----------
+    id : str
+        Its id in the model.
+    function, type_name : str
+        Name of the function that handles it; start of the names of its types: `Firing`, `Inputs`, `Outputs`.
+    inputs, outputs : tuple of ArcEnd
+        Where its arcs come from and go to, references followed.
+    clause : str or None
+        Its input clause.
+    service : str or None
+        The service whose server page it stands on: it exists once per instance.
+    instances : int
+        How many instances there are.
+    case : Case
+        How it can be made to fire by itself.
+    """
+
+    id: str
+    function: Name
+    type_name: Name
+    inputs: tuple[ArcEnd, ...]
+    outputs: tuple[ArcEnd, ...]
+    clause: str | None
+    service: str | None
+    instances: int
+    case: Case
+
+    @property
+    def names(self) -> list[str]:
+        """What handlers may be registered for: all of it, or one server instance."""
+        if self.service is None:
+            return [self.id]
+        return [self.id, *(f"{self.service}[{number}].{self.id}" for number in range(1, self.instances + 1))]
+
+    @property
+    def input_places(self) -> list[str]:
+        """Places whose tokens a handler sees, in the order of the arcs."""
+        return list(dict.fromkeys(end.place for end in self.inputs if end.kind != "inhibitor"))
+
+    @property
+    def output_places(self) -> list[str]:
+        """Places that a handler may give data, in the order of the arcs."""
+        read = [end.place for end in self.inputs if end.kind == "read"]
+        return list(dict.fromkeys([*(end.place for end in self.outputs), *read]))
+
+    @property
+    def flow(self) -> str:
+        """Its arcs in one line, such as ``PickEntry + Safe -> PickRun + Safe``."""
+        sides = [" + ".join(map(str, side)) or "nothing" for side in (self.inputs, self.outputs)]
+        return " -> ".join(sides)
+
+
+@dataclass(frozen=True)
+class Port:
+    """A topic or service of a node.
+
+    Attributes
+    ----------
+    kind : str
+        ``publisher``, ``subscriber``, ``client`` or ``server``.
+    channel, name : str
+        Id of the channel; name of the topic or service.
+    place : str
+        Id of the place that is sent from or received on; a client's and server's `other` is the second one.
+    limit, dispatcher_limit : int or None
+        QoS depth; capacity of the node's dispatcher queue.
+    type : str
+        The ROS interface.
+    client : str or None
+        Id of the client.
+    instances : int or None
+        Number of server instances.
+    service : str or None
+        The service whose server page a client or publisher stands on: its places exist once per instance.
+    """
+
+    kind: str
+    channel: str
+    name: str
+    place: str
+    type: str
+    other: str | None = None
+    limit: int | None = None
+    dispatcher_limit: int | None = None
+    client: str | None = None
+    instances: int | None = None
+    service: str | None = None
+
+    @property
+    def override(self) -> Name:
+        """What the parameters of its quality of service are under, such as ``publisher_Selected``."""
+        role = "publisher" if self.kind == "publisher" else "subscription"
+        return Name(f"{role}_{resource_name(self.place)}")
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place of the model.
+
+    Attributes
+    ----------
+    id : str
+        Its id in the model.
+    tokens : int
+        Its initial tokens.
+    instances : int
+        How often it exists: once per instance on a server page.
+    """
+
+    id: str
+    tokens: int
+    instances: int
+
+
+@dataclass(frozen=True)
+class Signal:
+    """An input signal, its start value, and the name of the parameter that sets it."""
+
+    id: str
+    initial: bool
+    parameter: Name
+
+
+@dataclass(frozen=True)
+class NodePackage:
+    """A node net and the ROS package it becomes.
+
+    Attributes
+    ----------
+    id, package, name : str
+        Id of the node net; names of the package and of the ROS node.
+    namespace : str
+        Absolute ROS namespace; empty for none.
+    executor, threads : str, int
+        How the node runs its callbacks.
+    transitions, ports, signals : tuple
+        What it has, in model order.
+    places : tuple of Place
+        Its places.
+    published : tuple of (str, int)
+        For each channel it publishes on, what its parameter is called, and the number of its subscribers.
+    message_packages : tuple of str
+        Packages of the interfaces it uses, sorted.
+    runtime_model : bytes
+        The RTM as XMI.
+    """
+
+    id: str
+    package: Name
+    name: Name
+    namespace: str
+    executor: str
+    threads: int
+    transitions: tuple[Transition, ...]
+    ports: tuple[Port, ...]
+    signals: tuple[Signal, ...]
+    places: tuple[Place, ...]
+    published: tuple[tuple[Name, int], ...]
+    message_packages: tuple[Name, ...]
+    runtime_model: bytes
+
+    @property
+    def full_name(self) -> str:
+        """The name of the ROS node with its namespace, such as ``/left/arm``."""
+        return f"{self.namespace.rstrip('/')}/{self.name}"
+
+    @property
+    def limited(self) -> list[Port]:
+        """Ports of topics whose full names are known here; those with substitutions are not."""
+        return [port for port in self.ports if port.limit and not set(port.name) & set("~{}")]
+
+    def resolved(self, topic: str) -> str:
+        """Return the full name of a topic, as long as nobody remaps it."""
+        return topic if topic.startswith("/") else f"{self.namespace.rstrip('/')}/{topic}"
+
+
+@dataclass(frozen=True)
+class Application:
+    """A whole system model.
+
+    Attributes
+    ----------
+    id, name : str
+        Id of the system model, and what people call it.
+    interfaces : Interfaces
+        Its interface package.
+    bringup : str
+        Name of the package that starts its nodes.
+    nodes : tuple of NodePackage
+        Its node nets.
+    """
+
+    id: str
+    name: str
+    interfaces: Interfaces
+    bringup: Name
+    nodes: tuple[NodePackage, ...]
+
+    @property
+    def launch(self) -> Name:
+        """Name of the launch file."""
+        return Name(f"{snake_case(self.id)}.launch.py")

@@ -1,0 +1,110 @@
+"""How a transition can be made to fire by itself: what its test puts where, and what must come out."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from dineros.generators.application.arcs import ArcEnd
+from dineros.metamodel import sym
+
+
+@dataclass(frozen=True)
+class Case:
+    """A marking and signals under which a transition can fire. Ids are those of the running net.
+
+    Attributes
+    ----------
+    transition : str
+        The transition; of the first instance where there are several.
+    marking : dict of str to int
+        Tokens of the places it needs; all others are empty.
+    signals : dict of str to bool
+        Values of the signals that differ from those at the start.
+    change : dict of str to int
+        How firing it changes the marking.
+    obstacle : str
+        Why it cannot fire with these alone; empty: it can.
+    """
+
+    transition: str
+    marking: dict[str, int]
+    signals: dict[str, bool]
+    change: dict[str, int]
+    obstacle: str = ""
+
+
+def case_of(
+    transition: str,
+    inputs: Sequence[ArcEnd],
+    outputs: Sequence[ArcEnd],
+    clause: sym.InputClause | None,
+    initial: dict[str, bool],
+    running: Callable[[str], str],
+) -> Case:
+    """Return the case of a transition.
+
+    Parameters
+    ----------
+    transition : str
+        Its id in the running net.
+    inputs, outputs : sequence of ArcEnd
+        Its arcs.
+    clause : sym.InputClause or None
+        Its input clause.
+    initial : dict of str to bool
+        The signals of its node, and their start values.
+    running : callable
+        Returns the id of a place in the running net.
+    """
+    taken, read, change = Counter[str](), Counter[str](), Counter[str]()
+    limits: dict[str, int] = {}
+    for end in inputs:
+        place = running(end.place)
+        if end.kind == "normal":
+            taken[place] += end.weight
+        elif end.kind == "read":
+            read[place] = max(read[place], end.weight)
+        else:
+            limits[place] = min(end.weight, limits.get(place, end.weight))
+    for end in outputs:
+        change[running(end.place)] += end.weight
+    change.subtract(taken)
+    marking = {place: taken[place] + read[place] for place in (*taken, *read)}
+    signals = satisfying(clause, initial)
+    obstacle = "" if signals is not None else "its clause cannot be true"
+    for place, limit in limits.items():
+        if marking.get(place, 0) >= limit:
+            obstacle = f"an inhibitor arc forbids what it needs on {place}"
+    return Case(
+        transition,
+        marking,
+        {id: value for id, value in (signals or {}).items() if value != initial[id]},
+        {place: count for place, count in change.items() if count},
+        obstacle,
+    )
+
+
+def satisfying(clause: sym.InputClause | None, initial: dict[str, bool]) -> dict[str, bool] | None:
+    """Return values of the signals under which a clause holds, near the initial ones; None: none."""
+    from pysat.solvers import Minisat22
+
+    if clause is None:
+        return initial
+    numbers = {id: number for number, id in enumerate(initial, start=1)}
+    with Minisat22() as solver:
+        for disjunction in clause.disjunctions:
+            literals = [
+                -numbers[literal.signal.id] if literal.negated else numbers[literal.signal.id]
+                for literal in disjunction.literals
+            ]
+            solver.add_clause(literals)
+        solver.set_phases([number if initial[id] else -number for id, number in numbers.items()])
+        if not solver.solve():
+            return None
+        model = set(solver.get_model() or [])
+    return {
+        id: number in model if number in model or -number in model else initial[id]
+        for id, number in numbers.items()
+    }

@@ -1,0 +1,237 @@
+"""An application, as templates see it, from a system model."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+
+from dineros.generators.application.application import (
+    Application,
+    NodePackage,
+    Place,
+    Port,
+    Signal,
+    Transition,
+)
+from dineros.generators.application.arcs import ArcEnd
+from dineros.generators.application.cases import case_of
+from dineros.generators.application.interfaces import Interfaces, interfaces_of, service_name
+from dineros.generators.application.naming import (
+    NOTHING_RESERVED,
+    NamingError,
+    Reserved,
+    bringup_package,
+    classes,
+    functions,
+    node_name,
+    node_packages,
+)
+from dineros.generators.templates.filters import Name
+from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.elements import arcs, label, node_net_of, places, resolve, transitions
+from dineros.metamodel.files.xmi import xmi_bytes
+from dineros.metamodel.ros_names import resource_names
+from dineros.transformations.flattening.split import split
+
+
+def application_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED) -> Application:
+    """Return what templates see of a model, no name of which hides one of `reserved`.
+
+    Raises
+    ------
+    DinerosError
+        The model cannot be split, or its names collide in ROS.
+    """
+    parts = split(model)
+    packages = node_packages(model, [part.node for part in parts])
+    interfaces = interfaces_of(model, reserved)
+    return Application(
+        id=model.id,
+        name=label(model),
+        interfaces=interfaces,
+        bringup=bringup_package(model.id),
+        nodes=tuple(
+            _node(part, packages[part.node.id], interfaces, _subscribing(model), reserved) for part in parts
+        ),
+    )
+
+
+def _subscribing(model: sym.SystemModel) -> dict[str, int]:
+    """Return how many nodes subscribe to each topic."""
+    return {
+        channel.id: len({node_net_of(port.place) for port in channel.subscribers})
+        for channel in model.channels
+        if isinstance(channel, sym.TopicChannel)
+    }
+
+
+def _node(
+    part: rtm.RuntimeModel,
+    package: Name,
+    interfaces: Interfaces,
+    subscribing: dict[str, int],
+    reserved: Reserved,
+) -> NodePackage:
+    node = part.node
+    ports = tuple(_ports(part, interfaces))
+    _require_distinct_overrides(node, ports)
+    parameters = resource_names(signal.id for signal in node.signals)
+    published = resource_names(port.channel for port in ports if port.kind == "publisher")
+    return NodePackage(
+        id=node.id,
+        package=package,
+        name=node_name(node),
+        namespace=node.namespace or "",
+        executor=str(node.executor),
+        threads=node.threads,
+        transitions=tuple(_transitions(part, reserved)),
+        ports=ports,
+        signals=tuple(
+            Signal(signal.id, bool(signal.initial), Name(parameters[signal.id])) for signal in node.signals
+        ),
+        places=tuple(_places(part)),
+        published=tuple((Name(name), subscribing[channel]) for channel, name in published.items()),
+        message_packages=tuple(
+            sorted(
+                {Name(port.type.partition("/")[0]) for port in ports} | {Name("std_msgs"), Name("std_srvs")}
+            )
+        ),
+        runtime_model=xmi_bytes(part),
+    )
+
+
+def _require_distinct_overrides(node: sym.NodeNet, ports: Iterable[Port]) -> None:
+    places: dict[tuple[str, Name], str] = {}
+    for port in ports:
+        if port.limit is None:
+            continue
+        same = places.setdefault((port.name, port.override), port.place)
+        if same != port.place:
+            raise NamingError(
+                f"places {same!r} and {port.place!r} of node net {node.id!r} both become the parameter "
+                f"qos_overrides.{port.name}.{port.override}",
+                element=port.place,
+                hint="rename one of them",
+            )
+
+
+def _places(part: rtm.RuntimeModel) -> Iterable[Place]:
+    servers = _server_pages(part)
+    for place in places(part):
+        server = _server_of(place, servers)
+        yield Place(place.id, place.tokens, server.instances if server else 1)
+
+
+def _transitions(part: rtm.RuntimeModel, reserved: Reserved) -> Iterable[Transition]:
+    found = transitions(part)
+    inputs: dict[pn.Node, list[ArcEnd]] = defaultdict(list)
+    outputs: dict[pn.Node, list[ArcEnd]] = defaultdict(list)
+    for arc in arcs(part):
+        source, target = resolve(arc.source), resolve(arc.target)
+        if isinstance(source, pn.Place):
+            inputs[target].append(ArcEnd(source.id, arc.weight, str(arc.kind)))
+        else:
+            outputs[source].append(ArcEnd(target.id, arc.weight))
+    names = functions((transition.id for transition in found), reserved)
+    type_names = classes((transition.id for transition in found), reserved)
+    servers = _server_pages(part)
+    running = {place.id: _running(place, servers) for place in places(part)}
+    initial = {signal.id: bool(signal.initial) for signal in part.node.signals}
+    for transition in found:
+        server = _server_of(transition, servers)
+        clause = transition.clause if isinstance(transition, sym.Transition) else None
+        arcs_here = inputs[transition], outputs[transition]
+        yield Transition(
+            id=transition.id,
+            function=names[transition.id],
+            type_name=type_names[transition.id],
+            inputs=tuple(inputs[transition]),
+            outputs=tuple(outputs[transition]),
+            clause=clause.text if clause is not None else None,
+            service=server.channel if server else None,
+            instances=server.instances if server else 1,
+            case=case_of(_running(transition, servers), *arcs_here, clause, initial, lambda id: running[id]),
+        )
+
+
+def _server_pages(part: rtm.RuntimeModel) -> dict[pn.Page, rtm.ServerPort]:
+    return {port.page: port for _, port in _place_ports(part) if isinstance(port, rtm.ServerPort)}
+
+
+def _server_of(node: pn.Node, servers: dict[pn.Page, rtm.ServerPort]) -> rtm.ServerPort | None:
+    page = node.page
+    while page is not None:
+        if page in servers:
+            return servers[page]
+        page = page.page
+    return None
+
+
+def _running(node: pn.Node, servers: dict[pn.Page, rtm.ServerPort]) -> str:
+    """Return the id of a node in the running net, of the first instance where there are several."""
+    server = _server_of(node, servers)
+    return f"{server.channel}[1].{node.id}" if server else node.id
+
+
+def _place_ports(part: rtm.RuntimeModel) -> Iterable[tuple[rtm.Place, rtm.PlacePort]]:
+    for place in places(part):
+        if isinstance(place, rtm.Place):
+            for port in place.ports:
+                yield place, port
+
+
+def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
+    message = f"{interfaces.package}/msg/{interfaces.token}"
+    servers = _server_pages(part)
+    for place, port in _place_ports(part):
+        server = _server_of(place, servers)
+        service = server.channel if server is not None else None
+        match port:
+            case rtm.PublisherPort():
+                type_ = port.type or message
+                yield Port(
+                    "publisher",
+                    port.channel,
+                    port.topic,
+                    place.id,
+                    type_,
+                    limit=port.limit,
+                    service=service,
+                )
+            case rtm.SubscriberPort():
+                yield Port(
+                    "subscriber",
+                    port.channel,
+                    port.topic,
+                    place.id,
+                    port.type or message,
+                    limit=port.limit,
+                    dispatcher_limit=port.dispatcherLimit,
+                )
+            case rtm.ClientPort():
+                type_ = port.type or _service(port.channel, interfaces)
+                other = port.response.id
+                yield Port(
+                    "client",
+                    port.channel,
+                    port.service,
+                    place.id,
+                    type_,
+                    other=other,
+                    client=port.client,
+                    service=service,
+                )
+            case rtm.ServerPort():
+                yield Port(
+                    "server",
+                    port.channel,
+                    port.service,
+                    place.id,
+                    port.type or _service(port.channel, interfaces),
+                    other=port.exit.id,
+                    instances=port.instances,
+                )
+
+
+def _service(channel: str, interfaces: Interfaces) -> str:
+    return f"{interfaces.package}/srv/{service_name(channel)}"

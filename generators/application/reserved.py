@@ -1,0 +1,56 @@
+"""Which names the templates themselves use, found in what they make of a probe: a list would grow old.
+
+So templates of a user's own may use others than ours.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable
+
+from dineros.generators.application.application import Application
+from dineros.generators.application.collecting import application_of
+from dineros.generators.application.naming import Reserved
+from dineros.metamodel import sym
+from dineros.metamodel.ros_names import snake_case
+
+_PROBE = "ProbeOfNames"
+
+
+def reserved_names(render: Callable[[Application, str], bytes]) -> Reserved:
+    """Return the names that modules of a node use.
+
+    Parameters
+    ----------
+    render : callable
+        Returns a module of the first node of an application, without stubs, by the module's name.
+    """
+    probe = application_of(_probe())
+    names = {module: _names(render(probe, module)) for module in ("handlers", "firings", "tokens")}
+    return Reserved(**names)
+
+
+def _probe() -> sym.SystemModel:
+    """Return a model for which the templates write all they can: two transitions, fields of every kind."""
+    fields = [
+        sym.TokenField(name=f"{_PROBE}{kind}{element}", kind=kind, elementKind=element)
+        for kind in ("text", "integer", "number", "boolean", "list", "map")
+        for element in (("text", "number") if kind in ("list", "map") else ("text",))
+    ]
+    transitions = [sym.Transition(id=f"{_PROBE}{number}") for number in (1, 2)]
+    node = sym.NodeNet(id=f"{_PROBE}Node", objects=transitions)
+    token_type = sym.TokenType(id=f"{_PROBE}Token", fields=fields)
+    return sym.SystemModel(id=f"{_PROBE}Model", tokenType=token_type, pages=[node])
+
+
+def _names(module: bytes) -> frozenset[str]:
+    """Return the names that a module binds or uses, but for those of the probe."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(module)):
+        if isinstance(node, ast.Name):
+            found.add(node.id)
+        elif isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+            found.add(node.name)
+        elif isinstance(node, ast.alias):
+            found.add(node.asname or node.name.partition(".")[0])
+    return frozenset(name for name in found if not name.startswith((_PROBE, snake_case(_PROBE))))

@@ -1,0 +1,6 @@
+"""A ROS 2 workspace: what it should hold, comparing, writing, building."""
+
+from dineros.generators.workspace.generating import EditedError, check, generate
+from dineros.generators.workspace.planning import Options, plan
+
+__all__ = ["EditedError", "Options", "check", "generate", "plan"]

@@ -1,0 +1,223 @@
+"""The manifest of a workspace, ``.dineros/manifest.json``: which files are generated, and what they held.
+
+It belongs into version control beside the files: a generated file with another hash was edited.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from dineros.generators.workspace.manifest_schema import (
+    MANIFEST,
+    OPTIONAL,
+    SIZE_LIMIT,
+    ManifestError,
+    record_of,
+)
+from dineros.metamodel.errors import Location, ModelFileError
+from dineros.metamodel.files.confined import ConfinedFolder
+from dineros.metamodel.json_text import JsonTextError, decode_json
+
+__all__ = [
+    "PLACE",
+    "DeveloperEntry",
+    "Manifest",
+    "ManifestError",
+    "NodeEntry",
+    "StubEntry",
+    "hash_of",
+    "manifest_bytes",
+    "read_manifest",
+    "write_manifest",
+]
+
+PLACE = ".dineros/manifest.json"
+SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class NodeEntry:
+    """A node of the workspace, as those need it who start it.
+
+    Attributes
+    ----------
+    node : str
+        Id of the node net.
+    package, executable : str
+        What ``ros2 run`` takes.
+    module : str
+        What ``python -m`` takes.
+    name, namespace : str
+        The ROS node.
+    """
+
+    node: str
+    package: str
+    executable: str
+    module: str
+    name: str
+    namespace: str
+
+
+@dataclass(frozen=True)
+class StubEntry:
+    """A stub that was written: the arcs of its transition at that time."""
+
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class DeveloperEntry:
+    """A file that was written once and is its developer's since.
+
+    Attributes
+    ----------
+    node : str or None
+        Id of the node net whose package it stands in.
+    stubs : dict of str to StubEntry
+        What was written into it, by transition.
+    written : str
+        Hash of what was written last, as long as nobody else changed the file: so one that nobody touched is
+        known.
+    """
+
+    node: str | None = None
+    stubs: dict[str, StubEntry] = field(default_factory=dict)
+    written: str = ""
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What is known of a workspace.
+
+    Attributes
+    ----------
+    generator, model, source : str
+        What wrote it, the id of the model, and the file it was in.
+    settings : tuple of str
+        How the model was changed by ``--set``.
+    options : dict
+        How it is generated; holds until other options are given.
+    interfaces, bringup : str
+        Names of these packages.
+    token : dict of str to str
+        The token's fields and their kinds.
+    nodes : tuple of NodeEntry
+        The nodes.
+    generated : dict of str to str
+        Hash of each generated file, by its path in the workspace.
+    pending : dict of str to str
+        Hashes of what was about to be written; empty once all of it is.
+    developer : dict of str to DeveloperEntry
+        The developers' files.
+    """
+
+    generator: str = ""
+    model: str = ""
+    source: str = ""
+    settings: tuple[str, ...] = ()
+    options: dict[str, Any] = field(default_factory=dict)
+    interfaces: str = ""
+    bringup: str = ""
+    token: dict[str, str] = field(default_factory=dict)
+    nodes: tuple[NodeEntry, ...] = ()
+    generated: dict[str, str] = field(default_factory=dict)
+    pending: dict[str, str] = field(default_factory=dict)
+    developer: dict[str, DeveloperEntry] = field(default_factory=dict)
+
+    def is_ours(self, path: str, content: bytes) -> bool:
+        """Tell whether a generated file holds what was written."""
+        return hash_of(content) in (self.generated.get(path), self.pending.get(path))
+
+
+def hash_of(content: bytes) -> str:
+    """Return the SHA-256 of a file."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def read_manifest(workspace: Path) -> Manifest | None:
+    """Return the manifest of a workspace; None where there is none.
+
+    Raises
+    ------
+    ManifestError
+        The file cannot be read, is no manifest, or one of a later version.
+    """
+    try:
+        content = ConfinedFolder(workspace).read(PLACE, SIZE_LIMIT)
+    except ModelFileError as error:
+        raise ManifestError(error.message, location=error.location, hint=error.hint) from error
+    if content is None:
+        return None
+    location, hint = Location(workspace / PLACE), "take it from version control"
+    try:
+        values = decode_json(content)
+        schema = values.pop("schema", None) if isinstance(values, dict) else None
+        if type(schema) is not int or schema < 1:
+            raise ManifestError("has no schema")
+        if schema > SCHEMA:
+            raise ManifestError(
+                f"has the schema {schema}, known is {SCHEMA}",
+                location=location,
+                hint="use a later version of DiNeROS",
+            )
+        return _manifest(record_of(MANIFEST, OPTIONAL)(values, ""))
+    except (JsonTextError, ManifestError) as error:
+        if error.location is not None:
+            raise
+        said = f"is no manifest: {error.message}"
+        raise ManifestError(said, location=location, hint=error.hint or hint) from error
+
+
+def write_manifest(workspace: Path, manifest: Manifest) -> None:
+    """Write the manifest of a workspace."""
+    ConfinedFolder(workspace).write(PLACE, manifest_bytes(manifest))
+
+
+def manifest_bytes(manifest: Manifest) -> bytes:
+    """Return the manifest as it is written: equal manifests give equal bytes."""
+    values = {
+        "schema": SCHEMA,
+        "generator": manifest.generator,
+        "model": manifest.model,
+        "source": manifest.source,
+        "settings": list(manifest.settings),
+        "options": manifest.options,
+        "interfaces": manifest.interfaces,
+        "bringup": manifest.bringup,
+        "token": manifest.token,
+        "nodes": [vars(node) for node in manifest.nodes],
+        "generated": dict(sorted(manifest.generated.items())),
+        **({"pending": dict(sorted(manifest.pending.items()))} if manifest.pending else {}),
+        "developer": {
+            path: {
+                "node": entry.node,
+                "written": entry.written,
+                "stubs": {
+                    name: {"inputs": list(stub.inputs), "outputs": list(stub.outputs)}
+                    for name, stub in entry.stubs.items()
+                },
+            }
+            for path, entry in sorted(manifest.developer.items())
+        },
+    }
+    return (json.dumps(values, indent=2, ensure_ascii=False) + "\n").encode(errors="replace")
+
+
+def _manifest(values: dict[str, Any]) -> Manifest:
+    """Return a manifest of values that were checked."""
+    developer = {
+        path: DeveloperEntry(
+            entry["node"],
+            {name: StubEntry(**stub) for name, stub in entry["stubs"].items()},
+            entry["written"],
+        )
+        for path, entry in values.pop("developer").items()
+    }
+    nodes = tuple(NodeEntry(**node) for node in values.pop("nodes"))
+    return Manifest(**values, nodes=nodes, developer=developer)

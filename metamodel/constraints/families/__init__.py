@@ -1,0 +1,32 @@
+"""The constraints, one module for each family; what is a constraint in a module of a family holds."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+from dineros.metamodel.constraints.constraint import Constraint
+from dineros.metamodel.constraints.families import (
+    bounds,
+    clauses,
+    names,
+    nets,
+    node_nets,
+    ports,
+    results,
+    services,
+    sizes,
+    tokens,
+    topics,
+)
+
+
+def _of(*families: ModuleType) -> tuple[Constraint, ...]:
+    return tuple(
+        part for family in families for part in vars(family).values() if isinstance(part, Constraint)
+    )
+
+
+BOUNDS = _of(bounds)
+"""What lacks something the metamodel requires: no other constraint is asked about that element."""
+
+OTHERS = _of(names, nets, node_nets, topics, services, ports, clauses, tokens, results, sizes)

@@ -1,0 +1,98 @@
+"""Compiled kernels that are kept: never used once any of their sources has changed, and never in the way."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from dineros.analysis.nets import kernels
+from dineros.analysis.nets.kernels import digest, made, sources
+
+NAME = "dineros-kernels-0123"
+
+
+def room(folder: Path) -> Path:
+    """Make a room with two kernels, one of which has a constant from a module that is none."""
+    (folder / "engine/kernels").mkdir(parents=True)
+    (folder / "engine/kernels/one.py").write_text("from dineros.analysis.engine.words import BITS\n")
+    (folder / "engine/kernels/two.py").write_text("import numpy\n")
+    (folder / "engine/words.py").write_text("BITS = 62\n")
+    (folder / "engine/other.py").write_text("nothing of a kernel\n")
+    return folder
+
+
+@pytest.mark.parametrize("changed", ["engine/kernels/one.py", "engine/kernels/two.py", "engine/words.py"])
+def test_any_source_counts(tmp_path: Path, changed: str) -> None:
+    here = room(tmp_path)
+    before = digest(sources(here))
+    with (here / changed).open("a") as file:
+        file.write("# changed\n")
+    assert digest(sources(here)) != before
+
+
+def test_nothing_else_counts(tmp_path: Path) -> None:
+    here = room(tmp_path)
+    before = digest(sources(here))
+    (here / "engine/other.py").write_text("changed\n")
+    assert digest(sources(here)) == before
+
+
+def test_a_kernel_that_comes_or_goes_counts(tmp_path: Path) -> None:
+    here = room(tmp_path)
+    before = digest(sources(here))
+    (here / "engine/kernels/three.py").write_text("")
+    assert digest(sources(here)) != before
+
+
+def test_all_kernels_of_the_engines_are_among_them() -> None:
+    decorated = {
+        file for file in kernels.ROOM.rglob("*.py") if "@kernel(" in file.read_text(encoding="utf-8")
+    }
+    assert len(decorated) > 8
+    assert decorated <= set(sources(kernels.ROOM))
+    bare = {file for file in kernels.ROOM.rglob("*.py") if "njit(" in file.read_text(encoding="utf-8")}
+    assert bare == {Path(kernels.__file__)}
+
+
+def test_those_of_other_versions_go(tmp_path: Path) -> None:
+    (tmp_path / "dineros-kernels-4567/kept").mkdir(parents=True)
+    (tmp_path / "others").mkdir()
+    assert made(tmp_path, NAME) == tmp_path / NAME
+    assert sorted(file.name for file in tmp_path.iterdir()) == [NAME, "others"]
+
+
+def test_a_link_of_that_name_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "elsewhere/mine").mkdir(parents=True)
+    (tmp_path / "cache").mkdir()
+    (tmp_path / "cache/dineros-kernels-4567").symlink_to(tmp_path / "elsewhere")
+    assert made(tmp_path / "cache", NAME) is not None
+    assert (tmp_path / "elsewhere/mine").is_dir()
+
+
+def test_where_nothing_can_be_written_none_are_kept(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    assert made(tmp_path / "file", NAME) is None
+
+
+PROGRAM = """
+import sys
+from dineros.analysis.nets import kernels
+if sys.argv[1] == "nowhere":
+    kernels.made = lambda home, name: None
+from dineros.analysis.explicit.kernels.stubborn import lowest_bit
+import numpy as np
+print(lowest_bit(np.uint64(8)))
+"""
+
+
+@pytest.mark.parametrize("where", ["nowhere", "here"])
+def test_they_run_wherever_they_are_kept(tmp_path: Path, where: str) -> None:
+    command = [sys.executable, "-c", PROGRAM, where]
+    environment = {"PATH": "", "HOME": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    run = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    assert run.stdout.strip().isdigit()
+    kept = list(tmp_path.glob("kept/dineros-kernels-*/*/*.nbi"))
+    assert bool(kept) == (where == "here")

@@ -1,0 +1,43 @@
+"""What an element is that a rule makes: in words, as a step of a trace, as a part of a queue."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from dineros.metamodel.records.schema import Step
+
+QueueKind = Literal["publisher", "dispatcher", "subscriber"]
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What an element means to who reads a net, a witness or a trace; those who ask need not know the rules.
+
+    Attributes
+    ----------
+    words : str
+        What it is, or what its firing does. Names in braces are filled in: ``topic``, ``service``,
+        ``client``, ``instance`` and ``signal`` are of what the rule matched, ``queue`` is its queue, and
+        ``writer`` the server instance that writes there.
+    on_server_page : str
+        What is said instead where the client stands on a server page.
+    step : type of Step or None
+        What its firing is in a trace; None where it is a firing of the model, and for places.
+    queue : {"publisher", "dispatcher", "subscriber"} or None
+        The kind of queue it belongs to.
+    part : str
+        What it is there: ``load``, ``capacity``, ``enter``, ``leave`` or ``drop`` of a queue, and the like.
+    value : bool or None
+        The value of a signal that it stands for.
+    rests : bool
+        Whether the place is marked while nothing happens.
+    """
+
+    words: str
+    on_server_page: str = ""
+    step: type[Step] | None = None
+    queue: QueueKind | None = None
+    part: str = ""
+    value: bool | None = None
+    rests: bool = False

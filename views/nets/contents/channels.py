@@ -1,0 +1,111 @@
+"""Channels in a view: first-class elements between the node nets, joined to the places of their ports."""
+
+from __future__ import annotations
+
+from dineros.metamodel import elements, pn, rtm, sym
+from dineros.metamodel.calls import CallCircleError, instance_counts
+from dineros.metamodel.elements import label
+from dineros.views.nets.contents.model import Caption, Edge, EdgeKind, Node, ViewModel
+from dineros.views.nets.contents.positions import position_of
+
+DISPATCHER_LIMIT = 16
+"""Capacity of a dispatcher queue that the model says nothing about."""
+
+
+def draw_channels(model: sym.SystemModel, view: ViewModel) -> None:
+    """Add the channels of a system model and the lines to the places of their ports."""
+    try:
+        counts = instance_counts(model)
+    except CallCircleError:  # a picture shows models that are not valid, too
+        counts = {}
+    for channel in model.channels:
+        if isinstance(channel, sym.TopicChannel):
+            _topic(channel, view)
+        elif isinstance(channel, sym.ServiceChannel):
+            _service(channel, view, counts.get(channel, channel.instances))
+
+
+def draw_ports(model: rtm.RuntimeModel, view: ViewModel) -> None:
+    """Add the channels that the places of a run-time model send to and receive from."""
+    for place in elements.places(model):
+        for port in place.ports if isinstance(place, rtm.Place) else []:
+            if isinstance(port, rtm.PublisherPort):
+                node = _channel(view, port.channel, "topic", port.topic, "topic", port.type)
+                _line(view, "publish", place.id, node.id, f"queue {port.limit}")
+            elif isinstance(port, rtm.SubscriberPort):
+                node = _channel(view, port.channel, "topic", port.topic, "topic", port.type)
+                _line(view, "subscribe", node.id, place.id, _queues(port.dispatcherLimit, port.limit))
+            elif isinstance(port, rtm.ClientPort):
+                node = _channel(view, port.channel, "service", port.service, "service", port.type)
+                _line(view, "request", place.id, node.id, port.client)
+                for response in filter(None, [port.response]):
+                    _line(view, "response", node.id, response.id, port.client)
+            elif isinstance(port, rtm.ServerPort):
+                note = f"service, {_instances(port.instances)}"
+                node = _channel(view, port.channel, "service", port.service, note, port.type)
+                _line(view, "call", node.id, place.id, "")
+                for exit_ in filter(None, [port.exit]):
+                    _line(view, "return", exit_.id, node.id, "")
+
+
+def _topic(channel: sym.TopicChannel, view: ViewModel) -> None:
+    node = _channel(view, channel.id, "topic", label(channel), "topic", channel.type)
+    node.position = position_of(channel)
+    if channel.topic != node.label:
+        node.detail["Topic"] = channel.topic
+    if channel.qos is not None:
+        node.detail["Quality of service"] = f"{channel.qos.reliability}, {channel.qos.durability}"
+    for publisher in channel.publishers:
+        _join(view, "publish", publisher.place, channel, f"queue {publisher.limit}")
+    limits: dict[sym.NodeNet | None, int] = {found.node: found.limit for found in channel.dispatchers}
+    for subscriber in channel.subscribers:
+        limit = limits.get(elements.node_net_of(subscriber.place), DISPATCHER_LIMIT)
+        _join(view, "subscribe", channel, subscriber.place, _queues(limit, subscriber.limit))
+
+
+def _service(channel: sym.ServiceChannel, view: ViewModel, instances: int | None) -> None:
+    note = "service" if instances is None else f"service, {_instances(instances)}"
+    node = _channel(view, channel.id, "service", label(channel), note, channel.type)
+    node.position = position_of(channel)
+    if channel.service != node.label:
+        node.detail["Service"] = channel.service
+    for client in channel.clients:
+        _join(view, "request", client.request, channel, client.client)
+        _join(view, "response", channel, client.response, client.client)
+    for server in filter(None, [channel.server]):
+        _join(view, "call", channel, server.entry, "")
+        _join(view, "return", server.exit, channel, "")
+
+
+def _channel(view: ViewModel, id: str, kind: str, name: str, note: str, type: str | None) -> Node:
+    """Return the node of a channel, which several ports may share."""
+    for node in view.nodes:
+        if node.id == id and node.kind in ("topic", "service"):
+            if len(note) > len(node.captions[0].text):
+                node.captions[0].text = note
+            return node
+    node = Node(id, "topic" if kind == "topic" else "service", name, captions=[Caption(note, "note")])
+    if type:
+        node.detail["ROS interface"] = type
+    view.nodes.append(node)
+    return node
+
+
+def _join(
+    view: ViewModel, kind: EdgeKind, source: pn.Element | None, target: pn.Element | None, text: str
+) -> None:
+    """Add a line; a model that is not valid may lack an end."""
+    if source is not None and target is not None:
+        _line(view, kind, source.id, target.id, text)
+
+
+def _line(view: ViewModel, kind: EdgeKind, source: str, target: str, text: str) -> None:
+    view.edges.append(Edge(f"{kind} {source} {target}", source, target, kind, text))
+
+
+def _queues(dispatcher: int, queue: int) -> str:
+    return f"dispatcher {dispatcher}, queue {queue}"
+
+
+def _instances(number: int) -> str:
+    return f"{number} instance{'' if number == 1 else 's'}"

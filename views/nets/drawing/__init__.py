@@ -1,0 +1,1 @@
+"""Pictures as SVG, as PNG, and as pages for a browser."""

@@ -1,0 +1,84 @@
+"""The signs of net pictures, drawn by the same code."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dineros.views.nets.contents.glyphs import finish_box, finish_node
+from dineros.views.nets.contents.model import Box, Caption, EdgeKind, Node, NodeKind, Signal
+from dineros.views.nets.drawing.svg import markup
+
+_NODES: tuple[tuple[NodeKind, str, int | None, str], ...] = (
+    ("place", "", 2, "place, with tokens"),
+    ("transition", "Danger", None, "transition, with its input clause"),
+    ("place-reference", "", None, "reference: the place of this name on another page"),
+    ("topic", "topic", None, "topic: a channel between ROS nodes"),
+    ("service", "service", None, "service"),
+)
+_EDGES: tuple[tuple[EdgeKind, str], ...] = (
+    ("normal", "arc; a number is its weight"),
+    ("read", "read arc: needs the token and leaves it"),
+    ("inhibitor", "inhibitor arc: needs the place to be empty"),
+    ("publish", "to and from a topic, with the queue's capacity"),
+    ("request", "request of a client, with its id; call of the server"),
+    ("response", "response to the client; the server's answer"),
+    ("reference", "joins a reference with its place"),
+)
+_ROW, _LEFT, _WIDTH = 44, 60, 420
+
+
+def legend_svg() -> str:
+    """Return an SVG element that explains the signs; its colours are those of the page."""
+    nodes: list[dict[str, Any]] = []
+    edges: list[dict[str, Any]] = []
+    texts: list[tuple[float, str]] = []
+    y = 28
+    for kind, caption, tokens, text in _NODES:
+        captions = [Caption(caption, "clause")] if kind == "transition" else []
+        node = Node(
+            f"legend {kind}", kind, caption if kind in ("topic", "service") else "", captions=captions
+        )
+        node.tokens = tokens
+        finish_node(node)
+        nodes.append(_said(node, _LEFT, y))
+        texts.append((y, text))
+        y += _ROW
+    for edge, text in _EDGES:
+        points = [[20, y - 10], [100, y - 10]]
+        edges.append({"id": f"legend {edge}", "kind": edge, "points": points})
+        texts.append((y - 10, text))
+        y += _ROW - 18
+    box = Box("legend box", "node", "selector", signals=[Signal("legend signal", "Danger", True)])
+    finish_box(box)
+    boxes = [
+        {
+            "id": box.id,
+            "kind": "node",
+            "head": box.head,
+            "x": 8,
+            "y": y - 8,
+            "width": 116,
+            "height": 48,
+            "title": "",
+        }
+    ]
+    texts.append((y + 16, "ROS node with its signals; ● is true at the start"))
+    y += 50
+    picture = {"width": _WIDTH, "height": y, "boxes": boxes, "nodes": nodes, "edges": edges}
+    words = "".join(
+        f'<text x="140" y="{at + 4:g}" style="text-anchor:start">{text}</text>' for at, text in texts
+    )
+    return f'<svg class="net" viewBox="0 0 {_WIDTH} {y}" role="img">{markup(picture, {})}{words}</svg>'
+
+
+def _said(node: Node, x: float, y: float) -> dict[str, Any]:
+    return {
+        "id": node.id,
+        "kind": node.kind,
+        "glyph": node.glyph,
+        "width": node.width,
+        "height": node.height,
+        "x": x,
+        "y": y,
+        "tokens": node.tokens or 0,
+    }

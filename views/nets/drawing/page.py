@@ -1,0 +1,83 @@
+"""Nets as pages: one HTML file that needs no network and no server."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Template
+from markupsafe import Markup
+
+from dineros.views.javascript.modules import linked
+from dineros.views.nets.contents.model import ViewModel
+from dineros.views.nets.drawing.legend import legend_svg
+from dineros.views.nets.placement.placing import layout
+from dineros.views.policy import content_policy
+
+_STYLES = ("net.css", "page.css")
+_KEYS = (
+    ("/ or f", "search"),
+    ("arrows, + and -", "move, zoom; also by dragging and the wheel"),
+    ("0", "show the whole picture"),
+    ("Tab, Enter", "go from element to element, choose one"),
+    ("Space", "collapse or expand the page that was gone to; also by its + sign or a double click"),
+    ("a", "show what is near the chosen element"),
+    ("e", "show everything again"),
+    ("c and x", "collapse, expand all pages"),
+    ("n and p", "next and previous difference of two models"),
+    ("Esc", "choose nothing"),
+)
+
+
+def to_html(view: ViewModel) -> str:
+    """Return a page that shows a view, and lets its reader collapse, expand, search and look around.
+
+    Parameters
+    ----------
+    view : ViewModel
+        The view; boxes that are collapsed start so.
+
+    Raises
+    ------
+    DinerosError
+        The view cannot be laid out.
+    """
+    places, transitions = (sum(node.kind == kind for node in view.nodes) for kind in ("place", "transition"))
+    script = linked("net/page.js")
+    template = Template(_static("page.html.j2"), autoescape=True, keep_trailing_newline=True)
+    page: str = template.render(
+        title=view.title,
+        kind=f"{view.kind}, {places} places, {transitions} transitions",
+        keys=_KEYS,
+        style=Markup("".join(map(_static, _STYLES))),
+        legend=Markup(legend_svg()),
+        view=_data(view.to_json()),
+        positioned=_data(layout(view)),
+        elk=_packed_elk(),
+        script=Markup(script),
+        policy=content_policy([script, _elk()]),
+    )
+    return page
+
+
+def _static(name: str) -> str:
+    return (files("dineros.views") / "static" / "net" / name).read_text(encoding="utf-8")
+
+
+def _data(value: Any) -> Markup:
+    """Write JSON that nothing in it can end the script element of."""
+    return Markup(json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"))
+
+
+@cache
+def _elk() -> str:
+    return (files("dineros.views") / "vendor" / "elk" / "elk.bundled.js").read_text(encoding="utf-8")
+
+
+@cache
+def _packed_elk() -> str:
+    return base64.b64encode(gzip.compress(_elk().encode(), 9, mtime=0)).decode()
