@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.explicit.layout import Layout
 from dineros.analysis.logic.ctl.checking import basic, satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
@@ -118,6 +119,7 @@ class _Work:
         self.equation = StateEquation(self.net)
         self.walker = Walker(self.net)
         self.graph: PartOfGraph | None = None
+        self.cells: Layout | None = None  #: found once, which takes its time
         self.space: SymbolicStateSpace | None = None
         self.tried = False  #: whether each part has had its time on the diagram
 
@@ -243,8 +245,9 @@ class _Work:
 
     def _store(self, states: int | None, memory: int, clock: Clock) -> None:
         self.graph = None
-        self.graph = engines.part_of_graph(self.net, states, memory, clock.left / 2)
+        self.graph = engines.part_of_graph(self.net, states, memory, clock.left / 2, cells=self.cells)
         if self.graph is not None:
+            self.cells = self.graph.layout
             # What is stored is worth some time, also where storing took all of it.
             self._look_at(self.graph, Clock(max(clock.left, self.seconds / 2)))
 
@@ -278,7 +281,9 @@ class _Work:
             if not parts or clock.is_over():
                 return
             own = Clock(clock.left / (len(self.walker.ends) - number))
-            graph = engines.part_of_graph(self.net, PROBE_STATES, self.memory // 8, own.left / 2, start)
+            graph = engines.part_of_graph(
+                self.net, PROBE_STATES, self.memory // 8, own.left / 2, start, self.cells
+            )
             if graph is None:
                 return
             sets = PartialSets(graph, sheet.conditions, own.tell)
@@ -363,7 +368,7 @@ class _Work:
             holds = engines.always(smaller.net, smaller.formula, names, self.memory // 2, clock.left)
             if holds is not None or clock.is_over():
                 return holds
-        return engines.always(self.net, path, self.sheet.names, self.memory // 2, clock.left)
+        return engines.always(self.net, path, self.sheet.names, self.memory // 2, clock.left, self.cells)
 
     def _again(self, clock: Clock) -> None:
         """Use the time that is left for what the engines have not got through."""

@@ -12,6 +12,7 @@ import numpy as np
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.explicit import find
 from dineros.analysis.explicit.goals import Goal
+from dineros.analysis.explicit.layout import Layout
 from dineros.analysis.logic.automata.translation import translate
 from dineros.analysis.logic.graphs.product import Product
 from dineros.analysis.logic.language.atoms import BoundAtoms
@@ -72,6 +73,7 @@ def part_of_graph(
     memory: int,
     seconds: float,
     start: Sequence[int] | None = None,
+    cells: Layout | None = None,
 ) -> PartOfGraph | None:
     """Return the first markings of a net, all where they are few; from another marking if one is given."""
     if start is not None:
@@ -79,7 +81,7 @@ def part_of_graph(
         net = replace(net, initial=np.array(start, dtype=np.int64))
         net.__dict__.update(derived)
     try:
-        return PartOfGraph(net, Budget(memory, states, seconds).begun())
+        return PartOfGraph(net, Budget(memory, states, seconds).begun(), cells)
     except GIVEN_UP:
         return None
 
@@ -93,14 +95,21 @@ def diagram(net: CompiledNet, memory: int, clock: Clock) -> SymbolicStateSpace |
     return space if space.complete else None
 
 
-def always(net: CompiledNet, formula: Formula, names: Names, memory: int, seconds: float) -> bool | None:
+def always(
+    net: CompiledNet,
+    formula: Formula,
+    names: Names,
+    memory: int,
+    seconds: float,
+    cells: Layout | None = None,
+) -> bool | None:
     """Decide whether all runs satisfy an LTL formula; a run that does not is checked, but not made short."""
     budget = Budget(memory, seconds=seconds).begun()
     atoms = BoundAtoms(net, formula, names)
     try:
         automaton = translate(negated(combined(formula)))
         conditions = [condition_of(atom, atoms.conditions) for atom in automaton.atoms]
-        run = Emptiness(Product(net, automaton, conditions, (), (), budget), budget).run()
+        run = Emptiness(Product(net, automaton, conditions, (), (), budget, cells), budget).run()
     except (*GIVEN_UP, FormulaError):  # of which its automaton is too large
         return None
     if run is not None:

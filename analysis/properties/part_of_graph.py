@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.explicit.layout import Layout
 from dineros.analysis.logic.automata.automaton import Automaton, Edge
 from dineros.analysis.logic.ctl.state_sets import Run
 from dineros.analysis.logic.graphs.product import Product
@@ -56,6 +57,8 @@ class PartOfGraph:
     net : CompiledNet
     budget : Budget
         Its limits end the search, not the object; its clock runs.
+    cells : Layout, optional
+        How to write markings, where that is known.
 
     Attributes
     ----------
@@ -65,6 +68,8 @@ class PartOfGraph:
         Of these, the first so many have their successors; a deadlock is its own.
     is_complete : bool
         Whether that is all.
+    layout : Layout
+        How markings are written; good for the net from any reachable marking on.
 
     Raises
     ------
@@ -72,10 +77,10 @@ class PartOfGraph:
         When a place may hold more tokens than fit into a word.
     """
 
-    def __init__(self, net: CompiledNet, budget: Budget) -> None:
+    def __init__(self, net: CompiledNet, budget: Budget, cells: Layout | None = None) -> None:
         self.net = net
         everything = Automaton((), 0, 0, ((Edge(0, 0, 0, 0),),))
-        self._product = Product(net, everything, [], (), (), budget)
+        self._product = Product(net, everything, [], (), (), budget, cells)
         self.pointer: Int64Array = np.zeros(len(self._product.store.words) + 1, dtype=np.int64)
         self.targets: NDArray[np.int32] = np.empty(1 << 14 | 2 * self._product.room, dtype=np.int32)
         self.expanded = 0
@@ -85,6 +90,7 @@ class PartOfGraph:
         self.size = self._product.states
         self._index()
         self._layout = self._product.layout
+        self.layout = self._product.cells
         self._home = {
             p: (k, at) for k, cell in enumerate(self._layout.cells) for at, p in enumerate(cell.places)
         }
