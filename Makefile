@@ -64,6 +64,10 @@ benchmark: install ## Run every benchmark
 	@for script in benchmarks/[!_]*.py; do \
 		name=benchmarks.$$(basename "$$script" .py); echo "== $$name"; $(python) -m "$$name"; done
 
+.PHONY: contest
+contest: install ## Run the nets of the Model Checking Contest in FOLDER; CONTEST_ARGS='--seconds 3'
+	@$(python) -m benchmarks.contest.run $(FOLDER) $(CONTEST_ARGS)
+
 .PHONY: endurance
 endurance: install ## Stop, kill and flood running applications, for hours
 	@for application in sorting fleet; do $(python) -m benchmarks.endurance.stops_and_kills $$application || exit; done

@@ -298,7 +298,7 @@ def _with_encoding(
 ) -> SymbolicStateSpace:
     began = time.perf_counter()
     diagram = Diagram(encoding, range(len(encoding.levels)), budget.memory)
-    search = OrderSearch(encoding, diagram.events, seed, budget.memory // 8)
+    search = OrderSearch(encoding, diagram.events, seed, budget.memory // 8, budget.report)
     searched = seconds = 0.0
     failures = 0
     for order, limit in _attempts(search, _known_order(net, encoding, known)):

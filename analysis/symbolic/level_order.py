@@ -30,6 +30,7 @@ from functools import cached_property
 
 import numpy as np
 
+from dineros.analysis.answers.budget import ProgressCallback
 from dineros.analysis.nets.compiled import ArcTable, CompiledNet
 from dineros.analysis.symbolic.kernels.force import force
 from dineros.analysis.symbolic.levels import Encoding, encode_like
@@ -89,6 +90,8 @@ class OrderSearch:
         Of the random moves: the same seed and work give the same order.
     memory
         Bytes that a trial may take.
+    progress
+        Called now and then; an exception raised in it ends the search.
 
     Attributes
     ----------
@@ -99,8 +102,14 @@ class OrderSearch:
     """
 
     def __init__(
-        self, encoding: Encoding, events: EventTables, seed: int = 1, memory: int = TRIAL_MEMORY
+        self,
+        encoding: Encoding,
+        events: EventTables,
+        seed: int = 1,
+        memory: int = TRIAL_MEMORY,
+        progress: ProgressCallback | None = None,
     ) -> None:
+        self._progress = progress
         self._encoding = encoding
         self._events = events
         self._seed = seed
@@ -133,7 +142,7 @@ class OrderSearch:
         if most <= largest:
             return True
         self._deciding.restart(self.order)
-        finished = self._deciding.run(effort_limit=int(work / min((most / largest) ** 2, LARGEST_GROWTH)))
+        finished = self._deciding.run(self._progress, int(work / min((most / largest) ** 2, LARGEST_GROWTH)))
         self.work += self._deciding.effort
         return finished
 
@@ -143,7 +152,8 @@ class OrderSearch:
             return self._climbs[-1]
         if len(self._climbs) == CLIMBS and self._best is not None:
             return self._best
-        self._climbs.append(_Climb(self._scaled[1], self._events, self.order, self._seed + len(self._climbs)))
+        seed = self._seed + len(self._climbs)
+        self._climbs.append(_Climb(self._scaled[1], self._events, self.order, seed, self._progress))
         return self._climbs[-1]
 
     def _decide(self, latest: _Climb) -> None:
@@ -152,7 +162,7 @@ class OrderSearch:
             if climb.effort is None:
                 continue
             self._deciding.restart(climb.order)
-            finished = self._deciding.run(effort_limit=self._least)
+            finished = self._deciding.run(self._progress, self._least)
             self.work += self._deciding.effort
             if finished:
                 self._best, self._least, self.order = climb, self._deciding.effort, climb.order
@@ -168,7 +178,7 @@ class OrderSearch:
             small = _scaled_down(self._encoding, largest)
             trial = Diagram(small, range(len(small.levels)), self._memory, TRIAL_CACHE, TRIAL_BUCKETS)
             trial.restart(self.order)
-            is_easy = trial.run(effort_limit=LEAST_EFFORT)
+            is_easy = trial.run(self._progress, LEAST_EFFORT)
             self.work += trial.effort + TRIAL_WORK
             if not is_easy or largest >= self._largest_marking:
                 return largest, trial
@@ -239,7 +249,15 @@ class _Climb:
     work : int
     """
 
-    def __init__(self, trial: Diagram, events: EventTables, order: list[int], seed: int) -> None:
+    def __init__(
+        self,
+        trial: Diagram,
+        events: EventTables,
+        order: list[int],
+        seed: int,
+        progress: ProgressCallback | None,
+    ) -> None:
+        self._progress = progress
         self._trial = trial
         self._events = events
         self._random = random.Random(seed)
@@ -283,7 +301,9 @@ class _Climb:
     def _try(self, order: list[int]) -> None:
         limit = self._limit if self.effort is None else self.effort + 1
         self._trial.restart(order)
-        finished = self._trial.run(effort_limit=limit)
+        finished = self._trial.run(self._progress, limit)
+        if self._progress is not None:  # many short runs may take as long as one long one
+            self._progress(self._trial.progress)
         self.work += self._trial.effort + TRIAL_WORK
         if finished and (self.effort is None or self._trial.effort <= self.effort):
             self.effort, self.order = self._trial.effort, list(order)

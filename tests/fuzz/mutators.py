@@ -212,7 +212,7 @@ def _change_values(random: Random, root: etree._Element) -> None:
     holders = [(node, name) for node in root.iter(etree.Element) for name in map(str, node.attrib)]
     texts = [node for node in root.iter(etree.Element) if (node.text or "").strip()]
     for _ in range(random.choice([1, 1, 2])):
-        if texts and random.random() < 0.3:
+        if texts and (not holders or random.random() < 0.3):
             random.choice(texts).text = random.choice(["0", "1", "2", "99", random.choice(texts).text or ""])
             continue
         node, name = random.choice(holders)

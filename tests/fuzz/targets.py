@@ -127,6 +127,19 @@ def _question(
     return partial(_argument, originals, split)
 
 
+def _properties(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
+    path, model = folder / "case.xml", folder / "net.net"
+    model.write_text("net n\npl a (2)\ntr t a -> b\ntr u b -> a\n")
+    for logic, formula in (("--ltl", "G (a >= 1 -> F b == 1)"), ("--ctl", "A[enabled(t) U EX (a + b <= 2)]")):
+        seeds.made("verify", model, logic, formula, "--write-properties", folder / f"seed{logic}.xml")
+
+    def attempt(content: bytes) -> Outcome:
+        path.write_bytes(content)
+        return run_command("verify", model, "--properties", path, "--timeout", "0.5", *MEMORY)
+
+    return [seed.read_bytes() for seed in sorted(folder.glob("seed*.xml"))], attempt
+
+
 def _clause(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     from dineros.metamodel.clauses import set_clause
     from dineros.metamodel.constraints import validate
@@ -311,6 +324,7 @@ KINDS = {
         ),
         mutators.mutate_words,
     ),
+    "properties": Kind(_properties, mutators.mutate_xml, share=50),
     "clause": Kind(_clause, mutators.mutate_words, share=200),
     "setting": Kind(
         _question(

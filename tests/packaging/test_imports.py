@@ -64,6 +64,7 @@ FOLDERS = {
         "witnesses",
         "tina",
         "questions",
+        "properties",
         "conformance",
         "sweeps",
     ],

@@ -19,15 +19,17 @@ from dineros.cli.analysing import (
     write_witness,
 )
 from dineros.cli.console import say_json
-from dineros.cli.options import command, model_argument
+from dineros.cli.options import ModelPath, command, model_argument
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.answers import say_unfairness, say_verdict
+from dineros.cli.presentation.property_files import answer_properties, write_formula, write_properties
 from dineros.cli.quick_start import start_quickly
 
 
 @command(
     "dineros verify sorting.sym.xmi --signals none --ctl 'AG EF (Shown >= 3)'",
     "dineros verify sorting.sym.xmi --signals none --ltl 'G F fired(TSense)'",
+    "dineros verify net.pnml --properties CTLFireability.xml --properties Liveness",
 )
 @model_argument()
 @click.option("--ltl", metavar="FORMULA", help="A formula that all runs must satisfy.")
@@ -47,10 +49,23 @@ from dineros.cli.quick_start import start_quickly
     help="Strongly fair, with --ltl; the same words. Repeatable.",
 )
 @click.option(
+    "--properties",
+    multiple=True,
+    metavar="FILE.xml",
+    help="Answer a property file of the Model Checking Contest, or one of its global questions; repeatable.",
+)
+@click.option(
+    "--write-properties",
+    "written",
+    type=ModelPath(),
+    metavar="FILE.xml",
+    help="Write what is asked as a property file of the contest, instead of answering it.",
+)
+@click.option(
     "--timeout",
     type=click.FloatRange(min=0, min_open=True),
     metavar="SECONDS",
-    help="Give up after so long.",
+    help="Give up after so long; with --properties, so long for each of them, all together.",
 )
 @cache_option
 @question_engine_option
@@ -61,6 +76,8 @@ def verify(
     ctl: str | None,
     weak: tuple[str, ...],
     strong: tuple[str, ...],
+    properties: tuple[str, ...],
+    written: Path | None,
     timeout: float | None,
     engine: str,
     output: Path | None,
@@ -71,12 +88,14 @@ def verify(
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
-    """Verify a formula of linear (LTL) or branching (CTL) temporal logic.
+    """Verify a formula of linear (LTL) or branching (CTL) temporal logic, or all of a property file.
 
     Atoms are `Shown >= 2`, `A + 2*B < 3`, `enabled(T)`, `fired(T)`, `signal(S)` and `deadlock`. A run that
     ends in a deadlock stays there for ever. Exit status 0: holds; 1: violated; 3: unknown. An answer for
     which no run is found in time stands without one, and says so. With --engine tina, TINA's programs tina
-    and selt answer for LTL; the run that selt shows is replayed.
+    and selt answer for LTL; the run that selt shows is replayed. --properties takes property files of the
+    Model Checking Contest, and the names ReachabilityDeadlock, OneSafe, QuasiLiveness, Liveness and
+    StableMarking.
     """
     start_quickly()
     orders = orders_beside(model, no_cache)
@@ -85,8 +104,17 @@ def verify(
     from dineros.analysis.witnesses.findings import witness_of
     from dineros.metamodel.errors import DinerosError
 
+    if properties:
+        if ltl is not None or ctl is not None or weak or strong or engine == "tina" or output is not None:
+            raise click.UsageError(
+                "--properties goes with none of --ltl, --ctl, --fair, --engine tina and -o"
+            )
+        subject = load_subject(model, settings, signals, overflow)
+        if written is not None:
+            return write_properties(subject, properties, written)
+        return answer_properties(subject, model, properties, budget_of(memory, timeout), as_json)
     if (ltl is None) == (ctl is None):
-        raise click.UsageError("give either --ltl or --ctl")
+        raise click.UsageError("give either --ltl or --ctl, or --properties")
     if ctl is not None and (weak or strong):
         raise click.UsageError("fairness goes with --ltl")
     if ctl is not None and engine == "tina":
@@ -95,6 +123,9 @@ def verify(
             hint="leave out --engine, or say it in LTL",
         )
     subject = load_subject(model, settings, signals, overflow)
+    if written is not None:
+        with reading_formula("--ltl" if ctl is None else "--ctl"):
+            return write_formula(subject, model, ltl, ctl, written)
     with reading_formula("--fair"):
         weak = fair_transitions(subject, weak)
     with reading_formula("--strongly-fair"):

@@ -1,0 +1,159 @@
+"""Walks led by the state equation: a solution says how often each transition fires; a walk tries that.
+
+Where no firing that is left to do is enabled, some other one is fired. What is reached is reached, whatever
+led there, so nothing has to be proved.
+
+References
+----------
+Y. Thierry-Mieg, *Symbolic and structural model-checking*, Fundamenta Informaticae 183(3-4), 2021 (walks along
+Parikh vectors).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.properties.predicates import Int64Array, MarkingMatrix
+from dineros.analysis.properties.state_equation import Row
+from dineros.analysis.properties.walking import NetArrays
+
+#: Seconds for an integer program, steps and tries of walks for one solution.
+PROGRAM_SECONDS, MOST_STEPS, TRIES = 1.0, 100_000, 5
+#: Rows kept of a walk: the last ones, among which the goal is.
+MOST_ROWS = 1 << 10
+#: Firings that are not in the solution, for each that is.
+OTHERS = 1
+
+
+def firings(net: CompiledNet, rows: Sequence[Row], gains: Int64Array | None = None) -> Int64Array | None:
+    """Return how often transitions fire by a smallest solution of the state equation that fulfils conditions.
+
+    Parameters
+    ----------
+    net : CompiledNet
+    rows : sequence of Row
+        Weighted sums of tokens that have to be at least a number.
+    gains : int64 array, optional
+        By transition: what its firing is worth, to look for the most instead.
+    """
+    import highspy
+
+    transitions = len(net.transitions)
+    if not transitions:
+        return None
+    effects: list[tuple[dict[int, int], float]] = []
+    by_place: list[dict[int, int]] = [{} for _ in net.places]
+    for t, change in enumerate(net.delta):
+        for p, tokens in change.items():
+            by_place[p][t] = tokens
+    effects += [
+        (row, -float(tokens)) for row, tokens in zip(by_place, net.initial.tolist(), strict=True) if row
+    ]
+    for factors, bound in rows:
+        sums: dict[int, int] = {}
+        for p, factor in factors.items():
+            for t, tokens in by_place[p].items():
+                sums[t] = sums.get(t, 0) + factor * tokens
+        begins = sum(factor * int(net.initial[p]) for p, factor in factors.items())
+        effects.append(({t: value for t, value in sums.items() if value}, float(bound - begins)))
+    program = highspy.Highs()  # type: ignore[no-untyped-call]
+    program.setOptionValue("output_flag", False)
+    program.setOptionValue("threads", 1)
+    program.setOptionValue("time_limit", PROGRAM_SECONDS)
+    model = highspy.HighsLp()
+    model.num_col_, model.num_row_ = transitions, len(effects)
+    model.col_cost_ = np.ones(transitions) if gains is None else 1e-3 - gains.astype(float)
+    model.col_lower_, model.col_upper_ = np.zeros(transitions), np.full(transitions, float(MOST_STEPS))
+    model.row_lower_ = np.array([least for _, least in effects])
+    model.row_upper_ = np.full(len(effects), np.inf)
+    model.a_matrix_.format_ = highspy.MatrixFormat.kRowwise
+    model.a_matrix_.start_ = np.cumsum([0, *(len(row) for row, _ in effects)]).astype(np.int32)
+    model.a_matrix_.index_ = np.array([t for row, _ in effects for t in row], dtype=np.int32)
+    model.a_matrix_.value_ = np.array([v for row, _ in effects for v in row.values()], dtype=np.float64)
+    model.integrality_ = [highspy.HighsVarType.kInteger] * transitions
+    program.passModel(model)
+    program.run()
+    found = np.array(program.getSolution().col_value)
+    if found.size != transitions or not np.isfinite(found).all():
+        return None
+    counts: Int64Array = np.rint(found).astype(np.int64)
+    return counts if 0 < counts.sum() <= MOST_STEPS else None
+
+
+def follow(arrays: NetArrays, counts: Int64Array, seed: int) -> MarkingMatrix:
+    """Return the last markings of a walk that fires transitions so often, in some order, as far as it can."""
+    rows = np.empty((MOST_ROWS, len(arrays.net.places)), dtype=np.int64)
+    written = _follow(*arrays.parts, arrays.net.initial, counts.copy(), rows, seed)
+    return MarkingMatrix(arrays.net, rows[: min(written, MOST_ROWS)])
+
+
+@njit(cache=True)
+def _follow(  # type: ignore[no-untyped-def]
+    pointer, transition, weight, inhibits, asked, change_pointer, change_place, change_tokens,
+    initial, counts, rows, seed,
+):  # fmt: skip
+    """Write the markings of a walk, around; return how many they were."""
+    np.random.seed(seed)
+    size = asked.size
+    marking = initial.copy()
+    missing = asked.copy()
+    for p in range(marking.size):
+        for k in range(pointer[p], pointer[p + 1]):
+            if (marking[p] >= weight[k]) != (inhibits[k] == 1):
+                missing[transition[k]] -= 1
+    enabled = np.empty(size, dtype=np.int64)
+    position = np.full(size, -1, dtype=np.int64)
+    count = 0
+    for t in range(size):
+        if missing[t] == 0:
+            enabled[count] = t
+            position[t] = count
+            count += 1
+    left = counts.sum()
+    others = OTHERS * left + 10
+    written = 0
+    while True:
+        rows[written % rows.shape[0], :] = marking
+        written += 1
+        if left == 0 or count == 0 or others == 0:
+            return written
+        start = np.random.randint(count)
+        t = -1
+        for k in range(count):
+            u = enabled[(start + k) % count]
+            if counts[u] > 0:
+                t = u
+                break
+        if t >= 0:
+            counts[t] -= 1
+            left -= 1
+        else:
+            t = enabled[start]
+            others -= 1
+        for c in range(change_pointer[t], change_pointer[t + 1]):
+            p = change_place[c]
+            before = marking[p]
+            after = before + change_tokens[c]
+            marking[p] = after
+            for k in range(pointer[p], pointer[p + 1]):
+                was, now = before >= weight[k], after >= weight[k]
+                if was != now:
+                    u = transition[k]
+                    if now != (inhibits[k] == 1):
+                        missing[u] -= 1
+                        if missing[u] == 0:
+                            enabled[count] = u
+                            position[u] = count
+                            count += 1
+                    else:
+                        if missing[u] == 0:
+                            count -= 1
+                            last = enabled[count]
+                            enabled[position[u]] = last
+                            position[last] = position[u]
+                            position[u] = -1
+                        missing[u] += 1

@@ -1,0 +1,168 @@
+"""Conditions that no reachable marking fulfils, by the state equation: alternatives one after another.
+
+A condition is a conjunction of inequalities and of disjunctions. Where the inequalities alone can be
+fulfilled, the smallest disjunction is split, until all alternatives are excluded or too many were tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from dineros.analysis.logic.language.atoms import Condition, Linear, NoneEnabled, SomeEnabled
+from dineros.analysis.logic.language.syntax import And, Atom, Constant, Deadlock, Formula, Not, Or
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.properties.state_equation import Row, StateEquation
+
+MOST_PROGRAMS = 200
+MOST_ALTERNATIVES = 4_000
+
+
+class _GivenUpError(Exception):
+    """Too many alternatives, or no time left."""
+
+
+@dataclass(frozen=True)
+class _All:
+    parts: tuple[_All | _Any | Row, ...]
+
+
+@dataclass(frozen=True)
+class _Any:
+    parts: tuple[_All | _Any | Row, ...]
+
+
+def is_excluded(
+    equation: StateEquation,
+    condition: Formula,
+    conditions: Mapping[Atom, Condition],
+    is_late: Callable[[], bool],
+    met: Callable[[Sequence[Row]], bool] = lambda rows: True,
+) -> bool:
+    """Whether it is proved that no reachable marking fulfils a condition in negation normal form.
+
+    Parameters
+    ----------
+    equation : StateEquation
+    condition : Formula
+        As `dineros.analysis.logic.language.rewriting.simplified` returns it.
+    conditions : mapping
+        What atoms ask.
+    is_late : callable
+        Whether to give up.
+    met : callable
+        Told what could not be excluded, inequalities that fulfil the condition; whether that is enough.
+    """
+    try:
+        wanted = _of(equation.net, condition, conditions)
+        return _Search(equation, is_late, met).excludes([], [wanted])
+    except _GivenUpError:
+        return False
+
+
+class _Search:
+    def __init__(
+        self, equation: StateEquation, is_late: Callable[[], bool], met: Callable[[Sequence[Row]], bool]
+    ) -> None:
+        self.equation, self.is_late, self.met = equation, is_late, met
+        self.programs = 0
+
+    def excludes(self, rows: Sequence[Row], more: Sequence[_All | _Any | Row]) -> bool:
+        """Whether rows and more conditions cannot be fulfilled together."""
+        rows, choices, todo = list(rows), [], list(more)
+        before = len(rows)
+        while todo:
+            part = todo.pop()
+            match part:
+                case _All(parts):
+                    todo += parts
+                case _Any(parts) if len(parts) == 1:
+                    todo += parts
+                case _Any(parts):
+                    if not parts:
+                        return True
+                    choices.append(part)
+                case _:
+                    rows.append(part)
+        if len(rows) > before or not choices:
+            self.programs += 1
+            if self.programs > MOST_PROGRAMS or self.is_late():
+                raise _GivenUpError
+            if rows and self.equation.excludes(rows):
+                return True
+        if not choices:
+            if self.met(rows):
+                raise _GivenUpError
+            return False
+        choices.sort(key=lambda choice: len(choice.parts))
+        first, *others = choices
+        is_excluded = True
+        for alternative in first.parts:
+            # Also after one that could not be excluded: the next may be reached more easily.
+            is_excluded &= self.excludes(rows, [alternative, *others])
+        return is_excluded
+
+
+def _of(net: CompiledNet, formula: Formula, conditions: Mapping[Atom, Condition]) -> _All | _Any | Row:
+    match formula:
+        case Constant(value):
+            return _All(()) if value else _Any(())
+        case And(operands):
+            return _All(tuple(_of(net, operand, conditions) for operand in operands))
+        case Or(operands):
+            return _Any(tuple(_of(net, operand, conditions) for operand in operands))
+        case Deadlock():
+            return _atom(net, NoneEnabled(), True)
+        case Not(Deadlock()):
+            return _atom(net, NoneEnabled(), False)
+        case Atom():
+            return _atom(net, conditions[formula], True)
+        case Not(Atom() as atom):
+            return _atom(net, conditions[atom], False)
+    raise TypeError(f"no condition in normal form: {formula}")
+
+
+_OPPOSITE = {"<": ">=", "<=": ">", "==": "!=", "!=": "==", ">=": "<", ">": "<="}
+
+
+def _atom(net: CompiledNet, condition: Condition, is_positive: bool) -> _All | _Any | Row:
+    match condition:
+        case Linear(factors, symbol, bound):
+            return _linear(factors, symbol if is_positive else _OPPOSITE[symbol], bound)
+        case SomeEnabled(transitions):
+            chosen = sorted(transitions)
+        case NoneEnabled():
+            chosen, is_positive = list(range(len(net.transitions))), not is_positive
+        case _:
+            raise TypeError(f"no condition on markings: {condition}")
+    size = sum(len(net.pre.row(t)) + len(net.inhibitor.row(t)) for t in chosen)
+    if size > MOST_ALTERNATIVES:
+        raise _GivenUpError
+    if is_positive:
+        return _Any(tuple(_All(tuple(_enabling(net, t, True))) for t in chosen))
+    return _All(tuple(_Any(tuple(_enabling(net, t, False))) for t in chosen))
+
+
+def _enabling(net: CompiledNet, transition: int, is_positive: bool) -> list[_All | _Any | Row]:
+    """What enables a transition: all of it; or else what keeps it from firing: any of it."""
+    rows = [({place: 1}, ">=" if is_positive else "<", weight) for place, weight in net.pre.row(transition)]
+    rows += [
+        ({place: 1}, "<" if is_positive else ">=", weight) for place, weight in net.inhibitor.row(transition)
+    ]
+    return [_linear(*row) for row in rows]
+
+
+def _linear(factors: Mapping[int, int], symbol: str, bound: int) -> _All | _Any | Row:
+    minus = {place: -factor for place, factor in factors.items()}
+    match symbol:
+        case ">=":
+            return factors, bound
+        case ">":
+            return factors, bound + 1
+        case "<=":
+            return minus, -bound
+        case "<":
+            return minus, 1 - bound
+        case "==":
+            return _All(((factors, bound), (minus, -bound)))
+    return _Any(((factors, bound + 1), (minus, 1 - bound)))

@@ -1,0 +1,109 @@
+"""Properties of a net as the Model Checking Contest asks for them, and their answers.
+
+References
+----------
+F. Kordon et al., *MCC'2022: 12th edition of the Model Checking Contest*, https://mcc.lip6.fr.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.syntax import Formula
+
+Kind = Literal["ctl", "ltl", "bound", "global"]
+
+GLOBAL_PROPERTIES = ("ReachabilityDeadlock", "OneSafe", "QuasiLiveness", "Liveness", "StableMarking")
+"""Questions that can be asked of any net, by their names in the contest."""
+
+
+@dataclass(frozen=True)
+class Property:
+    """One question about a net.
+
+    Attributes
+    ----------
+    id : str
+        How the answer is called.
+    kind : {"ctl", "ltl", "bound", "global"}
+        What is asked: a formula of branching or of linear time, the most tokens that places hold together, or
+        one of `GLOBAL_PROPERTIES`.
+    formula : Formula, optional
+        Of "ctl" and "ltl", with the meaning of operators of this project: at a deadlock, time goes on.
+    places : tuple of str
+        Of "bound": names; their tokens are added up.
+    examination : str
+        Of "global": its name.
+    """
+
+    id: str
+    kind: Kind
+    formula: Formula | None = None
+    places: tuple[str, ...] = ()
+    examination: str = ""
+
+
+@dataclass(frozen=True)
+class PropertyAnswer:
+    """What is known of a property.
+
+    Attributes
+    ----------
+    id : str
+    value : bool, int or None
+        Whether it holds, or the bound; None where that is not known.
+    seconds : float
+        Wall-clock time from the beginning of all questions that were asked together.
+    technique : str
+        What decided: ``structure``, ``state equation``, ``random walk``, ``explicit``, ``symbolic`` ...
+    reason : str
+        Why nothing is known.
+    """
+
+    id: str
+    value: bool | int | None
+    seconds: float
+    technique: str = ""
+    reason: str = ""
+
+
+class GroupedNames:
+    """Names of a net, and of sets of its transitions: ``is-fireable`` asks whether any of a set is enabled.
+
+    Parameters
+    ----------
+    names : Names
+        Names of single elements.
+    """
+
+    SEPARATOR = " or "
+
+    def __init__(self, names: Names) -> None:
+        self._names = names
+        self._groups: dict[str, tuple[str, ...]] = {}
+
+    def group(self, names: Sequence[str]) -> str:
+        """Return a name for some transitions."""
+        text = self.SEPARATOR.join(names)
+        if len(names) > 1:
+            self._groups[text] = tuple(names)
+        return text
+
+    def members(self, name: str) -> tuple[str, ...]:
+        """Return the names that a name stands for."""
+        return self._groups.get(name, (name,))
+
+    def places(self, name: str) -> Sequence[int]:
+        """Return the places of a name."""
+        return self._names.places(name)
+
+    def transitions(self, name: str) -> Sequence[int]:
+        """Return the transitions of a name or of a group."""
+        return [t for member in self.members(name) for t in self._names.transitions(member)]
+
+    def signal(self, name: str) -> int:
+        """Return the place that is marked while an input signal is true."""
+        return self._names.signal(name)

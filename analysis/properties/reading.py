@@ -1,0 +1,230 @@
+"""Reading the contest's property files: XML in the namespace ``http://mcc.lip6.fr/``.
+
+``EX f`` of the contest needs a successor and its ``AX f`` holds where there is none, while runs of this
+project stay in a deadlock for ever: what is read says so with ``deadlock``. In LTL both mean the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from lxml import etree
+
+from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.logic.language.syntax import (
+    FALSE,
+    TRUE,
+    And,
+    Comparison,
+    Constant,
+    Deadlock,
+    Enabled,
+    Equivalent,
+    Exists,
+    Finally,
+    ForAll,
+    Formula,
+    Globally,
+    Implies,
+    Name,
+    Next,
+    Not,
+    Or,
+    Until,
+)
+from dineros.analysis.properties.property import GLOBAL_PROPERTIES, GroupedNames, Property
+from dineros.metamodel.errors import DinerosError, Location, near_matches
+from dineros.metamodel.files.xml import line_of, parse
+
+NAMESPACE = "http://mcc.lip6.fr/"
+
+_LARGEST_DIGITS = 18
+_QUANTIFIERS: dict[str, Callable[[Formula], Formula]] = {"all-paths": ForAll, "exists-path": Exists}
+_UNARY: dict[str, Callable[[Formula], Formula]] = {
+    "negation": Not,
+    "globally": Globally,
+    "finally": Finally,
+    "next": Next,
+}
+_MANY: dict[str, Callable[[tuple[Formula, ...]], Formula]] = {"conjunction": And, "disjunction": Or}
+_BINARY: dict[str, Callable[[Formula, Formula], Formula]] = {
+    "implication": Implies,
+    "equivalence": Equivalent,
+}
+_CONSTANTS: dict[str, Formula] = {"true": TRUE, "false": FALSE, "deadlock": Deadlock()}
+_TEMPORAL = ("globally", "finally", "next", "until")
+
+
+def read_properties(path: Path | str, names: GroupedNames) -> list[Property]:
+    """Read a property file, its names resolved.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    names : GroupedNames
+        What names stand for; groups of transitions are added.
+
+    Raises
+    ------
+    DinerosError
+        It cannot be read, is no property file, or names something unknown; with its line.
+    """
+    root = parse(path).getroot()
+    if root.tag != f"{{{NAMESPACE}}}property-set":
+        hint = f'the root is <property-set xmlns="{NAMESPACE}">'
+        raise DinerosError("is no property file", location=Location(path, line_of(root)), hint=hint)
+    reader = _Reader(path, names)
+    found = [reader.property(node) for node in root.iterchildren(tag=etree.Element)]
+    seen: set[str] = set()
+    for one in found:
+        if one.id in seen:
+            raise DinerosError(f"holds two properties {one.id!r}", location=Location(path))
+        seen.add(one.id)
+    return found
+
+
+class _Reader:
+    def __init__(self, path: Path | str, names: GroupedNames) -> None:
+        self.path, self.names = path, names
+
+    def error(self, message: str, node: etree._Element, hint: str | None = None) -> DinerosError:
+        return DinerosError(message, location=Location(self.path, line_of(node)), hint=hint)
+
+    def children(self, node: etree._Element, least: int = 0, most: int | None = None) -> list[etree._Element]:
+        """Return the elements in an element, of which there must be so many."""
+        found = list(node.iterchildren(tag=etree.Element))
+        if len(found) < least or (most is not None and len(found) > most):
+            raise self.error(f"<{_local(node)}> holds {len(found)} elements", node)
+        return found
+
+    def property(self, node: etree._Element) -> Property:
+        if _local(node) != "property":
+            raise self.error(f"<{_local(node)}> is no <property>", node)
+        parts = {_local(part): part for part in self.children(node)}
+        if "id" not in parts or "formula" not in parts:
+            raise self.error("a <property> needs an <id> and a <formula>", node)
+        id = self.text(parts["id"])
+        examination = next((name for name in GLOBAL_PROPERTIES if id.endswith(name)), "")
+        if examination and examination != "ReachabilityDeadlock":
+            return Property(id, "global", examination=examination)
+        (formula,) = self.children(parts["formula"], 1, 1)
+        if _local(formula) == "place-bound":
+            return Property(id, "bound", places=self.places(formula))
+        is_linear = "LTL" in id or _is_linear(formula)
+        if is_linear and _local(formula) == "all-paths":
+            (formula,) = self.children(formula, 1, 1)
+        return Property(id, "ltl" if is_linear else "ctl", self.formula(formula, is_linear))
+
+    def text(self, node: etree._Element) -> str:
+        text = (node.text or "").strip()
+        if not text:
+            raise self.error(f"<{_local(node)}> is empty", node)
+        return text
+
+    def formula(self, node: etree._Element, is_linear: bool) -> Formula:
+        kind = _local(node)
+        if kind in _CONSTANTS:
+            return _CONSTANTS[kind]
+        if kind == "integer-le":
+            return self.comparison(node)
+        if kind == "is-fireable":
+            return self.fireable(node)
+        if kind in _QUANTIFIERS:
+            if is_linear:
+                raise self.error(f"<{kind}> cannot stand within linear time", node)
+            (path,) = self.children(node, 1, 1)
+            return self.quantified(node, path)
+        if kind == "until" and is_linear:
+            return self.until(node, is_linear)
+        if kind in _TEMPORAL and not is_linear:
+            hint = "put <all-paths> or <exists-path> around it"
+            raise self.error(f"<{kind}> cannot stand without a quantifier", node, hint)
+        if kind in _UNARY:
+            (operand,) = self.children(node, 1, 1)
+            return _UNARY[kind](self.formula(operand, is_linear))
+        if kind in _MANY:
+            operands = tuple(self.formula(part, is_linear) for part in self.children(node, 1))
+            return operands[0] if len(operands) == 1 else _MANY[kind](operands)
+        if kind in _BINARY:
+            left, right = self.children(node, 2, 2)
+            return _BINARY[kind](self.formula(left, is_linear), self.formula(right, is_linear))
+        known = [*_CONSTANTS, *_QUANTIFIERS, *_UNARY, *_MANY, *_BINARY, "integer-le", "is-fireable", "until"]
+        raise self.error(f"<{kind}> is no part of a formula", node, near_matches(kind, known))
+
+    def quantified(self, node: etree._Element, path: etree._Element) -> Formula:
+        quantifier, kind = _QUANTIFIERS[_local(node)], _local(path)
+        if kind == "until":
+            return quantifier(self.until(path, False))
+        if kind not in _TEMPORAL:
+            raise self.error(f"<{_local(node)}> needs a temporal operator, not <{kind}>", path)
+        (operand,) = self.children(path, 1, 1)
+        inner = quantifier(_UNARY[kind](self.formula(operand, False)))
+        if kind != "next":
+            return inner
+        return And((inner, Not(Deadlock()))) if quantifier is Exists else Or((inner, Deadlock()))
+
+    def until(self, node: etree._Element, is_linear: bool) -> Formula:
+        before, reach = self.children(node, 2, 2)
+        if (_local(before), _local(reach)) != ("before", "reach"):
+            raise self.error("<until> holds <before> and <reach>", node)
+        ((left,), (right,)) = (self.children(part, 1, 1) for part in (before, reach))
+        return Until(self.formula(left, is_linear), self.formula(right, is_linear))
+
+    def comparison(self, node: etree._Element) -> Formula:
+        left, right = self.children(node, 2, 2)
+        factors: dict[str, int] = {}
+        bound = 0
+        for part, sign in ((left, 1), (right, -1)):
+            if _local(part) == "integer-constant":
+                bound -= sign * self.number(part)
+            elif _local(part) == "tokens-count":
+                for place in self.places(part):
+                    factors[place] = factors.get(place, 0) + sign
+            else:
+                raise self.error(f"<{_local(part)}> is no number", part)
+        terms = tuple((factor, Name(place)) for place, factor in factors.items() if factor)
+        return Comparison(terms, "<=", bound) if terms else Constant(bound >= 0)
+
+    def number(self, node: etree._Element) -> int:
+        text = self.text(node)
+        digits = text.removeprefix("-")
+        if not (digits.isascii() and digits.isdigit()) or len(digits) > _LARGEST_DIGITS:
+            raise self.error("is no whole number of at most 18 digits", node)
+        return int(text)
+
+    def places(self, node: etree._Element) -> tuple[str, ...]:
+        return tuple(self.name(part, "place", self.names.places) for part in self.children(node, 1))
+
+    def fireable(self, node: etree._Element) -> Formula:
+        parts = self.children(node, 1)
+        members = [self.name(part, "transition", self.names.transitions) for part in parts]
+        return Enabled(Name(self.names.group(members)))
+
+    def name(self, node: etree._Element, kind: str, resolve: Callable[[str], object]) -> str:
+        if _local(node) != kind:
+            raise self.error(f"<{_local(node)}> is no <{kind}>", node)
+        try:
+            text = self.text(node)
+            resolve(text)
+        except FormulaError as error:
+            raise self.error(error.message, node, error.hint) from None
+        return text
+
+
+def _local(node: etree._Element) -> str:
+    """Return the tag of an element of the contest's namespace, and nothing known for others."""
+    tag = etree.QName(node)
+    return tag.localname if tag.namespace == NAMESPACE else str(node.tag)
+
+
+def _is_linear(node: etree._Element) -> bool:
+    """Whether some temporal operator, not that of a quantifier, stands in a formula."""
+    outer = node[0] if _local(node) == "all-paths" and len(node) == 1 else node
+    for part in outer.iter(tag=etree.Element):
+        parent = part.getparent()
+        is_quantified = parent is not None and _local(parent) in _QUANTIFIERS
+        if _local(part) in _TEMPORAL and not is_quantified:
+            return True
+    return False

@@ -1,0 +1,181 @@
+"""Questions about one net, and what is known of them so far."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dineros.analysis.logic.language.atoms import BoundAtoms, Condition, Linear, SomeEnabled
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.syntax import TRUE, And, Atom, Constant, Formula
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.properties.normal_form import folded, goal_of, initially, of_linear, parts_of
+from dineros.analysis.properties.predicates import MarkingMatrix, Markings, is_condition, satisfied, total
+from dineros.analysis.properties.property import Property, PropertyAnswer
+
+
+@dataclass
+class Limits:
+    """What is known of the most tokens that places hold together: at least, at most."""
+
+    factors: dict[int, int]
+    least: int
+    most: int | None = None
+
+
+@dataclass
+class Sheet:
+    """All questions about a net.
+
+    Attributes
+    ----------
+    net : CompiledNet
+    names : Names
+    properties : sequence of Property
+    answered : callable
+        Told every answer as soon as it is known.
+    """
+
+    net: CompiledNet
+    names: Names
+    properties: Sequence[Property]
+    answered: Callable[[PropertyAnswer], None]
+    known: dict[Formula, bool] = field(default_factory=dict)  #: parts, by their value in the initial marking
+    always: dict[Formula, bool] = field(default_factory=dict)  #: conditions that are constant
+    answers: dict[str, PropertyAnswer] = field(default_factory=dict)
+    formulas: dict[str, Formula] = field(default_factory=dict)
+    limits: dict[str, Limits] = field(default_factory=dict)
+    conditions: dict[Atom, Condition] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._began = time.perf_counter()
+        self._folded = 0  #: constant conditions that formulas know of
+        self._initial: dict[Formula, bool | None] = {}  #: values of conditions in the initial marking
+        self._first = MarkingMatrix(self.net, self.net.initial[None, :])
+        for one in self.properties:
+            if one.kind == "bound":
+                factors: dict[int, int] = {}
+                for name in one.places:
+                    for place in self.names.places(name):
+                        factors[place] = factors.get(place, 0) + 1
+                self.limits[one.id] = Limits(factors, int(total(self._first, factors)[0]))
+            elif one.formula is not None:
+                formula = of_linear(one.formula) if one.kind == "ltl" else one.formula
+                self.formulas[one.id] = folded(formula, {})
+        self.conditions = BoundAtoms(self.net, And((TRUE, *self.formulas.values())), self.names).conditions
+        self.settle("initial marking")
+
+    @property
+    def seconds(self) -> float:
+        """Since the questions were asked."""
+        return time.perf_counter() - self._began
+
+    def open_formulas(self) -> dict[str, Formula]:
+        """Return formulas that are not decided, by id."""
+        return {id: formula for id, formula in self.formulas.items() if id not in self.answers}
+
+    def open_limits(self) -> dict[str, Limits]:
+        """Return bounds that are not known, by id."""
+        return {id: limits for id, limits in self.limits.items() if id not in self.answers}
+
+    def open_globals(self) -> list[Property]:
+        """Return questions about the net as a whole that are not answered."""
+        return [one for one in self.properties if one.kind == "global" and one.id not in self.answers]
+
+    def open_parts(self) -> list[Formula]:
+        """Return parts of formulas that may still decide something."""
+        found = [part for formula in self.open_formulas().values() for part in parts_of(formula)]
+        return [part for part in dict.fromkeys(found) if part not in self.known]
+
+    def open_goals(self) -> list[tuple[Formula, Formula, bool]]:
+        """Return parts that one reachable marking decides: part, condition, value where it is met."""
+        goals = ((part, goal_of(part)) for part in self.open_parts())
+        return [(part, *goal) for part, goal in goals if goal is not None]
+
+    @property
+    def is_done(self) -> bool:
+        """Whether everything is answered."""
+        return len(self.answers) == len(self.properties)
+
+    def settle(self, technique: str) -> None:
+        """Put in what has become known, and answer what that decides."""
+        changed = len(self.always) > self._folded
+        self._folded = len(self.always)
+        for id, formula in self.open_formulas().items():
+            if changed:
+                self.formulas[id] = folded(formula, self.always)
+            value = initially(self.formulas[id], self._value)
+            if value is not None:
+                self.answer(id, value, technique)
+        for id, limits in self.open_limits().items():
+            if limits.most is not None and limits.least >= limits.most:
+                self.answer(id, limits.most, technique)
+
+    def _value(self, part: Formula) -> bool | None:
+        if part in self.known:
+            return self.known[part]
+        if part not in self._initial:
+            is_plain = is_condition(part)
+            values = satisfied(self._first, part, self.conditions) if is_plain else [None]
+            self._initial[part] = None if values[0] is None else bool(values[0])
+        return self._initial[part]
+
+    def answer(self, id: str, value: bool | int, technique: str) -> None:
+        """Keep an answer and tell it."""
+        if id not in self.answers:
+            self.answers[id] = PropertyAnswer(id, value, self.seconds, technique)
+            self.answered(self.answers[id])
+
+    def look(self, markings: Markings, technique: str) -> None:
+        """See what some reachable markings decide."""
+        found = False
+        for part, condition, value in self.open_goals():
+            if satisfied(markings, condition, self.conditions).any():
+                self.known[part] = value
+                found = True
+        for limits in self.open_limits().values():
+            most = int(total(markings, limits.factors).max(initial=0))
+            if most > limits.least:
+                limits.least, found = most, True
+        if found:
+            self.settle(technique)
+
+    def constants(self, bounds: Iterable[int | None]) -> dict[Formula, bool]:
+        """Return atoms that bounds of places make true, or false, in every reachable marking."""
+        most = [np.inf if bound is None else bound for bound in bounds]
+        found: dict[Formula, bool] = {}
+        for atom, condition in self.conditions.items():
+            if atom in self.always or isinstance(atom, Constant):
+                continue
+            if isinstance(condition, Linear):
+                value = _decided(condition, most)
+                if value is not None:
+                    found[atom] = value
+            elif isinstance(condition, SomeEnabled) and all(
+                any(most[place] < weight for place, weight in self.net.pre.row(t))
+                for t in condition.transitions
+            ):
+                found[atom] = False
+        return found
+
+
+def _decided(condition: Linear, most: Sequence[float]) -> bool | None:
+    """The value of a comparison where places hold between 0 and so many tokens, if it is always the same."""
+    terms = [factor * most[place] for place, factor in condition.factors.items() if most[place]]
+    high, low = sum(term for term in terms if term > 0), sum(term for term in terms if term < 0)
+    bound = condition.bound
+    match condition.operator:
+        case "<=":
+            return True if high <= bound else False if low > bound else None
+        case "<":
+            return True if high < bound else False if low >= bound else None
+        case ">=":
+            return True if low >= bound else False if high < bound else None
+        case ">":
+            return True if low > bound else False if high <= bound else None
+        case "==" | "!=" if low > bound or high < bound:
+            return condition.operator == "!="
+    return None

@@ -1,0 +1,172 @@
+"""Random walks: markings that are surely reachable, found without storing any.
+
+Walks begin at the initial marking again and again. Half of their choices follow priorities that each walk
+draws anew, so that walks differ in where they go, not only in how they get there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.properties.predicates import Int64Array, MarkingMatrix
+
+#: Numbers in a matrix of markings.
+MATRIX_SIZE = 1 << 21
+MOST_ROWS = 1 << 12
+MOST_ENDS = 20
+#: Steps of a walk before it begins anew: short ones at first, longer ones later.
+SHORTEST_WALK, LONGEST_WALK = 1 << 6, 1 << 16
+
+
+class NetArrays:
+    """What walks read of a net: who asks for tokens of a place, and what firings change, in CSR form.
+
+    Parameters
+    ----------
+    net : CompiledNet
+    """
+
+    def __init__(self, net: CompiledNet) -> None:
+        self.net = net
+        asked = [len(net.pre.row(t)) + len(net.inhibitor.row(t)) for t in range(len(net.transitions))]
+        changes = [list(change.items()) for change in net.delta]
+        self.parts = (
+            *_arcs_by_place(net),
+            np.array(asked, dtype=np.int64),
+            np.cumsum([0, *map(len, changes)]).astype(np.int64),
+            np.array([p for row in changes for p, _ in row], dtype=np.int64),
+            np.array([n for row in changes for _, n in row], dtype=np.int64),
+        )
+
+
+class Walker:
+    """Walks through a net.
+
+    Parameters
+    ----------
+    net : CompiledNet
+    seed : int
+        Of the choices.
+
+    Attributes
+    ----------
+    fired : bool array
+        By transition: whether it was enabled in some marking seen.
+    deadlocked : bool
+        Whether some marking seen enables nothing.
+    ends : list of tuple of int
+        Last markings of walks, deadlocks first; a few.
+    """
+
+    def __init__(self, net: CompiledNet, seed: int = 1) -> None:
+        self.net = net
+        self._random = np.random.default_rng(seed)
+        self.arrays = NetArrays(net)
+        transitions = len(net.transitions)
+        self.fired = np.zeros(transitions, dtype=np.bool_)
+        self.deadlocked = False
+        self.ends: list[tuple[int, ...]] = []
+        self._length = SHORTEST_WALK
+        rows = max(16, min(MOST_ROWS, MATRIX_SIZE // max(1, len(net.places))))
+        self._rows = np.empty((rows, len(net.places)), dtype=np.int64)
+
+    def walk(self) -> MarkingMatrix:
+        """Walk on, and return the markings seen; the matrix is used again by the next call."""
+        filled = 0
+        while filled < len(self._rows):
+            count, dead = _walk(
+                *self.arrays.parts,
+                self.net.initial,
+                self._random.random(len(self.net.transitions)),
+                self._rows[filled:],
+                self.fired,
+                self._length,
+                int(self._random.integers(1 << 31)),
+            )
+            filled += count
+            self._note_end(self._rows[filled - 1], bool(dead))
+        self._length = SHORTEST_WALK if self._length >= LONGEST_WALK else 4 * self._length
+        return MarkingMatrix(self.net, self._rows)
+
+    def _note_end(self, marking: Int64Array, dead: bool) -> None:
+        end = tuple(marking.tolist())
+        self.deadlocked |= dead
+        if end not in self.ends:
+            self.ends.insert(0 if dead else len(self.ends), end)
+            # Of other ends the latest are the furthest away.
+            del self.ends[MOST_ENDS // 2 : -MOST_ENDS // 2]
+
+
+def _arcs_by_place(net: CompiledNet) -> tuple[Int64Array, Int64Array, Int64Array, Int64Array]:
+    """Return arcs that ask for tokens of a place, in CSR form: transition, weight, whether it inhibits."""
+    rows: list[list[tuple[int, int, int]]] = [[] for _ in net.places]
+    for kind, table in enumerate((net.pre, net.inhibitor)):
+        for t in range(len(net.transitions)):
+            for place, weight in table.row(t):
+                rows[place].append((t, weight, kind))
+    flat = np.array([arc for row in rows for arc in row], dtype=np.int64).reshape(-1, 3)
+    pointer = np.cumsum([0, *map(len, rows)]).astype(np.int64)
+    return pointer, flat[:, 0].copy(), flat[:, 1].copy(), flat[:, 2].copy()
+
+
+@njit(cache=True)
+def _walk(  # type: ignore[no-untyped-def]
+    pointer, transition, weight, inhibits, asked, change_pointer, change_place, change_tokens,
+    initial, priority, rows, fired, length, seed,
+):  # fmt: skip
+    """Write the markings of one walk; return how many, and whether it ended in a deadlock."""
+    np.random.seed(seed)
+    size = asked.size
+    marking = initial.copy()
+    missing = asked.copy()
+    for p in range(marking.size):
+        for k in range(pointer[p], pointer[p + 1]):
+            if (marking[p] >= weight[k]) != (inhibits[k] == 1):
+                missing[transition[k]] -= 1
+    enabled = np.empty(size, dtype=np.int64)
+    position = np.full(size, -1, dtype=np.int64)
+    count = 0
+    for t in range(size):
+        if missing[t] == 0:
+            enabled[count] = t
+            position[t] = count
+            count += 1
+            fired[t] = True
+    written = 0
+    while written < rows.shape[0] and written < length:
+        rows[written, :] = marking
+        written += 1
+        if count == 0:
+            return written, True
+        t = enabled[np.random.randint(count)]
+        if np.random.random() < 0.5:
+            other = enabled[np.random.randint(count)]
+            if priority[other] > priority[t]:
+                t = other
+        for c in range(change_pointer[t], change_pointer[t + 1]):
+            p = change_place[c]
+            before = marking[p]
+            after = before + change_tokens[c]
+            marking[p] = after
+            for k in range(pointer[p], pointer[p + 1]):
+                was, now = before >= weight[k], after >= weight[k]
+                if was != now:
+                    u = transition[k]
+                    if now != (inhibits[k] == 1):
+                        missing[u] -= 1
+                        if missing[u] == 0:
+                            enabled[count] = u
+                            position[u] = count
+                            count += 1
+                            fired[u] = True
+                    else:
+                        if missing[u] == 0:
+                            count -= 1
+                            last = enabled[count]
+                            enabled[position[u]] = last
+                            position[last] = position[u]
+                            position[u] = -1
+                        missing[u] += 1
+    return written, False

@@ -1,0 +1,113 @@
+"""Property files of the Model Checking Contest on the command line: all answered at once, or written."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, exploring
+from dineros.cli.console import note, say, say_json, summarise
+
+if TYPE_CHECKING:
+    from dineros.analysis.answers.budget import Budget
+    from dineros.analysis.model.subject import Subject
+    from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
+
+
+def answer_properties(
+    subject: Subject,
+    model: Path,
+    wanted: Sequence[str],
+    budget: Budget,
+    as_json: bool,
+) -> int:
+    """Answer property files, and global questions by name; return the exit status."""
+    from dineros.analysis.properties import answering
+
+    properties, names = _read(subject, wanted)
+
+    def tell(answer: PropertyAnswer) -> None:
+        if not as_json:
+            say(_line(answer))
+
+    with exploring():
+        answers = answering.answer_properties(
+            subject.net, names, properties, budget.seconds or answering.SECONDS, budget.memory, tell, note
+        )
+    if as_json:
+        kinds = {one.id: one.kind for one in properties}
+        found = [{"kind": kinds[a.id], "status": _status(a.value), **asdict(a)} for a in answers]
+        say_json({"model": str(model), "properties": found})
+    else:
+        for answer in answers:
+            if answer.value is None:
+                say(_line(answer))
+    values = [answer.value for answer in answers]
+    if any(value is False for value in values):
+        return VIOLATED
+    return UNKNOWN if None in values else HOLDS
+
+
+def write_properties(subject: Subject, wanted: Sequence[str], output: Path) -> int:
+    """Write what property files ask anew, as one file."""
+    properties, names = _read(subject, wanted)
+    return _write(subject, properties, names, output)
+
+
+def write_formula(subject: Subject, model: Path, ltl: str | None, ctl: str | None, output: Path) -> int:
+    """Write a formula as a property file; its id is that of the model and of the logic."""
+    from dineros.analysis.logic.language.parser import parse
+    from dineros.analysis.properties.property import Property
+
+    name = model.name.split(".")[0]
+    if ltl is not None:
+        one = Property(f"{name}-LTL-00", "ltl", parse(ltl))
+    else:
+        assert ctl is not None
+        one = Property(f"{name}-CTL-00", "ctl", parse(ctl, "ctl"))
+    return _write(subject, [one], subject.names, output)
+
+
+def _write(subject: Subject, properties: Sequence[Property], names: Any, output: Path) -> int:
+    from dineros.analysis.properties import writing
+
+    writing.write_properties(output, properties, subject.net, names)
+    number = len(properties)
+    summarise(f"{output}: {number} {'property' if number == 1 else 'properties'}")
+    return HOLDS
+
+
+def _read(subject: Subject, wanted: Sequence[str]) -> tuple[list[Property], GroupedNames]:
+    from dineros.analysis.properties.property import GLOBAL_PROPERTIES, GroupedNames, Property
+    from dineros.analysis.properties.reading import read_properties
+
+    names = GroupedNames(subject.names)
+    found: dict[str, Property] = {}
+    for name in wanted:
+        new = (
+            [Property(name, "global", examination=name)]
+            if name in GLOBAL_PROPERTIES
+            else read_properties(name, names)
+        )
+        for one in new:
+            if one.id in found:
+                raise click.UsageError(f"{one.id!r} is asked twice")
+            found[one.id] = one
+    return list(found.values()), names
+
+
+def _status(value: bool | int | None) -> str:
+    if value is None:
+        return "unknown"
+    return ("holds" if value else "violated") if isinstance(value, bool) else "bound"
+
+
+def _line(answer: PropertyAnswer) -> str:
+    status = _status(answer.value)
+    shown = str(answer.value) if status == "bound" else status
+    how = answer.technique or answer.reason
+    return f"{shown}: {answer.id}; {how}, {answer.seconds:.1f} s"

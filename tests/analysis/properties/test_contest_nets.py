@@ -1,0 +1,69 @@
+"""A random tenth of the contest's small nets, where its folder is beside the project: no answer is wrong."""
+
+from __future__ import annotations
+
+import json
+import tarfile
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.nets.models import compile_net
+from dineros.analysis.properties.answering import answer_properties
+from dineros.analysis.properties.property import GLOBAL_PROPERTIES, GroupedNames, Property
+from dineros.analysis.properties.reading import read_properties
+from dineros.analysis.questions.state_space import state_space
+from dineros.metamodel.files import load
+
+FOLDER = Path(__file__).resolve().parents[4] / "shared/mcc"
+SEED, SHARE = 20231, 0.1
+FILES = (
+    "ReachabilityCardinality",
+    "ReachabilityFireability",
+    "UpperBounds",
+    "CTLCardinality",
+    "CTLFireability",
+    "LTLCardinality",
+    "LTLFireability",
+)
+#: Markings up to which a net is small.
+SMALL = 20_000
+
+
+def chosen_nets() -> list[str]:
+    """Names of small nets, a tenth of all nets."""
+    if not (FOLDER / "expected.json").exists():
+        return []
+    expected = json.loads((FOLDER / "expected.json").read_text())
+    small = [n for n in sorted(expected) if 0 < expected[n].get("StateSpace", {}).get("STATES", 0) <= SMALL]
+    return Random(SEED).sample(small, round(SHARE * len(expected)))
+
+
+@pytest.mark.skipif(not FOLDER.exists(), reason="the contest's nets are not part of the project")
+def test_a_tenth_of_the_nets(tmp_path: Path) -> None:
+    expected = json.loads((FOLDER / "expected.json").read_text())
+    wrong, unknown, right = [], [], 0
+    for name in chosen_nets():
+        with tarfile.open(FOLDER / "nets" / f"{name}.tgz") as archive:
+            archive.extractall(tmp_path, filter="data")
+        net = compile_net(load(tmp_path / name / "model.pnml"))
+        names = GroupedNames(NetNames(net))
+        asked = [one for file in FILES for one in read_properties(tmp_path / name / f"{file}.xml", names)]
+        asked += [Property(question, "global", examination=question) for question in GLOBAL_PROPERTIES]
+        verdicts = {id: v for examination in expected[name].values() for id, v in examination.items()}
+        answers = {a.id: a.value for a in answer_properties(net, names, asked, seconds=1.0, memory=1 << 29)}
+        space = state_space(net, budget=Budget(1 << 29))
+        answers |= {"STATES": space.states, "TRANSITIONS": space.arcs}
+        for id, value in answers.items():
+            if value is None:
+                unknown.append(id)
+            elif id in verdicts and value != verdicts[id]:
+                wrong.append(id)
+            else:
+                right += 1
+    assert wrong == []
+    assert right >= 1_000
+    assert len(unknown) <= right // 50, "nets this small leave next to nothing open"
