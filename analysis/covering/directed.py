@@ -15,7 +15,7 @@ from __future__ import annotations
 from heapq import heappop, heappush
 from math import inf
 
-from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.budget import Budget, Progress
 from dineros.analysis.covering.distance import Distance, StateEquation
 from dineros.analysis.nets.compiled import CompiledNet
 
@@ -24,6 +24,12 @@ MOST_MARKINGS = 100_000
 
 PULL = 3
 """How many firings are worth one that the target is nearer."""
+
+REPORTED = 2_000
+"""Markings after which progress is told."""
+
+MARKING_BYTES = 300
+"""About what a stored marking takes beside its tokens."""
 
 
 class Directed:
@@ -73,10 +79,13 @@ class Directed:
         start = tuple(self._net.initial.tolist())
         seen, markings, parents = {start}, [start], [(-1, -1, 0)]
         bounds = [distance.of(start)]
-        queue = [(0.0, 0, False)]
+        queue, told = [(0.0, 0, False)], 0
         while queue:
             if budget.is_over:
                 return None, False
+            if budget.progress is not None and len(markings) > told + REPORTED:
+                told = len(markings)
+                budget.progress(Progress("markings", told, told * (MARKING_BYTES + 8 * len(start))))
             _, node, is_best = heappop(queue)
             marking, depth = markings[node], parents[node][2]
             if self._enables(transition, marking):

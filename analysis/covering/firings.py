@@ -132,6 +132,8 @@ class _Search:
         unknown = [answer for answer in all_answers if answer.status == "unknown"]
         found.is_complete = not unknown
         found.reason = unknown[0].reason if unknown else ""
+        if found.reason == "interrupted":
+            raise KeyboardInterrupt
 
     def look_at_bounds(self) -> None:
         """Prove what the places with bounds alone tell."""
