@@ -26,11 +26,14 @@ class Options(TypedDict, total=False):
         away.
     reduction : str
         ``stubborn`` fires stubborn sets only: of a count it keeps the deadlocks only.
+    most_if_unbounded : int
+        Markings at which a search for goals ends if it has seen that there is no end of them.
     """
 
     workers: int | None
     order: Order
     reduction: Reduction | None
+    most_if_unbounded: int
 
 
 @dataclass(frozen=True)

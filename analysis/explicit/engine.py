@@ -23,6 +23,8 @@ from dineros.analysis.nets.witness import WitnessError, replay
 if TYPE_CHECKING:
     from dineros.analysis.explicit.search import Search
 
+NO_END = 1 << 60
+
 
 def explore(net: CompiledNet, budget: Budget = UNLIMITED, **options: Unpack[Options]) -> ExplicitStateSpace:
     """Count what is reachable.
@@ -141,7 +143,7 @@ def _search(
         options.get("order", "breadth-first") == "depth-first",
         options.get("reduction") is not None,
         bool(goals) and keeps_parents,
-        not goals,
+        options.get("most_if_unbounded", NO_END) if goals else 0,
     )
 
 

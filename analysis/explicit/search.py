@@ -76,7 +76,8 @@ class Search:
         Whether to fire stubborn sets only.
     keeps_parents : bool
         Whether ways back can be told.
-    stops_when_unbounded : bool
+    most_if_unbounded : int
+        Markings at which a search ends that has seen that there is no end of them.
     """
 
     net: CompiledNet
@@ -86,7 +87,7 @@ class Search:
     is_depth_first: bool = False
     reduction: bool = False
     keeps_parents: bool = False
-    stops_when_unbounded: bool = True
+    most_if_unbounded: int = 0
     layout: Layout = field(init=False)
     reason: str | None = field(init=False, default=None)
     pumping: Pumping | None = field(init=False, default=None)
@@ -289,8 +290,8 @@ class Search:
             self._next_look = 2 * self.markings
             newest = path(self.layout, self._storage.markings, self.markings - 1)
             self.pumping = pumping(self.net, newest)
-            if self.pumping is not None and self.stops_when_unbounded:
-                self.reason = "unbounded"
+        if self.reason is None and self.pumping is not None and self.markings >= self.most_if_unbounded:
+            self.reason = "unbounded"
 
     # goals
 

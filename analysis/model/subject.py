@@ -12,6 +12,7 @@ from dineros.analysis.model.wording import words
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.models import compile_net
 from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import elements, resolve
 from dineros.transformations.flattening.flatten import Flattened, flatten
 from dineros.transformations.flattening.traces import Link
 from dineros.transformations.language.copying import deep_copy
@@ -105,8 +106,14 @@ def base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> Subje
     blocked = [found.transition for found in unsatisfiable_clauses(model)]
     if not blocked:
         return subject_of(model, "none", overflow)
-    arcs = {arc for transition in blocked for arc in (*transition.incoming, *transition.outgoing)}
-    copied, images = deep_copy(model, omit={*blocked, *arcs})
+    references = [
+        node
+        for node in elements(model)
+        if isinstance(node, pn.ReferenceTransition) and resolve(node) in blocked
+    ]
+    left_out: list[pn.Node] = [*blocked, *references]
+    arcs = {arc for node in left_out for arc in (*node.incoming, *node.outgoing)}
+    copied, images = deep_copy(model, omit={*left_out, *arcs})
     assert isinstance(copied, sym.SystemModel)
     flattened = flatten(copied, "none", overflow)
     # The trace of the copied model speaks of the original.

@@ -19,6 +19,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet
 
 #: Tokens by place; `inf` is omega.
@@ -75,7 +76,9 @@ class Coverability:
         return self.pumping.places if self.pumping is not None else ()
 
 
-def coverability(net: CompiledNet, limit: int = 10_000) -> Coverability:
+def coverability(
+    net: CompiledNet, limit: int = 10_000, budget: Budget = UNLIMITED, only_boundedness: bool = False
+) -> Coverability:
     """Decide boundedness, and how many tokens each place can hold.
 
     With inhibitor arcs the question is undecidable. The net without them has all firing sequences of the net
@@ -88,8 +91,12 @@ def coverability(net: CompiledNet, limit: int = 10_000) -> Coverability:
         The net.
     limit
         Nodes of the tree to make at most.
+    budget
+        Of its time.
+    only_boundedness
+        Whether to stop as soon as the net is seen to be unbounded.
     """
-    tree = _Tree(net, limit)
+    tree = _Tree(net, limit, budget.begun(), only_boundedness)
     finished = tree.build()
     pumping = tree.pumping
     has_inhibitors = bool(net.inhibitor.place.size)
@@ -99,6 +106,10 @@ def coverability(net: CompiledNet, limit: int = 10_000) -> Coverability:
         assert _repeats(net, pumping), "a pumping sequence does not replay"
     if not finished:
         reason = f"more than {limit} nodes in the coverability tree"
+        if only_boundedness and pumping is not None:
+            reason = "only boundedness was asked for"
+        elif tree.budget.is_over:
+            reason = f"time ran out after {tree.nodes} nodes of the coverability tree"
         return Coverability(None if pumping is None else False, pumping=pumping, reason=reason)
     maximal = tree.maximal()
     bounds = tuple(max(column) for column in zip(*maximal, strict=True))
@@ -112,7 +123,8 @@ def coverability(net: CompiledNet, limit: int = 10_000) -> Coverability:
 class _Tree:
     """The tree, one row per node; a row's parent comes before it."""
 
-    def __init__(self, net: CompiledNet, limit: int) -> None:
+    def __init__(self, net: CompiledNet, limit: int, budget: Budget, only_boundedness: bool) -> None:
+        self.budget, self._only_boundedness = budget, only_boundedness
         self._needs = [net.pre.row(t) for t in range(len(net.transitions))]
         self._deltas = net.delta
         self._limit = limit
@@ -125,9 +137,11 @@ class _Tree:
         self._add(tuple(float(n) for n in net.initial.tolist()), -1, -1)
 
     def build(self) -> bool:
-        """Make the tree; False when the limit was hit."""
+        """Make the tree; False when the limit was hit, or time is up."""
         waiting = deque([0])
         while waiting:
+            if self.budget.is_over or (self._only_boundedness and self.pumping is not None):
+                return False
             node = waiting.popleft()
             marking = self._marking(node)
             for t, needs in enumerate(self._needs):
@@ -144,6 +158,11 @@ class _Tree:
                 self._prune(child, node)
                 waiting.append(self._add(child, node, t))
         return True
+
+    @property
+    def nodes(self) -> int:
+        """Nodes made so far."""
+        return len(self._parents)
 
     def maximal(self) -> tuple[OmegaMarking, ...]:
         """Return the markings of the active nodes."""

@@ -1,7 +1,7 @@
 """Every question with a yes/no answer that can be asked of any model (paper, Sect. 7).
 
 The complete state space of the net without signals answers most of them at once; a witness is then searched
-breadth first, so that it is a shortest one.
+breadth first, so that it is a shortest one. Where it has no end, what can be answered on the way is.
 """
 
 from __future__ import annotations
@@ -13,11 +13,14 @@ from typing import ClassVar
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.covering.firings import Firings, firings
+from dineros.analysis.covering.growth import growth_of, remedy_of
 from dineros.analysis.model.queues import queues
 from dineros.analysis.model.satisfiability import unsatisfiable_clauses
 from dineros.analysis.model.subject import Subject, base_subject
-from dineros.analysis.nets.coverability import coverability
+from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.questions import unused
+from dineros.analysis.questions.remedies import remedy_text
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.symbolic.order_cache import OrderCache
@@ -86,7 +89,9 @@ class Checked:
     subject : Subject
         The net without signals; there once `Boundedness` has been asked, as are the others.
     space : SymbolicStateSpace
-        Its complete state space.
+        Its complete state space; not there where `firings` is.
+    firings : Firings or None
+        What is known without a state space.
     is_closed : bool
         Whether no further question can be asked: there is no state space.
     """
@@ -98,6 +103,7 @@ class Checked:
     orders: OrderCache | None
     subject: Subject = field(init=False)
     space: SymbolicStateSpace = field(init=False)
+    firings: Firings | None = None
     is_closed: bool = False
 
     @property
@@ -169,14 +175,12 @@ class Boundedness(Question):
         try:
             space = checked.space = symbolic_state_space(subject.net, checked.budget, orders=checked.orders)
         except UnknownBoundError as error:
-            pumping = coverability(subject.net).pumping
+            pumping = growth_of(subject.net, checked.budget.share(0.3))
             if pumping is None:
-                checked.close("whether the net is bounded", str(error))
-                return
-            grown = tuple(subject.place_text(place) for place in pumping.places)
-            way = pumping_witness(subject, pumping)
-            checked.report.findings.append(self.UNBOUNDED.found(*grown, witness=way, places=", ".join(grown)))
-            checked.close(everything, "it is infinite")
+                checked.leave_open("whether the net is bounded", str(error))
+            else:
+                self._grows(checked, pumping)
+            checked.firings = firings(subject.net, checked.budget)
         except LevelSizeError as error:
             checked.close(everything, error.message)
         else:
@@ -187,6 +191,15 @@ class Boundedness(Question):
                 f"the net is bounded: {space.markings} markings without signals, "
                 f"at most {max(space.largest_place(), default=0)} tokens in a place"
             )
+
+    def _grows(self, checked: Checked, pumping: Pumping) -> None:
+        subject, report = checked.subject, checked.report
+        grown = tuple(subject.place_text(place) for place in pumping.places)
+        way = pumping_witness(subject, pumping)
+        report.findings.append(self.UNBOUNDED.found(*grown, witness=way, places=", ".join(grown)))
+        remedy = remedy_of(subject.net)
+        if remedy is not None:
+            report.proved.append(f"the net would be bounded with {remedy_text(subject, remedy)}")
 
 
 class Overflow(Question):
@@ -202,6 +215,9 @@ class Overflow(Question):
 
     def ask(self, checked: Checked) -> None:
         """Look for a marking in which a message would be lost."""
+        if checked.firings is not None:
+            self._ask_on_the_way(checked, checked.firings)
+            return
         for queue in queues(checked.subject):
             losing = next((drop for drop in queue.drops if checked.space.enabled(drop)), None)
             if losing is None:
@@ -211,6 +227,21 @@ class Overflow(Question):
             if witness is None:
                 checked.leave_open(f"how {queue} overflows", OUT_OF_MEMORY)
             checked.report.findings.append(self.LOSES.found(*queue.elements, witness=witness, queue=queue))
+
+    def _ask_on_the_way(self, checked: Checked, known: Firings) -> None:
+        subject = checked.subject
+        for queue in queues(subject):
+            drops = [subject.transition_index[drop] for drop in queue.drops]
+            losing = [known.traces[drop] for drop in drops if drop in known.traces]
+            if losing:
+                witness = witness_of(subject, min(losing, key=len))
+                checked.report.findings.append(
+                    self.LOSES.found(*queue.elements, witness=witness, queue=queue)
+                )
+            elif known.dead.issuperset(drops):
+                checked.report.proved.append(f"{queue} never overflows")
+            else:
+                checked.leave_open(f"whether {queue} can overflow", known.why_open)
 
     @staticmethod
     def _witness(checked: Checked, transition: str) -> Witness | None:
@@ -236,11 +267,18 @@ class Use(Question):
 
     def ask(self, checked: Checked) -> None:
         """Look for transitions that no marking enables."""
-        names = checked.subject.net.transitions
-        dead = {index for index, name in enumerate(names) if checked.space.enabled(name) == 0}
+        names, known = checked.subject.net.transitions, checked.firings
+        if known is None:
+            dead = {index for index, name in enumerate(names) if checked.space.enabled(name) == 0}
+            is_open: list[str] = []
+        else:
+            dead = known.dead
+            is_open = [checked.subject.transition_text(t) for t in range(len(names)) if known.is_open(t)]
         found = unused.unused_parts(checked.subject, dead)
         checked.report.findings += found
-        if not found:
+        if known is not None and is_open:
+            checked.leave_open(f"whether this can ever happen: {', '.join(is_open)}", known.why_open)
+        elif not found:
             checked.report.proved.append("every transition can fire, every channel is used")
 
 
@@ -252,9 +290,23 @@ class Deadlock(Question):
 
     def ask(self, checked: Checked) -> None:
         """Group the markings that enable nothing."""
-        from dineros.analysis.questions.deadlocks import deadlock_groups, group_text
+        from dineros.analysis.questions.deadlocks import deadlock_groups, group_at, group_text
 
-        subject, found = checked.subject, False
+        subject, found, known = checked.subject, False, checked.firings
+        if known is not None:
+            if known.deadlock is not None:
+                group = group_at(subject, known.deadlock)
+                waits = dict.fromkeys(subject.transition_element(cause.transition) for cause in group.causes)
+                witness, text = witness_of(subject, group.trace), group_text(subject, group)
+                checked.report.findings.append(
+                    self.STUCK.found(*waits, checked.identity, witness=witness, markings=text)
+                )
+            if known.has_no_deadlock:
+                checked.report.proved.append("no deadlock")
+            elif not known.is_complete:
+                question = "what else is a deadlock" if known.deadlock else "whether there is a deadlock"
+                checked.leave_open(question, known.why_open)
+            return
         try:
             for group in deadlock_groups(subject, checked.space):
                 found = True
@@ -302,6 +354,9 @@ class Repetition(Question):
         """Look at the terminal parts of the state space."""
         from dineros.analysis.questions.behaviour import TooMuchWorkError, behaviour
 
+        if checked.firings is not None:
+            checked.leave_open(BEHAVIOUR, checked.firings.why_open, may_be_fault=checked.work is None)
+            return
         try:
             answer = behaviour(checked.space, checked.budget, checked.work)
         except TooMuchWorkError:

@@ -19,6 +19,7 @@ from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.syntax import Constant
 from dineros.analysis.model.subject import Subject
+from dineros.analysis.nets.witness import replay
 from dineros.analysis.symbolic.boxes import Box
 from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
@@ -101,6 +102,12 @@ def deadlock_groups(subject: Subject, space: SymbolicStateSpace) -> list[Deadloc
         if first is not group:
             found[key] = replace(first, markings=first.markings + group.markings, has_others=True)
     return list(found.values())
+
+
+def group_at(subject: Subject, trace: Sequence[int]) -> DeadlockGroup:
+    """Return a marking that enables nothing, which a firing sequence leads to, as a group of its own."""
+    marking = replay(subject.net, trace)[-1]
+    return DeadlockGroup(1, _Places(subject).causes(marking), tuple(trace))
 
 
 def _without_instances(subject: Subject, causes: Sequence[Waiting]) -> object:

@@ -12,8 +12,10 @@ from dataclasses import replace
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.covering.goals import decide_goal
 from dineros.analysis.explicit import Order, find
 from dineros.analysis.explicit.answers import Reduction
+from dineros.analysis.explicit.engine import NO_END
 from dineros.analysis.explicit.goals import Goal, excludes
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
@@ -32,6 +34,9 @@ from dineros.analysis.symbolic.vector_sets import Scope
 
 QUICK = 256 << 20
 """Bytes for the search for a shortest trace, before the net is reduced."""
+
+NEAR_IF_UNBOUNDED = 1_000_000
+"""Markings of a search for a shortest trace in a net that is seen to have no end of them."""
 
 Answer = Outcome
 """What the functions here returned before all answers were of one type."""
@@ -180,13 +185,19 @@ def _rank(answer: Outcome) -> tuple[int, int]:
 def _search(net: CompiledNet, goal: Goal, budget: Budget, order: Order) -> Outcome:
     def search(share: Budget) -> Outcome:
         reduction: Reduction | None = "stubborn" if goal.is_deadlock else None
-        return find(net, goal, share, reduction=reduction, order=order)
+        return find(net, goal, share, reduction=reduction, order=order, most_if_unbounded=most_if_unbounded)
 
+    most_if_unbounded = NEAR_IF_UNBOUNDED
     answer = search(budget.share(most_bytes=QUICK))
     # Of an unbounded net, more markings would prove nothing; the largest ones may.
-    if answer.reason == "unbounded" and excludes(net, coverability(net), goal):
-        return Outcome("unreachable", states=answer.states)
+    if answer.reason == "unbounded":
+        found = decide_goal(net, goal, budget.share(0.5))
+        if found is not None:
+            return found
+        if excludes(net, coverability(net, budget=budget.share(0.3)), goal):
+            return Outcome("unreachable", states=answer.states)
     if answer.reason in ("memory", "unbounded") and budget.memory > QUICK:
+        most_if_unbounded = NO_END
         answer = search(budget.share(most_bytes=budget.memory))
     if answer.trace is None or order == "breadth-first":
         return replace(answer, reason=_REASONS.get(answer.reason, answer.reason))

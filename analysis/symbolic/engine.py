@@ -267,7 +267,7 @@ def _with_bounds(
         try:
             encoding = encode(net, caps, budget.memory)
         except UnknownBoundError:
-            covered = coverability(net)
+            covered = coverability(net, budget=budget, only_boundedness=True)
             if covered.pumping is not None:
                 raise UnknownBoundError([net.places[p] for p in covered.pumping.places]) from None
             caps = [FIRST_CAP + int(tokens) for tokens in net.initial]

@@ -89,7 +89,8 @@ def run(
     with tempfile.TemporaryDirectory() as place:
         with tarfile.open(folder / "nets" / f"{name}.tgz") as archive:
             archive.extractall(place, filter="data")
-        command = [sys.executable, "-m", "benchmarks.contest.answer_one", f"{place}/{name}"]
+        program = str(Path(__file__).with_name("answer_one.py"))
+        command = [sys.executable, "-P", program, f"{place}/{name}"]
         command += ["--examinations", *examinations, "--seconds", str(seconds), "--memory", str(memory)]
         began = os.times()
         answers, ended = _watched(command, seconds * questions + GRACE, memory)

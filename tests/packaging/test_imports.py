@@ -58,6 +58,7 @@ FOLDERS = {
         "reductions",
         "explicit",
         "symbolic",
+        "covering",
         "logic",
         "model",
         "witnesses",

@@ -198,7 +198,10 @@ def check_ctl(
         return _explicitly(net, tree, atoms, budget)
     found = _symbolically(net, tree, atoms, budget, orders)
     if found is None and engine == "auto":
-        return _explicitly(net, tree, atoms, budget)
+        from dineros.analysis.logic.ctl.endless import decide_endless
+
+        endless = decide_endless(net, tree, atoms, names or NetNames(net), budget, check_ctl)
+        return endless or _explicitly(net, tree, atoms, budget)
     return found or _unknown(budget, 0, "the places have no known bounds")
 
 

@@ -11,6 +11,8 @@ M. Y. Vardi, P. Wolper, *An automata-theoretic approach to automatic program ver
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
@@ -23,6 +25,10 @@ from dineros.analysis.logic.language.rewriting import negated
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.logic.verdicts.verdict import check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet
+
+if TYPE_CHECKING:
+    from dineros.analysis.logic.graphs.product import Product
+    from dineros.analysis.logic.ltl.lassos import ProductRun
 
 FEWEST_NEARBY = 20_000
 """States looked at for a shorter counterexample however few the search needed."""
@@ -78,28 +84,45 @@ def verify_ltl(
     """
     from dineros.analysis.logic.graphs.product import Product
     from dineros.analysis.logic.ltl.emptiness import Emptiness
+    from dineros.analysis.logic.ltl.growing_runs import EndlessError, EndlessRuns, endless_text, watching
     from dineros.analysis.logic.ltl.shorter_lassos import shortened
 
     names = names or NetNames(net)
     budget = budget.begun()
     tree = parse(formula) if isinstance(formula, str) else formula
     atoms = BoundAtoms(net, tree, names)
+    weak, strong = tuple(weak), tuple(strong)
     weakly, strongly = all_resolved(names, weak), all_resolved(names, strong)
     # A strongly fair run is weakly fair.
     weakly = [t for t in weakly if t not in strongly]
     automaton = translate(negated(combined(tree)))
     conditions = [condition_of(atom, atoms.conditions) for atom in automaton.atoms]
     states = 0
-    try:
-        product = Product(net, automaton, conditions, weakly, strongly, budget)
+
+    def search(limits: Budget) -> tuple[Product, ProductRun | None]:
+        nonlocal states
+        product = Product(net, automaton, conditions, weakly, strongly, limits)
         states = 1
-        search = Emptiness(product, budget)
         try:
-            run = search.run()
+            return product, Emptiness(product, limits).run()
         finally:
             states = product.states
-    except BudgetExceededError as reason:
-        return Outcome("unknown", states=states, seconds=budget.spent, reason=str(reason))
+
+    try:
+        try:
+            product, run = search(watching(budget, net))
+        except EndlessError as endless:
+            fair = (*(("weakly", t) for t in weakly), *(("strongly", t) for t in strongly))
+            runs = EndlessRuns(net, tree, atoms, names, weak, strong, fair, verify_ltl)
+            answer = runs.decide(budget.share(0.5))
+            if answer is not None:
+                return replace(answer, seconds=budget.spent)
+            if budget.seconds is None and budget.memory_bytes is None and budget.states is None:
+                reason = f"states: {endless_text(net, endless.pumping)}"
+                return Outcome("unknown", states=states, seconds=budget.spent, reason=reason)
+            product, run = search(budget)
+    except BudgetExceededError as limit:
+        return Outcome("unknown", states=states, seconds=budget.spent, reason=str(limit))
     if run is None:
         return Outcome("holds", states=states, seconds=budget.spent)
     nearby = min(max(FEWEST_NEARBY, states), MOST_NEARBY, budget.states or MOST_NEARBY)

@@ -7,39 +7,10 @@ from math import inf
 from hypothesis import given, settings
 
 from dineros.analysis.nets.compiled import CompiledNet, Transition
-from dineros.analysis.nets.coverability import OmegaMarking, coverability
+from dineros.analysis.nets.coverability import coverability
+from tests.analysis.covering.plain import plain_karp_miller
 from tests.analysis.reductions.brute_force import Graph
 from tests.analysis.reductions.generated_nets import nets
-
-LARGEST_TREE = 3_000
-
-
-def _covers(large: OmegaMarking, small: OmegaMarking) -> bool:
-    return all(one >= other for one, other in zip(large, small, strict=True))
-
-
-def _plain_karp_miller(net: CompiledNet) -> set[OmegaMarking] | None:
-    """Maximal markings of the tree without pruning, or None if it is too large."""
-    seen: set[OmegaMarking] = set()
-    todo: list[tuple[OmegaMarking, ...]] = [(tuple(float(n) for n in net.initial.tolist()),)]
-    made = 0
-    while todo:
-        branch = todo.pop()
-        here = branch[-1]
-        if here in branch[:-1]:
-            continue
-        seen.add(here)
-        for t in range(len(net.transitions)):
-            if all(here[p] >= w for p, w in net.pre.row(t)):
-                new = [n + net.delta[t].get(p, 0) for p, n in enumerate(here)]
-                for old in branch:
-                    if _covers(tuple(new), old):
-                        new = [inf if n > o else n for n, o in zip(new, old, strict=True)]
-                todo.append((*branch, tuple(new)))
-                made += 1
-        if made > LARGEST_TREE:
-            return None
-    return {m for m in seen if not any(m != other and _covers(other, m) for other in seen)}
 
 
 def _without_inhibitors(net: CompiledNet) -> CompiledNet:
@@ -60,7 +31,7 @@ def _without_inhibitors(net: CompiledNet) -> CompiledNet:
 @given(nets())
 def test_the_minimal_coverability_set_is_that_of_the_plain_tree(net: CompiledNet) -> None:
     net = _without_inhibitors(net)
-    expected = _plain_karp_miller(net)
+    expected = plain_karp_miller(net)
     if expected is not None:
         answer = coverability(net)
         assert answer.maximal is not None and set(answer.maximal) == expected

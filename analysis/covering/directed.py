@@ -1,0 +1,134 @@
+"""Directed search: forward from the initial marking, first where the state equation sees the target near.
+
+Best first by firings so far and a multiple of the firings still needed: on a net without bounds it does not
+follow what grows for ever, since that comes no nearer. What it finds is a firing sequence; it need not be a
+shortest one. Where it ends without, everything was seen, and the target is out of reach.
+
+References
+----------
+M. Blondin, C. Haase, P. Offtermatt, *Directed reachability for infinite-state systems*, TACAS 2021, LNCS
+12652.
+"""
+
+from __future__ import annotations
+
+from heapq import heappop, heappush
+from math import inf
+
+from dineros.analysis.answers.budget import Budget, Progress
+from dineros.analysis.covering.distance import Distance, StateEquation
+from dineros.analysis.nets.compiled import CompiledNet
+
+MOST_MARKINGS = 100_000
+"""Markings that a search for one target may store."""
+
+PULL = 3
+"""How many firings are worth one that the target is nearer."""
+
+REPORTED = 2_000
+"""Markings after which progress is told."""
+
+MARKING_BYTES = 300
+"""About what a stored marking takes beside its tokens."""
+
+
+class Directed:
+    """Searches of a net, one for each target; they share the programs.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    """
+
+    def __init__(self, net: CompiledNet) -> None:
+        self._net = net
+        self._equation = StateEquation(net)
+        count = range(len(net.transitions))
+        self._needs = [net.pre.row(t) for t in count]
+        self._inhibitors = [net.inhibitor.row(t) for t in count]
+        self._changes = [list(change.items()) for change in net.delta]
+
+    def is_excluded(self, transition: int) -> bool:
+        """Whether the state equation alone proves that a transition can never fire."""
+        initial: list[int] = self._net.initial.tolist()
+        return self._equation.excluding(initial, dict(self._needs[transition])) is not None
+
+    def way_to(
+        self, transition: int, budget: Budget, most: int = MOST_MARKINGS
+    ) -> tuple[tuple[int, ...] | None, bool]:
+        """Search for a marking that enables a transition.
+
+        Parameters
+        ----------
+        transition : int
+            The transition.
+        budget : Budget
+            Of its time.
+        most : int
+            Markings that may be stored.
+
+        Returns
+        -------
+        trace : tuple of int or None
+            A firing sequence that ends with the transition.
+        is_complete : bool
+            Whether there is no more to be seen: without a trace, it can never fire.
+        """
+        distance = Distance(self._equation, dict(self._needs[transition]))
+        start = tuple(self._net.initial.tolist())
+        seen, markings, parents = {start}, [start], [(-1, -1, 0)]
+        bounds = [distance.of(start)]
+        queue, told = [(0.0, 0, False)], 0
+        while queue:
+            if budget.is_over:
+                return None, False
+            if budget.progress is not None and len(markings) > told + REPORTED:
+                told = len(markings)
+                budget.progress(Progress("markings", told, told * (MARKING_BYTES + 8 * len(start))))
+            _, node, is_best = heappop(queue)
+            marking, depth = markings[node], parents[node][2]
+            if self._enables(transition, marking):
+                return (*_path(parents, node), transition), True
+            if not is_best:
+                # Few markings come to be looked at, so the program is solved for these only.
+                ahead = distance.best(marking)
+                if ahead == inf:
+                    continue
+                if ahead > bounds[node]:
+                    bounds[node] = ahead
+                    heappush(queue, (depth + PULL * ahead, node, True))
+                    continue
+            for t in range(len(self._needs)):
+                if not self._enables(t, marking):
+                    continue
+                changed = list(marking)
+                for place, tokens in self._changes[t]:
+                    changed[place] += tokens
+                after = tuple(changed)
+                if after in seen:
+                    continue
+                seen.add(after)
+                ahead = max(distance.of(after), bounds[node] - 1)
+                if ahead < inf:
+                    markings.append(after)
+                    parents.append((node, t, depth + 1))
+                    bounds.append(ahead)
+                    heappush(queue, (depth + 1 + PULL * ahead, len(markings) - 1, False))
+            if len(seen) > most:
+                return None, False
+        return None, True
+
+    def _enables(self, transition: int, marking: tuple[int, ...]) -> bool:
+        for place, weight in self._needs[transition]:
+            if marking[place] < weight:
+                return False
+        return all(marking[place] < weight for place, weight in self._inhibitors[transition])
+
+
+def _path(parents: list[tuple[int, int, int]], node: int) -> list[int]:
+    path = []
+    while node > 0:
+        node, t, _ = parents[node]
+        path.append(t)
+    return path[::-1]

@@ -1,0 +1,133 @@
+"""How far a marking is from one that covers a target: a lower bound by the state equation.
+
+The least number of firings x >= 0 with m + C x >= target (C the incidence matrix) is a linear program. Its
+dual gives weights y >= 0 of the places that no firing raises by more than one: whatever m is, at least
+y . (target - m) firings are needed. So one program serves many markings, and few are solved. Where the
+program has no solution, there are weights that no firing raises at all, though they would have to rise: the
+target is out of reach from m, which is checked in integers.
+
+References
+----------
+M. Blondin, C. Haase, P. Offtermatt, *Directed reachability for infinite-state systems*, TACAS 2021, LNCS
+12652. J. Esparza, S. Melzer, *Verification of safety properties using integer programming: beyond the state
+equation*, Formal Methods in System Design 16, 2000.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import inf
+
+import numpy as np
+
+from dineros.analysis.nets.bounds import grows, integer_weights
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.linear_programs import FloatArray, LinearProgram
+
+MOST_WEIGHTS = 32
+"""Weights kept for one target."""
+
+MOST_PROGRAMS = 2_000
+"""Programs solved for one target: a second or two on a small net."""
+
+LARGEST_WEIGHT = 1e6
+"""Of a place. Where the target is out of reach, no other limit would hold the program."""
+
+FARTHEST = LARGEST_WEIGHT / 2
+"""Number of firings from which on a target is thought to be out of reach, until that is proved."""
+
+
+class StateEquation:
+    """The programs of a net.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net; what its inhibitor arcs forbid is not seen.
+    """
+
+    def __init__(self, net: CompiledNet) -> None:
+        self.net = net
+        self._program = LinearProgram(net.delta, len(net.places))
+        self._size = len(net.places), len(net.transitions)
+
+    def excluding(self, marking: Sequence[int], target: Mapping[int, int]) -> dict[int, int] | None:
+        """Return weights that prove that a target is out of reach, by place; None where there are none.
+
+        No firing raises the weighted sum of tokens, which is smaller than that of the target.
+        """
+        places, transitions = self._size
+        lacks = self._lacks(marking, target)
+        found = self._program.solve(-lacks, np.zeros(transitions), np.zeros(places), np.ones(places))
+        if found is None or float(np.dot(lacks, found)) < 1e-6:
+            return None
+        weights = integer_weights(found)
+        if grows(self.net, weights):
+            return None
+        missing = sum(w * (target.get(p, 0) - marking[p]) for p, w in weights.items())
+        return weights if missing > 0 else None
+
+    def leading(self, marking: Sequence[int], target: Mapping[int, int]) -> list[float] | None:
+        """Return weights that no firing raises by more than one, as large at the target as can be."""
+        places, transitions = self._size
+        lacks = self._lacks(marking, target)
+        return self._program.solve(
+            -lacks, np.ones(transitions), np.zeros(places), np.full(places, LARGEST_WEIGHT)
+        )
+
+    def _lacks(self, marking: Sequence[int], target: Mapping[int, int]) -> FloatArray:
+        wanted = np.zeros(self._size[0])
+        for place, tokens in target.items():
+            wanted[place] = tokens
+        return np.asarray(wanted - np.array(marking, dtype=np.float64))
+
+
+class Distance:
+    """Lower bounds of the number of firings to a target.
+
+    Parameters
+    ----------
+    equation : StateEquation
+        The programs of the net.
+    target : mapping of int to int
+        Tokens wanted, by place.
+    """
+
+    def __init__(self, equation: StateEquation, target: Mapping[int, int]) -> None:
+        self._equation, self._target = equation, target
+        self._leading: list[tuple[list[tuple[int, float]], float]] = []
+        self._excluding: list[tuple[list[tuple[int, int]], int]] = []
+        self._programs_left = MOST_PROGRAMS
+
+    def of(self, marking: Sequence[int]) -> float:
+        """Return a lower bound from weights known so far; infinite where the target is out of reach."""
+        for proof, least in self._excluding:
+            if sum(w * marking[p] for p, w in proof) < least:
+                return inf
+        most = 0.0
+        for weights, there in self._leading:
+            needed = there - sum(w * marking[p] for p, w in weights)
+            most = max(most, needed)
+        return most
+
+    def best(self, marking: Sequence[int]) -> float:
+        """Return the best lower bound, by a program solved for this marking, while there may be more."""
+        known = self.of(marking)
+        if known == inf or self._programs_left == 0:
+            return known
+        self._programs_left -= 1
+        found = self._equation.leading(marking, self._target)
+        if found is None:
+            return known
+        weights = [(p, w) for p, w in enumerate(found) if w > 1e-9]
+        there = sum(w * self._target.get(p, 0) for p, w in weights)
+        needed = there - sum(w * marking[p] for p, w in weights)
+        if needed > FARTHEST:
+            proof = self._equation.excluding(marking, self._target)
+            if proof is not None:
+                least = sum(w * self._target.get(p, 0) for p, w in proof.items())
+                self._excluding.append((list(proof.items()), least))
+                return inf
+        elif needed > known + 1e-6 and len(self._leading) < MOST_WEIGHTS:
+            self._leading.append((weights, there))
+        return max(known, needed)

@@ -1,0 +1,186 @@
+"""Which transitions can fire, and whether there is a deadlock, in a net whose markings may have no end.
+
+What is near is found by a breadth-first search, all at once; what is left is proved never to fire by the tree
+of Karp and Miller, or searched for one by one, led by the state equation. Each stage has a share of the
+budget; what none of them decides stays open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.covering.bounded_part import bounded_part
+from dineros.analysis.covering.directed import MOST_MARKINGS, Directed
+from dineros.analysis.covering.growing import Limited, without_growth
+from dineros.analysis.covering.tree import Tree, tree_of
+from dineros.analysis.explicit import Goal, find_all
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.shortening import shortened
+from dineros.analysis.nets.witness import replay
+
+NEAR = 200_000
+"""Markings of the breadth-first search for everything that is near."""
+
+FEW_MARKINGS = 10_000
+"""Markings of a search for one transition, before the tree of Karp and Miller says whether it ever fires."""
+
+NEAR_BYTES = 512 << 20
+"""Bytes of its tables."""
+
+_REASONS = {
+    "unbounded": "there is no end of markings",
+    "states": "there are too many markings",
+    "memory": "memory ran out",
+    "time": "time ran out",
+}
+
+
+@dataclass
+class Firings:
+    """What is known.
+
+    Attributes
+    ----------
+    traces : dict of int to tuple of int
+        By transition that can fire: a firing sequence that ends with it.
+    dead : set of int
+        Transitions that can never fire.
+    deadlock : tuple of int or None
+        A firing sequence to a marking that enables nothing.
+    has_no_deadlock : bool
+        Whether it is proved that there is no such marking.
+    is_complete : bool
+        Whether all markings were seen, but for what no transition can tell apart.
+    tree : Tree or None
+        What the tree of Karp and Miller tells of the net without places that only grow.
+    reason : str
+        What ended the search for all markings.
+    """
+
+    traces: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    dead: set[int] = field(default_factory=set)
+    deadlock: tuple[int, ...] | None = None
+    has_no_deadlock: bool = False
+    is_complete: bool = False
+    tree: Tree | None = None
+    reason: str = ""
+
+    @property
+    def why_open(self) -> str:
+        """Why something is open, in words."""
+        return _REASONS.get(self.reason, self.reason)
+
+    def is_open(self, transition: int) -> bool:
+        """Whether it is not known if a transition can fire."""
+        return transition not in self.traces and transition not in self.dead
+
+
+def firings(
+    net: CompiledNet, budget: Budget, wanted: Iterable[int] | None = None, asks_deadlock: bool = True
+) -> Firings:
+    """Find out which transitions can fire, and whether there is a deadlock.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    budget : Budget
+        What all stages may cost together.
+    wanted : iterable of int, optional
+        Transitions that are asked for; all by default.
+    asks_deadlock : bool
+        Whether a deadlock is asked for.
+    """
+    asked = range(len(net.transitions)) if wanted is None else wanted
+    search = _Search(net, budget.begun(), asked, asks_deadlock)
+    search.look_near()
+    search.look_at_bounds()
+    search.look_far(FEW_MARKINGS)
+    search.make_tree()
+    search.look_far(MOST_MARKINGS)
+    return search.found
+
+
+class _Search:
+    def __init__(self, net: CompiledNet, budget: Budget, wanted: Iterable[int], asks_deadlock: bool) -> None:
+        self.net, self.budget, self.wanted = net, budget, list(wanted)
+        self.asks_deadlock = asks_deadlock
+        same = tuple(range(len(net.transitions)))
+        self.small = without_growth(net) or Limited(net, same, {p: p for p in range(len(net.places))})
+        self.images = self.small.images()
+        self.found = Firings(dead={t for t in self.wanted if t not in self.images})
+
+    def look_near(self) -> None:
+        """Search breadth first for everything."""
+        asked = self._open
+        goals = [Goal.enabled(self.small.net, *self.images[t]) for t in asked]
+        share = self.budget.share(0.4, most_bytes=NEAR_BYTES, most_states=NEAR)
+        deadlock = [Goal.deadlock()] if self.asks_deadlock else []
+        all_answers = find_all(self.small.net, [*goals, *deadlock], share)
+        answers = all_answers[: len(goals)]
+        found = self.found
+        for t, answer in zip(asked, answers, strict=True):
+            if answer.trace is not None:
+                found.traces[t] = self._back(answer.trace, t)
+            elif answer.status == "unreachable":
+                found.dead.add(t)
+        for answer in all_answers[len(goals) :]:
+            found.deadlock = None if answer.trace is None else self.small.back(answer.trace)
+            found.has_no_deadlock = answer.status == "unreachable"
+        unknown = [answer for answer in all_answers if answer.status == "unknown"]
+        found.is_complete = not unknown
+        found.reason = unknown[0].reason if unknown else ""
+        if found.reason == "interrupted":
+            raise KeyboardInterrupt
+
+    def look_at_bounds(self) -> None:
+        """Prove what the places with bounds alone tell."""
+        found = self.found
+        knows_deadlock = not self.asks_deadlock or found.deadlock is not None or found.has_no_deadlock
+        if not self._open and knows_deadlock:
+            return
+        part = bounded_part(self.small.net, self.budget.share(0.3, 0.5))
+        found.dead |= {t for t in self._open if part.dead.issuperset(self.images[t])}
+        found.has_no_deadlock |= self.asks_deadlock and part.has_no_deadlock
+
+    def make_tree(self) -> None:
+        """Prove by the tree of Karp and Miller what can never fire."""
+        if self._open and not self.budget.is_over:
+            tree = self.found.tree = tree_of(self.small.net, self.budget.share(0.5))
+            self.found.dead |= {t for t in self._open if tree.dead.issuperset(self.images[t])}
+
+    def look_far(self, most: int) -> None:
+        """Search for each transition that is left, led by the state equation."""
+        left = self._open
+        directed = Directed(self.small.net) if left else None
+        for number, t in enumerate(left):
+            if directed is None or self.budget.is_over:
+                return
+            share = self.budget.share(0.5 / (len(left) - number))
+            ends = True
+            for image in self.images[t]:
+                trace, is_complete = directed.way_to(image, share, most)
+                ends = ends and is_complete
+                if trace is not None:
+                    self.found.traces[t] = self._short(self._back(trace[:-1], t))
+                    break
+            else:
+                if ends:
+                    self.found.dead.add(t)
+
+    @property
+    def _open(self) -> list[int]:
+        return [t for t in self.wanted if self.found.is_open(t)]
+
+    def _back(self, trace: Sequence[int], transition: int) -> tuple[int, ...]:
+        """Return a sequence of the net itself, replayed."""
+        own = (*self.small.back(trace), transition)
+        replay(self.net, own)
+        return own
+
+    def _short(self, trace: tuple[int, ...]) -> tuple[int, ...]:
+        """Leave out what the last transition does not need."""
+        *way, last = trace
+        return (*shortened(self.net, way, lambda marking: self.net.is_enabled(last, marking)), last)

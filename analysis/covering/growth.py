@@ -1,0 +1,118 @@
+"""How tokens grow without bound, and what would end it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.covering.bounded_part import without_places
+from dineros.analysis.covering.growing import growing_places
+from dineros.analysis.covering.tree import tree_of
+from dineros.analysis.explicit import explore
+from dineros.analysis.nets.bounds import integer_weights, place_bounds, weighted_sum
+from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.coverability import Pumping, coverability
+from dineros.analysis.nets.linear_programs import LinearProgram
+
+NEAR = 100_000
+"""Markings of the search for a way to grow that inhibitor arcs do not stop."""
+
+
+def growth_of(net: CompiledNet, budget: Budget) -> Pumping | None:
+    """Return a proof that a net is unbounded, replayed; None where none was found."""
+    budget = budget.begun()
+    found = coverability(net, budget=budget.share(0.3), only_boundedness=True).pumping
+    if found is None and net.inhibitor.place.size:
+        found = tree_of(net, budget.share(0.3)).pumping
+    if found is None:
+        found = explore(net, budget.share(0.3, most_states=NEAR)).pumping
+    return found
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """Credits with which a net is bounded: who puts more tokens on some places waits until others took some.
+
+    Attributes
+    ----------
+    weights : dict of int to int
+        The places, and how many credits each of their tokens takes.
+    credits : int
+        How many there are in all, those of the initial tokens included.
+    waiting, acknowledging : tuple of int
+        Transitions that take credits, and that give some back.
+    counters : tuple of int
+        Places that nothing takes from: they have to go, or to stop at a number.
+    """
+
+    weights: dict[int, int]
+    credits: int
+    waiting: tuple[int, ...]
+    acknowledging: tuple[int, ...]
+    counters: tuple[int, ...]
+
+
+def remedy_of(net: CompiledNet) -> Remedy | None:
+    """Look for credits with which a net is bounded, which is proved; None where none were found.
+
+    A linear program proposes weights of all places without a bound that as few transitions as possible raise.
+    A place of credits keeps their sum below a number: with one such place it is a capacity, with several of
+    them an acknowledgement.
+    """
+    counters = growing_places(net)
+    small = without_places(net, counters)
+    weights = _proposed(small)
+    if weights is None:
+        return None
+    gains = [sum(weights.get(p, 0) * n for p, n in change.items()) for change in small.delta]
+    # Enough for each step that takes credits, and for some step that gives them back.
+    asked = [
+        sum(weights.get(p, 0) * n for p, n in small.pre.row(t)) for t, gain in enumerate(gains) if gain < 0
+    ]
+    most = max(weighted_sum(small, weights) + max(gains, default=0), min(asked, default=0))
+    if any(bound is None for bound in place_bounds(with_credits(small, weights, most))):
+        return None
+    back = [place for place in range(len(net.places)) if place not in counters]
+    return Remedy(
+        {back[p]: weight for p, weight in weights.items()},
+        most,
+        tuple(t for t, gain in enumerate(gains) if gain > 0),
+        tuple(t for t, gain in enumerate(gains) if gain < 0),
+        counters,
+    )
+
+
+def _proposed(net: CompiledNet) -> dict[int, int] | None:
+    """Return weights of at least one for each place without a bound."""
+    places, transitions = len(net.places), len(net.transitions)
+    low = np.zeros(places + transitions)
+    for place, bound in enumerate(place_bounds(net)):
+        low[place] = bound is None
+    # Unknowns: the weights, and by how much each transition raises their sum at most.
+    rows = [{**change, places + t: -1} for t, change in enumerate(net.delta)]
+    costs = np.concatenate([np.full(places, 1e-3), np.ones(transitions)])
+    found = LinearProgram(rows, places + transitions).solve(
+        costs, np.zeros(transitions), low, np.full(places + transitions, np.inf)
+    )
+    return None if found is None else integer_weights(found[:places])
+
+
+def with_credits(net: CompiledNet, weights: Mapping[int, int], most: int) -> CompiledNet:
+    """Return the net with a place of credits: a weighted sum of tokens never grows above a number."""
+    names = net.places
+    credits = "credits"
+    while credits in names:
+        credits += "'"
+    rows = []
+    for t, name in enumerate(net.transitions):
+        inputs = {names[p]: w for p, w in net.pre.row(t)}
+        outputs = {names[p]: w for p, w in net.post.row(t)}
+        gain = sum(weights.get(p, 0) * n for p, n in net.delta[t].items())
+        if gain:
+            (inputs if gain > 0 else outputs)[credits] = abs(gain)
+        rows.append(Transition(name, inputs, outputs, {names[p]: w for p, w in net.inhibitor.row(t)}))
+    tokens = dict(zip(names, net.initial.tolist(), strict=True))
+    return CompiledNet.build(tokens | {credits: most - weighted_sum(net, dict(weights))}, rows)

@@ -1,0 +1,156 @@
+"""CTL on nets whose markings have no end: what can be decided is, and the rest is told at once.
+
+CTL is not decidable there. What is: whether a marking is reached, as far as goals of a search are; formulas
+of nets in which only counters grow; and universal formulas that a single run refutes, since one without its
+quantifiers asks for less.
+
+References
+----------
+J. Esparza, *On the decidability of model checking for several mu-calculi and Petri nets*, CAAP 1994, LNCS
+787.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.covering.bounded_part import unbounded_places
+from dineros.analysis.covering.goals import decide_goal
+from dineros.analysis.covering.growing import without_growth
+from dineros.analysis.covering.growth import growth_of
+from dineros.analysis.explicit import find
+from dineros.analysis.explicit.goals import Goal
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.disjunctions import goals_of
+from dineros.analysis.logic.language.limited_names import LimitedNames
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.syntax import (
+    And,
+    Exists,
+    Finally,
+    ForAll,
+    Formula,
+    Globally,
+    Implies,
+    Not,
+    Or,
+)
+from dineros.analysis.logic.ltl.growing_runs import EndlessRuns, compared_tokens, endless_text
+from dineros.analysis.logic.ltl.verification import verify_ltl
+from dineros.analysis.nets.compiled import CompiledNet
+
+NEAR = 200_000
+"""Markings of a search for a goal that is no matter of single places."""
+
+Check = Callable[[CompiledNet, Formula, Names, Budget], Outcome]
+"""`check_ctl`."""
+
+
+def decide_endless(
+    net: CompiledNet, tree: Formula, atoms: BoundAtoms, names: Names, budget: Budget, check: Check
+) -> Outcome | None:
+    """Decide a formula of a net without bounds, or say what grows; None where that is not proved.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    tree : Formula
+        A formula of CTL.
+    atoms : BoundAtoms
+        Its atoms.
+    names : Names
+        What names stand for.
+    budget : Budget
+        What it may cost.
+    check : callable
+        Decides a formula of a net with bounds.
+    """
+    pumping = growth_of(net, budget.share(0.2))
+    if pumping is None:
+        return None
+    found = (
+        _without_counters(net, tree, atoms, names, budget, check)
+        or _by_search(net, tree, names, budget)
+        or _by_run(net, tree, names, budget)
+    )
+    if found is None:
+        found = Outcome("unknown", reason=f"states: {endless_text(net, pumping)}")
+    return replace(found, seconds=budget.spent, states=found.states or 0)
+
+
+def _without_counters(
+    net: CompiledNet, tree: Formula, atoms: BoundAtoms, names: Names, budget: Budget, check: Check
+) -> Outcome | None:
+    compared = compared_tokens(net, atoms)
+    small = None if compared is None else without_growth(net, compared)
+    if small is None or unbounded_places(small.net):
+        return None
+    answer = check(small.net, tree, LimitedNames(names, small.place, small.images()), budget)
+    if answer.status == "unknown":
+        return None
+    trace = None if answer.trace is None else small.back(answer.trace)
+    return replace(answer, trace=trace, loop=small.back(answer.loop))
+
+
+def _by_search(net: CompiledNet, tree: Formula, names: Names, budget: Budget) -> Outcome | None:
+    """Decide whether some marking is reached: ``EF`` and ``AG`` of a condition."""
+    match tree:
+        case Exists(Finally(condition)) if _is_condition(condition):
+            is_met, is_never_met = "holds", "violated"
+        case ForAll(Globally(operand)) if _is_condition(operand):
+            condition, is_met, is_never_met = Not(operand), "violated", "holds"
+        case _:
+            return None
+    goals = goals_of(net, condition, names)
+    if goals is None:
+        return None
+    answers = [_reached(net, goal, budget) for goal in goals]
+    for answer in answers:
+        if answer is not None and answer.status == "reachable":
+            return replace(answer, status=is_met, reason=f"shows {Exists(Finally(condition))}")
+    return None if None in answers else Outcome(is_never_met)
+
+
+def _reached(net: CompiledNet, goal: Goal, budget: Budget) -> Outcome | None:
+    known = decide_goal(net, goal, budget.share(0.5))
+    if known is not None:
+        return known
+    near = find(net, goal, budget.share(0.5, most_states=NEAR))
+    return None if near.status == "unknown" else near
+
+
+def _by_run(net: CompiledNet, tree: Formula, names: Names, budget: Budget) -> Outcome | None:
+    linear = _without_quantifiers(tree)
+    if linear is None:
+        return None
+    runs = EndlessRuns(net, linear, BoundAtoms(net, linear, names), names, (), (), (), verify_ltl)
+    answer = runs.decide(budget.share(0.5))
+    if answer is None or answer.status == "violated":
+        return answer
+    # Of all runs it asks as much as the formula only where one quantifier stands before it.
+    return answer if isinstance(tree, ForAll) and all(map(_is_condition, tree.operand.operands)) else None
+
+
+def _is_condition(formula: Formula) -> bool:
+    return not any(isinstance(part, (Exists, ForAll)) for part in formula.subformulas())
+
+
+def _without_quantifiers(tree: Formula) -> Formula | None:
+    """Return a universal formula as one of single runs; None for any other."""
+    if _is_condition(tree):
+        return tree
+    match tree:
+        case ForAll(path):
+            parts = [_without_quantifiers(operand) for operand in path.operands]
+            return None if None in parts else path.with_operands(tuple(filter(None, parts)))
+        case And() | Or():
+            parts = [_without_quantifiers(operand) for operand in tree.operands]
+            return None if None in parts else tree.with_operands(tuple(filter(None, parts)))
+        case Implies(left, right) if _is_condition(left):
+            later = _without_quantifiers(right)
+            return None if later is None else Implies(left, later)
+    return None

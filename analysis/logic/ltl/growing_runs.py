@@ -1,0 +1,268 @@
+"""LTL on nets whose markings have no end: runs that repeat a loop although tokens grow.
+
+Such a net is asked through three smaller ones. Where places that nothing takes from are all that grows, they
+stop where the formula cannot tell more apart, and the answer is exact. Where places with no bound lose what
+is too much, a counterexample has a loop that takes nothing in the net itself: it can be repeated for ever,
+and after some rounds every atom is what it stays, which is computed, so that the formula is evaluated on the
+run by its definition. Where places without a bound are left out, more runs are possible: what holds of all of
+them holds.
+
+References
+----------
+J. Esparza, *On the decidability of model checking for several mu-calculi and Petri nets*, CAAP 1994, LNCS 787
+(which formulas are decidable).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from dineros.analysis.answers.budget import Budget, Progress
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.covering.bounded_part import (
+    bounded_part,
+    free_transitions,
+    unbounded_places,
+    without_places,
+)
+from dineros.analysis.covering.growing import (
+    Limited,
+    growing_places,
+    largest_weights,
+    limited,
+    without_growth,
+)
+from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, Step
+from dineros.analysis.logic.language.limited_names import LimitedNames
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.semantics import holds_on_lasso
+from dineros.analysis.logic.language.syntax import Formula
+from dineros.analysis.logic.verdicts.verdict import ReplayError
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.coverability import Pumping, coverability
+
+MANY_STATES = 300_000
+"""States of a product from which on it is asked whether there is an end of them."""
+
+NODES = 2_000
+"""Nodes of the tree that tells."""
+
+ROOM = (0, 1, 3)
+"""Tokens more than a formula can tell apart that places without a bound may hold."""
+
+MOST_STATES = 300_000
+"""States of the product with a smaller net."""
+
+MOST_ROUNDS = 10_000
+"""Firings of a loop that are replayed at most until atoms stay as they are."""
+
+Verify = Callable[[CompiledNet, Formula, Names, Iterable[str], Iterable[str], Budget], Outcome]
+"""`verify_ltl`."""
+
+
+class EndlessError(Exception):
+    """There is no end of markings."""
+
+    def __init__(self, pumping: Pumping) -> None:
+        super().__init__()
+        self.pumping = pumping
+
+
+def watching(budget: Budget, net: CompiledNet) -> Budget:
+    """Return a budget that raises `EndlessError` once there are many states and the net is unbounded."""
+    has_looked = False
+
+    def tell(progress: Progress) -> None:
+        nonlocal has_looked
+        if budget.progress is not None:
+            budget.progress(progress)
+        if has_looked or progress.count < MANY_STATES:
+            return
+        has_looked = True
+        if unbounded_places(net):
+            share = budget.share(0.1)
+            pumping = coverability(net, NODES, share, only_boundedness=True).pumping
+            if pumping is not None:
+                raise EndlessError(pumping)
+
+    return replace(budget, progress=tell)
+
+
+def endless_text(net: CompiledNet, pumping: Pumping) -> str:
+    """Say what grows, and how."""
+    grown = ", ".join(net.places[place] for place in pumping.places)
+    loop = ", ".join(net.transitions[t] for t in pumping.suffix)
+    return f"there is no end of them, since {grown} grows whenever this is fired again: {loop}"
+
+
+@dataclass(frozen=True)
+class EndlessRuns:
+    """A formula and a net without bounds.
+
+    Attributes
+    ----------
+    net : CompiledNet
+        The net.
+    formula : Formula
+        The formula.
+    atoms : BoundAtoms
+        Its atoms.
+    names : Names
+        What names stand for.
+    weak, strong : tuple of str
+        Names of fair transitions.
+    fair : tuple of pairs of str and int
+        The kind of fairness, and the transition.
+    verify : callable
+        Decides the formula of a net with bounds.
+    """
+
+    net: CompiledNet
+    formula: Formula
+    atoms: BoundAtoms
+    names: Names
+    weak: tuple[str, ...]
+    strong: tuple[str, ...]
+    fair: tuple[tuple[str, int], ...]
+    verify: Verify
+
+    def decide(self, budget: Budget) -> Outcome | None:
+        """Return the answer; None where it is not known."""
+        budget = budget.begun()
+        return self._without_counters(budget) or self._refuted(budget) or self._proved(budget)
+
+    def _without_counters(self, budget: Budget) -> Outcome | None:
+        compared = compared_tokens(self.net, self.atoms)
+        if compared is None or set(growing_places(self.net)).isdisjoint(unbounded_places(self.net)):
+            return None
+        small = without_growth(self.net, compared)
+        if small is None or unbounded_places(small.net):
+            return None
+        answer = self._ask(small, budget)
+        if answer.status == "violated":
+            return self._shown(small.back(answer.stem), small.back(answer.loop), answer)
+        return answer if answer.status == "holds" else None
+
+    def _refuted(self, budget: Budget) -> Outcome | None:
+        weights, compared = largest_weights(self.net), compared_tokens(self.net, self.atoms) or {}
+        for room in ROOM:
+            limits = {
+                place: max(weights[place], compared.get(place, 0), int(self.net.initial[place]), 1) + room
+                for place in unbounded_places(self.net)
+            }
+            lossy = limited(self.net, limits)
+            answer = self._ask(lossy, budget.share(0.3, most_states=MOST_STATES))
+            if answer.status == "violated":
+                shown = self._shown(lossy.back(answer.stem), lossy.back(answer.loop), answer)
+                if shown is not None:
+                    return shown
+        return None
+
+    def _proved(self, budget: Budget) -> Outcome | None:
+        left_out = unbounded_places(self.net)
+        free = set(free_transitions(self.net, left_out))
+        for condition in self.atoms.conditions.values():
+            if isinstance(condition, Linear) and not left_out.isdisjoint(condition.factors):
+                return None
+            if isinstance(condition, SomeEnabled) and not free.issuperset(condition.transitions):
+                return None
+        if not free.issuperset(t for _, t in self.fair) or len(left_out) == len(self.net.places):
+            return None
+        # A run that ends in a deadlock would be no run of what is left.
+        if not bounded_part(self.net, budget.share(0.5)).has_no_deadlock:
+            return None
+        kept = [place for place in range(len(self.net.places)) if place not in left_out]
+        same = tuple(range(len(self.net.transitions)))
+        part = Limited(without_places(self.net, left_out), same, {p: q for q, p in enumerate(kept)})
+        answer = self._ask(part, budget)
+        return answer if answer.status == "holds" else None
+
+    def _ask(self, small: Limited, budget: Budget) -> Outcome:
+        names = LimitedNames(self.names, small.place, small.images())
+        return self.verify(small.net, self.formula, names, self.weak, self.strong, budget)
+
+    def _shown(self, stem: tuple[int, ...], loop: tuple[int, ...], answer: Outcome) -> Outcome | None:
+        """Return a counterexample that stands on the net itself; None where it does not."""
+        try:
+            first, again = settled(self.net, self.atoms, stem, loop)
+        except ReplayError:
+            return None
+        if holds_on_lasso(self.formula, first, again, self.atoms.is_true):
+            return None
+        for kind, t in self.fair:
+            enabled = [self.net.is_enabled(t, step.marking) for step in again]
+            asked = all(enabled) if kind == "weakly" else any(enabled)
+            if asked and all(step.transition != t for step in again):
+                return None
+        return replace(answer, trace=stem, loop=loop)
+
+
+def compared_tokens(net: CompiledNet, atoms: BoundAtoms) -> Mapping[int, int] | None:
+    """By place: the number of tokens from which on no atom tells more apart; None where there is none."""
+    compared: dict[int, int] = {}
+    growing = set(growing_places(net))
+    for condition in atoms.conditions.values():
+        if isinstance(condition, Linear):
+            factors = list(condition.factors.values())
+            if len(factors) > 1 and min(factors) < 0 and not growing.isdisjoint(condition.factors):
+                return None
+            for place, factor in condition.factors.items():
+                compared[place] = max(compared.get(place, 0), abs(condition.bound) // abs(factor) + 1)
+    return compared
+
+
+def settled(
+    net: CompiledNet, atoms: BoundAtoms, stem: Sequence[int], loop: Sequence[int]
+) -> tuple[list[Step], list[Step]]:
+    """Return the steps of a run until its atoms stay what they are, and those of one more round of its loop.
+
+    The loop may leave more tokens than it found. Then every comparison, and whether a transition is enabled,
+    is the same from some round on.
+
+    Raises
+    ------
+    ReplayError
+        The run cannot be fired, or its loop cannot be repeated for ever.
+    """
+    marking: list[int] = net.initial.tolist()
+    steps: list[Step] = []
+
+    def fire(transitions: Sequence[int]) -> None:
+        nonlocal marking
+        for t in transitions:
+            if not net.is_enabled(t, marking):
+                raise ReplayError(f"witness fires {net.transitions[t]!r}, which is not enabled")
+            steps.append(Step(tuple(marking), t))
+            marking = net.fire(t, marking)
+
+    fire(stem)
+    if not loop:
+        if any(net.is_enabled(t, marking) for t in range(len(net.transitions))):
+            raise ReplayError("a witness without a loop does not end in a deadlock")
+        return steps, [Step(tuple(marking), None)]
+    start = list(marking)
+    fire(loop)
+    gains = [after - before for before, after in zip(start, marking, strict=True)]
+    grown = {place for place, gain in enumerate(gains) if gain}
+    if min(gains, default=0) < 0:
+        raise ReplayError("the loop of a witness takes tokens")
+    if any(place in grown for t in loop for place, _ in net.inhibitor.row(t)):
+        raise ReplayError("what grows in the loop of a witness inhibits it")
+    rounds = 1 + _rounds(net, atoms, max(max(step.marking) for step in steps)) if grown else 0
+    if rounds * len(loop) > MOST_ROUNDS:
+        raise ReplayError("the loop of a witness takes too many rounds until atoms stay as they are")
+    for _ in range(rounds):
+        fire(loop)
+    first = len(steps) - len(loop)
+    return steps[:first], steps[first:]
+
+
+def _rounds(net: CompiledNet, atoms: BoundAtoms, largest: int) -> int:
+    """Rounds after which no atom changes any more; at most so many tokens are in a place in the first."""
+    least = max((*net.pre.weight.tolist(), *net.inhibitor.weight.tolist(), 1))
+    for condition in atoms.conditions.values():
+        if isinstance(condition, Linear):
+            there = largest * sum(abs(factor) for factor in condition.factors.values())
+            least = max(least, there + abs(condition.bound) + 1)
+    return int(least)

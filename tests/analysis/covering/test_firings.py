@@ -1,0 +1,142 @@
+"""What can fire in nets without bounds, against plain search and the plain tree of Karp and Miller."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.covering import firings as stages
+from dineros.analysis.covering.directed import Directed
+from dineros.analysis.covering.distance import StateEquation
+from dineros.analysis.covering.firings import Firings, firings
+from dineros.analysis.covering.tree import tree_of
+from dineros.analysis.model.subject import base_subject
+from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.witness import replay
+from dineros.metamodel import sym
+from tests.analysis.covering.plain import can_fire_by_karp_miller, plain_karp_miller, plain_search
+from tests.analysis.strategies import nets
+from tests.support.unbounded_systems import timer_and_logger, unbounded_systems
+
+MOST = 5_000
+
+
+def agrees(net: CompiledNet, found: Firings, most: int = MOST) -> None:
+    """Compare what was found out with plain search, and with what Karp and Miller's tree proves."""
+    seen, can_fire = plain_search(net, most), can_fire_by_karp_miller(net)
+    everything = set(range(len(net.transitions)))
+    assert everything - found.dead >= seen.enabled and set(found.traces) >= seen.enabled
+    if seen.is_complete:
+        assert set(found.traces) == seen.enabled and found.dead == everything - seen.enabled
+        assert (found.deadlock is not None) == seen.has_deadlock
+    if can_fire is not None:
+        assert found.dead >= everything - can_fire
+        if not net.inhibitor.place.size:
+            assert set(found.traces) == can_fire
+    for t, trace in found.traces.items():
+        assert trace[-1] == t and replay(net, trace)
+    if seen.has_deadlock:
+        assert found.deadlock is not None
+    if found.deadlock is not None:
+        last = replay(net, found.deadlock)[-1]
+        assert not any(net.is_enabled(t, last) for t in everything)
+        assert not found.has_no_deadlock
+
+
+@settings(max_examples=40, deadline=None)
+@given(nets())
+def test_all_stages_agree_with_the_plain_ones(net: CompiledNet) -> None:
+    agrees(net, firings(net, Budget(seconds=20)))
+
+
+@settings(max_examples=40, deadline=None)
+@given(nets())
+def test_the_stages_behind_the_first_agree_too(net: CompiledNet) -> None:
+    search = stages._Search(net, Budget(seconds=20).begun(), range(len(net.transitions)), True)
+    search.look_at_bounds()
+    search.look_far(2_000)
+    search.make_tree()
+    seen = plain_search(net, MOST)
+    assert set(search.found.traces) >= seen.enabled and search.found.dead.isdisjoint(seen.enabled)
+    assert not (search.found.has_no_deadlock and seen.has_deadlock)
+
+
+@settings(max_examples=40, deadline=None)
+@given(nets())
+def test_the_tree_bounds_what_is_seen(net: CompiledNet) -> None:
+    tree, seen = tree_of(net, Budget()), plain_search(net, MOST)
+    assert tree.dead.isdisjoint(seen.enabled)
+    unbounded, maximal = tree.unbounded(), tree.maximal
+    if maximal is not None:
+        assert all(
+            any(all(a <= b for a, b in zip(m, top, strict=True)) for top in maximal) for m in seen.markings
+        )
+        if not net.inhibitor.place.size:
+            assert set(maximal) == (plain_karp_miller(net, 20_000) or set(maximal))
+    if tree.pumping is not None:
+        marking = net.initial.tolist()
+        for t in [*tree.pumping.prefix, *tree.pumping.suffix * 5]:
+            marking = net.fire(t, marking)
+        assert unbounded is None or unbounded.issuperset(tree.pumping.places)
+        assert all(marking[p] >= 5 for p in tree.pumping.places)
+
+
+@settings(max_examples=40, deadline=None)
+@given(nets())
+def test_what_the_state_equation_excludes_never_fires(net: CompiledNet) -> None:
+    directed, seen = Directed(net), plain_search(net, MOST)
+    assert not any(directed.is_excluded(t) for t in seen.enabled)
+
+
+@settings(max_examples=40, deadline=None)
+@given(nets())
+def test_distances_are_lower_bounds(net: CompiledNet) -> None:
+    equation = StateEquation(net)
+    for t in range(len(net.transitions)):
+        target = dict(net.pre.row(t))
+        weights = equation.leading(net.initial.tolist(), target)
+        trace, _ = Directed(net).way_to(t, Budget(), most=2_000)
+        if weights is not None and trace is not None:
+            initial = net.initial.tolist()
+            assert (
+                sum(w * (target.get(p, 0) - initial[p]) for p, w in enumerate(weights))
+                <= len(trace) - 1 + 1e-6
+            )
+
+
+@settings(max_examples=5, deadline=None)
+@given(unbounded_systems())
+def test_models_with_timers(model: sym.SystemModel) -> None:
+    net = base_subject(model).net
+    agrees(net, firings(net, Budget(seconds=30)), 2_000)
+
+
+@pytest.mark.parametrize("counter", [False, True])
+def test_a_timer_without_end_overflows_all_three_queues(counter: bool) -> None:
+    subject = base_subject(timer_and_logger(counter))
+    found = firings(subject.net, Budget(seconds=10))
+    drops = [t for t, name in enumerate(subject.net.transitions) if name.endswith(".drop")]
+    assert len(drops) == 3 and all(t in found.traces for t in drops)
+    assert found.has_no_deadlock and not found.dead
+
+
+def test_a_far_target_is_found_by_the_state_equation() -> None:
+    net = CompiledNet.build(
+        {"on": 1, "work": 0, "done": 0, "noise": 0},
+        [
+            Transition("tick", {"on": 1}, {"on": 1, "work": 1}),
+            Transition("do", {"work": 1}, {"done": 1}),
+            Transition("hum", {"on": 1}, {"on": 1, "noise": 1}),
+            Transition("rest", {"noise": 1}, {}),
+            Transition("goal", {"done": 40}, {}),
+        ],
+    )
+    trace, _ = Directed(net).way_to(4, Budget(), most=5_000)
+    assert trace is not None and len(trace) == 81
+
+
+def test_out_of_time_everything_else_stays_open() -> None:
+    subject = base_subject(timer_and_logger())
+    found = firings(subject.net, Budget(seconds=1e-6))
+    assert not found.dead and found.reason
