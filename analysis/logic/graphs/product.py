@@ -9,7 +9,7 @@ import numpy as np
 from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progress
 from dineros.analysis.explicit.goals import goal_tables
 from dineros.analysis.explicit.kernels.markings import rebuild, repack
-from dineros.analysis.explicit.layout import Layout, layout
+from dineros.analysis.explicit.layout import Layout, layout, signed
 from dineros.analysis.explicit.tables import ints
 from dineros.analysis.logic.automata.automaton import Automaton
 from dineros.analysis.logic.graphs.tables import edge_tables, step_tables
@@ -97,7 +97,8 @@ class Product:
             np.zeros(3, dtype=np.int64),
         )
         self.store.words[0] = self.layout.pack(net.initial.tolist())
-        self.store.words[0, self.edges.state_word] += automaton.initial << self.edges.state_shift
+        # The state may stand in the highest bits of its word.
+        self.store.words[0, self.edges.state_word] += signed([automaton.initial << self.edges.state_shift])[0]
         self.store.counters[STATES] = 1
         self._fill_table()
 

@@ -29,7 +29,7 @@ from dineros.cli.quick_start import start_quickly
 @command(
     "dineros verify sorting.sym.xmi --signals none --ctl 'AG EF (Shown >= 3)'",
     "dineros verify sorting.sym.xmi --signals none --ltl 'G F fired(TSense)'",
-    "dineros verify net.pnml --properties CTLFireability.xml --properties Liveness",
+    "dineros verify sorting.sym.xmi --ctl 'AG EF (Shown >= 3)' --write-properties questions.xml",
 )
 @model_argument()
 @click.option("--ltl", metavar="FORMULA", help="A formula that all runs must satisfy.")

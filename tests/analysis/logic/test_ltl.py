@@ -7,7 +7,9 @@ import random
 import pytest
 
 from dineros.analysis.answers.budget import Budget, Progress
+from dineros.analysis.logic.automata.automaton import Automaton, Edge
 from dineros.analysis.logic.automata.translation import translate
+from dineros.analysis.logic.graphs.product import Product
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.logic.language.names import NetNames
@@ -146,3 +148,12 @@ def test_unknown_names_are_shown_with_near_ones(formula: str, column: int, hint:
 def test_an_unknown_fair_transition_is_an_error() -> None:
     with pytest.raises(FormulaError, match="no transition is named 'pres'"):
         verify_ltl(SWITCH, "true", weak=["pres"])
+
+
+@pytest.mark.parametrize("size", [62, 63, 64])
+def test_the_automaton_s_state_may_stand_in_the_highest_bit_of_a_word(size: int) -> None:
+    net = CompiledNet.build({f"p{i}": 1 for i in range(size)}, [(f"t{i}", {f"p{i}": 1}) for i in range(size)])
+    edge = Edge(0, 0, 0, 1)
+    automaton = Automaton((), 0, 1, ((edge,), (edge,)))
+    product = Product(net, automaton, [], (), (), Budget().begun())
+    assert product.marking(0) == tuple(net.initial.tolist())
