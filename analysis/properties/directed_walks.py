@@ -14,9 +14,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.properties.kernels.walks import follow as follow_counts
 from dineros.analysis.properties.predicates import Int64Array, MarkingMatrix
 from dineros.analysis.properties.state_equation import Row
 from dineros.analysis.properties.walking import NetArrays
@@ -25,8 +25,6 @@ from dineros.analysis.properties.walking import NetArrays
 PROGRAM_SECONDS, MOST_STEPS, TRIES = 1.0, 100_000, 5
 #: Rows kept of a walk: the last ones, among which the goal is.
 MOST_ROWS = 1 << 10
-#: Firings that are not in the solution, for each that is.
-OTHERS = 1
 
 
 def firings(net: CompiledNet, rows: Sequence[Row], gains: Int64Array | None = None) -> Int64Array | None:
@@ -87,73 +85,5 @@ def firings(net: CompiledNet, rows: Sequence[Row], gains: Int64Array | None = No
 def follow(arrays: NetArrays, counts: Int64Array, seed: int) -> MarkingMatrix:
     """Return the last markings of a walk that fires transitions so often, in some order, as far as it can."""
     rows = np.empty((MOST_ROWS, len(arrays.net.places)), dtype=np.int64)
-    written = _follow(*arrays.parts, arrays.net.initial, counts.copy(), rows, seed)
+    written = follow_counts(*arrays.parts, arrays.net.initial, counts.copy(), rows, seed)
     return MarkingMatrix(arrays.net, rows[: min(written, MOST_ROWS)])
-
-
-@njit(cache=True)
-def _follow(  # type: ignore[no-untyped-def]
-    pointer, transition, weight, inhibits, asked, change_pointer, change_place, change_tokens,
-    initial, counts, rows, seed,
-):  # fmt: skip
-    """Write the markings of a walk, around; return how many they were."""
-    np.random.seed(seed)
-    size = asked.size
-    marking = initial.copy()
-    missing = asked.copy()
-    for p in range(marking.size):
-        for k in range(pointer[p], pointer[p + 1]):
-            if (marking[p] >= weight[k]) != (inhibits[k] == 1):
-                missing[transition[k]] -= 1
-    enabled = np.empty(size, dtype=np.int64)
-    position = np.full(size, -1, dtype=np.int64)
-    count = 0
-    for t in range(size):
-        if missing[t] == 0:
-            enabled[count] = t
-            position[t] = count
-            count += 1
-    left = counts.sum()
-    others = OTHERS * left + 10
-    written = 0
-    while True:
-        rows[written % rows.shape[0], :] = marking
-        written += 1
-        if left == 0 or count == 0 or others == 0:
-            return written
-        start = np.random.randint(count)
-        t = -1
-        for k in range(count):
-            u = enabled[(start + k) % count]
-            if counts[u] > 0:
-                t = u
-                break
-        if t >= 0:
-            counts[t] -= 1
-            left -= 1
-        else:
-            t = enabled[start]
-            others -= 1
-        for c in range(change_pointer[t], change_pointer[t + 1]):
-            p = change_place[c]
-            before = marking[p]
-            after = before + change_tokens[c]
-            marking[p] = after
-            for k in range(pointer[p], pointer[p + 1]):
-                was, now = before >= weight[k], after >= weight[k]
-                if was != now:
-                    u = transition[k]
-                    if now != (inhibits[k] == 1):
-                        missing[u] -= 1
-                        if missing[u] == 0:
-                            enabled[count] = u
-                            position[u] = count
-                            count += 1
-                    else:
-                        if missing[u] == 0:
-                            count -= 1
-                            last = enabled[count]
-                            enabled[position[u]] = last
-                            position[last] = position[u]
-                            position[u] = -1
-                        missing[u] += 1

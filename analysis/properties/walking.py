@@ -7,9 +7,9 @@ draws anew, so that walks differ in where they go, not only in how they get ther
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.properties.kernels.walks import walk
 from dineros.analysis.properties.predicates import Int64Array, MarkingMatrix
 
 #: Numbers in a matrix of markings.
@@ -76,7 +76,7 @@ class Walker:
         """Walk on, and return the markings seen; the matrix is used again by the next call."""
         filled = 0
         while filled < len(self._rows):
-            count, dead = _walk(
+            count, dead = walk(
                 *self.arrays.parts,
                 self.net.initial,
                 self._random.random(len(self.net.transitions)),
@@ -109,64 +109,3 @@ def _arcs_by_place(net: CompiledNet) -> tuple[Int64Array, Int64Array, Int64Array
     flat = np.array([arc for row in rows for arc in row], dtype=np.int64).reshape(-1, 3)
     pointer = np.cumsum([0, *map(len, rows)]).astype(np.int64)
     return pointer, flat[:, 0].copy(), flat[:, 1].copy(), flat[:, 2].copy()
-
-
-@njit(cache=True)
-def _walk(  # type: ignore[no-untyped-def]
-    pointer, transition, weight, inhibits, asked, change_pointer, change_place, change_tokens,
-    initial, priority, rows, fired, length, seed,
-):  # fmt: skip
-    """Write the markings of one walk; return how many, and whether it ended in a deadlock."""
-    np.random.seed(seed)
-    size = asked.size
-    marking = initial.copy()
-    missing = asked.copy()
-    for p in range(marking.size):
-        for k in range(pointer[p], pointer[p + 1]):
-            if (marking[p] >= weight[k]) != (inhibits[k] == 1):
-                missing[transition[k]] -= 1
-    enabled = np.empty(size, dtype=np.int64)
-    position = np.full(size, -1, dtype=np.int64)
-    count = 0
-    for t in range(size):
-        if missing[t] == 0:
-            enabled[count] = t
-            position[t] = count
-            count += 1
-            fired[t] = True
-    written = 0
-    while written < rows.shape[0] and written < length:
-        rows[written, :] = marking
-        written += 1
-        if count == 0:
-            return written, True
-        t = enabled[np.random.randint(count)]
-        if np.random.random() < 0.5:
-            other = enabled[np.random.randint(count)]
-            if priority[other] > priority[t]:
-                t = other
-        for c in range(change_pointer[t], change_pointer[t + 1]):
-            p = change_place[c]
-            before = marking[p]
-            after = before + change_tokens[c]
-            marking[p] = after
-            for k in range(pointer[p], pointer[p + 1]):
-                was, now = before >= weight[k], after >= weight[k]
-                if was != now:
-                    u = transition[k]
-                    if now != (inhibits[k] == 1):
-                        missing[u] -= 1
-                        if missing[u] == 0:
-                            enabled[count] = u
-                            position[u] = count
-                            count += 1
-                            fired[u] = True
-                    else:
-                        if missing[u] == 0:
-                            count -= 1
-                            last = enabled[count]
-                            enabled[position[u]] = last
-                            position[last] = position[u]
-                            position[u] = -1
-                        missing[u] += 1
-    return written, False

@@ -115,7 +115,7 @@ def test_models_with_timers(model: sym.SystemModel) -> None:
 @pytest.mark.parametrize("counter", [False, True])
 def test_a_timer_without_end_overflows_all_three_queues(counter: bool) -> None:
     subject = base_subject(timer_and_logger(counter))
-    found = firings(subject.net, Budget(seconds=10))
+    found = firings(subject.net, Budget(seconds=60))
     drops = [t for t, name in enumerate(subject.net.transitions) if name.endswith(".drop")]
     assert len(drops) == 3 and all(t in found.traces for t in drops)
     assert found.has_no_deadlock and not found.dead

@@ -1,0 +1,1 @@
+"""Kernels of walks; importing one imports Numba."""
