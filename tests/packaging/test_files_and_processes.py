@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 ROOMS = ("metamodel", "transformations", "analysis", "generators", "runtime", "views", "cli")
 
 OTHERWISE_OPENED = {
-    "analysis/nets/kernels.py": "our own sources; a temporary file in a folder of our own",
+    "analysis/nets/kernel_cache.py": "our own sources; a temporary file in a folder of our own",
     "analysis/logic/language/parser.py": "our grammar",
     "analysis/nets/memory.py": "/proc and /sys, where no plain file is",
     "analysis/sweeps/grid.py": "a temporary folder of our own",

@@ -20,7 +20,7 @@ from dineros.analysis.explicit.kernels.markings import (
     insert_all,
 )
 from dineros.analysis.explicit.kernels.stubborn import lowest_bit
-from dineros.analysis.nets.kernels import kernel
+from dineros.analysis.nets.kernel_cache import kernel
 
 
 @kernel()

@@ -29,7 +29,7 @@ from dineros.analysis.explicit.kernels.markings import (
     sum_of,
 )
 from dineros.analysis.explicit.kernels.stubborn import keep_stubborn, lowest_bit, read_tokens
-from dineros.analysis.nets.kernels import kernel
+from dineros.analysis.nets.kernel_cache import kernel
 
 #: Markings that a worker takes at a time.
 CHUNK = 64

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from dineros.analysis.explicit.kernels.atomics import compare_and_swap, load, prefetch
-from dineros.analysis.nets.kernels import kernel
+from dineros.analysis.nets.kernel_cache import kernel
 
 (
     COUNT,

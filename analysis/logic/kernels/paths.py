@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from dineros.analysis.logic.kernels.product import MAY_ADD, expand
-from dineros.analysis.nets.kernels import kernel
+from dineros.analysis.nets.kernel_cache import kernel
 
 
 @kernel()

@@ -24,7 +24,7 @@ from dineros.analysis.explicit.kernels.markings import (
 )
 from dineros.analysis.explicit.kernels.stubborn import lowest_bit
 from dineros.analysis.logic.language.atoms import Combined
-from dineros.analysis.nets.kernels import kernel
+from dineros.analysis.nets.kernel_cache import kernel
 
 Int64Array = NDArray[np.int64]
 

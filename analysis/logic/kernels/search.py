@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dineros.analysis.logic.kernels.product import MAY_ADD, STATES, expand
-from dineros.analysis.nets.kernels import kernel
+from dineros.analysis.nets.kernel_cache import kernel
 
 Int32Array = NDArray[np.int32]
 Int64Array = NDArray[np.int64]

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from dineros.analysis.logic.kernels.product import MAY_ADD, STATES, expand, find_enabled, read_letter
-from dineros.analysis.nets.kernels import kernel
+from dineros.analysis.nets.kernel_cache import kernel
 
 COMPLETE, STORE_FULL, ARCS_FULL, OVERFLOW, PAUSED = range(5)
 

@@ -6,7 +6,7 @@ products, and the Chinese remainder theorem gives the exact numbers back (module
 
 from __future__ import annotations
 
-from dineros.analysis.nets.kernels import kernel
+from dineros.analysis.nets.kernel_cache import kernel
 from dineros.analysis.symbolic.kernels.diagrams import FIRST_NODE, HEADER, MARK
 
 

@@ -14,7 +14,7 @@ per size.
 
 from __future__ import annotations
 
-from dineros.analysis.nets.kernels import kernel
+from dineros.analysis.nets.kernel_cache import kernel
 
 POOL_TOP, POOL_LIMIT, NODES, CREATED, BUCKET_MASK, CACHE_MASK, FAILED, STACK, HAVE, RESULT, MISSES = range(11)
 #: Children of a node that are as much work as one operation whose result is not known: where nodes are wide,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dineros.analysis.nets.kernels import kernel
+from dineros.analysis.nets.kernel_cache import kernel
 
 
 @kernel()

@@ -17,7 +17,7 @@ asynchronous systems using constrained saturation*, ATVA 2009, LNCS 5799.
 
 from __future__ import annotations
 
-from dineros.analysis.nets.kernels import kernel
+from dineros.analysis.nets.kernel_cache import kernel
 from dineros.analysis.symbolic.kernels.diagrams import (
     CACHE_MASK,
     CLOSED_KEY,

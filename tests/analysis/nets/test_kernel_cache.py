@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from dineros.analysis.nets import kernels
-from dineros.analysis.nets.kernels import digest, made, sources
+from dineros.analysis.nets import kernel_cache
+from dineros.analysis.nets.kernel_cache import digest, made, sources
 
 NAME = "dineros-kernels-0123"
 
@@ -49,12 +49,12 @@ def test_a_kernel_that_comes_or_goes_counts(tmp_path: Path) -> None:
 
 def test_all_kernels_of_the_engines_are_among_them() -> None:
     decorated = {
-        file for file in kernels.ROOM.rglob("*.py") if "@kernel(" in file.read_text(encoding="utf-8")
+        file for file in kernel_cache.ROOM.rglob("*.py") if "@kernel(" in file.read_text(encoding="utf-8")
     }
     assert len(decorated) > 8
-    assert decorated <= set(sources(kernels.ROOM))
-    bare = {file for file in kernels.ROOM.rglob("*.py") if "njit(" in file.read_text(encoding="utf-8")}
-    assert bare == {Path(kernels.__file__)}
+    assert decorated <= set(sources(kernel_cache.ROOM))
+    bare = {file for file in kernel_cache.ROOM.rglob("*.py") if "njit(" in file.read_text(encoding="utf-8")}
+    assert bare == {Path(kernel_cache.__file__)}
 
 
 def test_those_of_other_versions_go(tmp_path: Path) -> None:
@@ -79,9 +79,9 @@ def test_where_nothing_can_be_written_none_are_kept(tmp_path: Path) -> None:
 
 PROGRAM = """
 import sys
-from dineros.analysis.nets import kernels
+from dineros.analysis.nets import kernel_cache
 if sys.argv[1] == "nowhere":
-    kernels.made = lambda home, name: None
+    kernel_cache.made = lambda home, name: None
 from dineros.analysis.explicit.kernels.stubborn import lowest_bit
 import numpy as np
 print(lowest_bit(np.uint64(8)))
