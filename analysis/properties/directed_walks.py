@@ -85,5 +85,5 @@ def firings(net: CompiledNet, rows: Sequence[Row], gains: Int64Array | None = No
 def follow(arrays: NetArrays, counts: Int64Array, seed: int) -> MarkingMatrix:
     """Return the last markings of a walk that fires transitions so often, in some order, as far as it can."""
     rows = np.empty((MOST_ROWS, len(arrays.net.places)), dtype=np.int64)
-    written = follow_counts(*arrays.parts, arrays.net.initial, counts.copy(), rows, seed)
+    written = follow_counts(arrays.parts, arrays.net.initial, counts.copy(), rows, seed)
     return MarkingMatrix(arrays.net, rows[: min(written, MOST_ROWS)])

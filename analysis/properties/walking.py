@@ -77,7 +77,7 @@ class Walker:
         filled = 0
         while filled < len(self._rows):
             count, dead = walk(
-                *self.arrays.parts,
+                self.arrays.parts,
                 self.net.initial,
                 self._random.random(len(self.net.transitions)),
                 self._rows[filled:],

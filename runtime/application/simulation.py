@@ -19,7 +19,8 @@ from dineros.runtime.channels.local import LocalNetwork
 from dineros.runtime.firing.policies import Policy
 from dineros.runtime.journal.recording import Checkpoint, Recorder
 from dineros.runtime.nodes.net import Net
-from dineros.runtime.nodes.node import PATIENCE, SETTLING, Node
+from dineros.runtime.nodes.node import Node
+from dineros.runtime.nodes.runner import PATIENCE, SETTLING
 from dineros.runtime.scheduling.threads import join
 from dineros.runtime.scheduling.timers import Timers
 

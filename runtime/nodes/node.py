@@ -5,9 +5,7 @@ from __future__ import annotations
 from dineros.runtime.channels.transport import Transport
 from dineros.runtime.journal.recording import Checkpoint, Recorder
 from dineros.runtime.nodes.net import Net
-from dineros.runtime.nodes.runner import PATIENCE, SETTLING, Runner
-
-__all__ = ["PATIENCE", "SETTLING", "Node"]
+from dineros.runtime.nodes.runner import Runner
 
 
 class Node(Runner):

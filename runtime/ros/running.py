@@ -10,7 +10,8 @@ from collections.abc import Sequence
 
 from dineros.runtime.journal.recording import Checkpoint, Recorder
 from dineros.runtime.nodes.net import Net
-from dineros.runtime.nodes.node import SETTLING, Node
+from dineros.runtime.nodes.node import Node
+from dineros.runtime.nodes.runner import SETTLING
 from dineros.runtime.ros.channels.transport import RclpyTransport
 from dineros.runtime.ros.control import Control
 from dineros.runtime.ros.process.session import Session
