@@ -44,14 +44,18 @@ class StateEquation:
 
     def excludes(self, rows: Sequence[Row]) -> bool:
         """Whether it is proved that no reachable marking fulfils all of some conditions."""
+        return self.excluding(rows) is not None
+
+    def excluding(self, rows: Sequence[Row]) -> dict[int, Fraction] | None:
+        """Return weights that no firing raises, and by which no reachable marking fulfils some conditions."""
         if any(not factors and bound > 0 for factors, bound in rows):
-            return True
+            return {}
         found = self._solved(rows, np.ones(len(rows)))
         if found is None:
-            return False
+            return None
         weights, factors = found
         least = sum(factor * bound for factor, (_, bound) in zip(factors, rows, strict=True))
-        return self._initially(weights) < least
+        return weights if self._initially(weights) < least else None
 
     def largest(self, factors: Mapping[int, int]) -> int | None:
         """Return a proved upper bound of a weighted sum of tokens; None where none is found."""

@@ -65,6 +65,7 @@ FOLDERS = {
         "tina",
         "questions",
         "properties",
+        "evidence",
         "conformance",
         "sweeps",
     ],
