@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import zlib
 from collections.abc import Callable, Iterator, Sequence
@@ -11,6 +12,7 @@ from functools import partial
 from pathlib import Path
 from random import Random
 
+from dineros.analysis.evidence.checker import sealed
 from tests.fuzz import mutators, seeds
 from tests.fuzz.judging import REFUSED, Outcome, refused_or, run_command
 from tests.fuzz.running_targets import announcement, journal, live_page, message, mqtt, payload, rest_request
@@ -138,6 +140,25 @@ def _properties(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attem
         return run_command("verify", model, "--properties", path, "--timeout", "0.5", *MEMORY)
 
     return [seed.read_bytes() for seed in sorted(folder.glob("seed*.xml"))], attempt
+
+
+def _certificate(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
+    path, model = folder / "case.json", folder / "net.net"
+    model.write_text("net n\npl a (2)\ntr t a -> b\ntr u b -> a\ntr v c -> c a\ntr w a*3 -> c\n")
+    for number, goal in enumerate(("a + b >= 3 | c >= 1", "a + b == 0", "b >= 3 & deadlock")):
+        seeds.made("find", model, "--marking", goal, "--certificate", folder / f"seed{number}.json")
+
+    def attempt(content: bytes) -> Outcome:
+        path.write_bytes(content)
+        try:  # half of them get past the seal
+            found = json.loads(content)
+            if isinstance(found, dict) and _chosen(content, 2):
+                path.write_text(json.dumps(sealed(found)))
+        except (ValueError, RecursionError):
+            path.write_bytes(content)
+        return run_command("certify", model, path)
+
+    return [seed.read_bytes() for seed in sorted(folder.glob("seed*.json"))], attempt
 
 
 def _clause(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
@@ -325,6 +346,7 @@ KINDS = {
         mutators.mutate_words,
     ),
     "properties": Kind(_properties, mutators.mutate_xml, share=50),
+    "certificate": Kind(_certificate, mutators.mutate_json),
     "clause": Kind(_clause, mutators.mutate_words, share=200),
     "setting": Kind(
         _question(

@@ -66,6 +66,7 @@ FOLDERS = {
         "tina",
         "properties",
         "questions",
+        "evidence",
         "conformance",
         "sweeps",
     ],

@@ -22,6 +22,7 @@ from dineros.cli.analysing import (
 from dineros.cli.console import say_json
 from dineros.cli.options import command, model_argument
 from dineros.cli.presentation.answers import say_way
+from dineros.cli.presentation.certificates import certificate_option, certified, say_certificate
 
 if TYPE_CHECKING:
     from dineros.analysis.explicit import Order
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     metavar="SECONDS",
     help="Give up after so long.",
 )
+@certificate_option
 @question_options
 def find(
     model: Path,
@@ -57,6 +59,7 @@ def find(
     order: Order,
     engine: str,
     timeout: float | None,
+    certificate: Path | None,
     output: Path | None,
     signals: str,
     overflow: str,
@@ -82,7 +85,14 @@ def find(
         assert marking is not None
         question = Marking(subject.net, subject.names, marking, order)
     with exploring() as progress, reading_formula("--marking" if enabled is None else "--enabled"):
-        answer = ENGINES[engine].answer(question, budget_of(memory, timeout, progress))
+        budget, proved = budget_of(memory, timeout, progress).begun(), None
+        if certificate is not None:
+            from dineros.analysis.evidence.proving import Asked
+
+            kind, text = ("enabled", enabled) if enabled is not None else ("marking", str(marking))
+            asked = Asked(subject, kind, text, signals, overflow, settings)
+            proved = certified(asked, certificate, budget)
+        answer = proved or ENGINES[engine].answer(question, budget)
     witness = witness_of(subject, answer.trace) if answer.trace is not None else None
     report = {
         "model": str(model),
@@ -92,10 +102,14 @@ def find(
         "states": answer.states,
         "witness": witness.to_dict() if witness else None,
     }
+    if certificate is not None:
+        report["certificate"] = str(certificate) if proved else None
     if output is not None and witness is not None:
         write_witness(witness, output, model, settings, str(report["goal"]), answer.status)
     if as_json:
         say_json(report)
     else:
         say_way(answer, str(report["goal"]), witness, model, output)
+    if certificate is not None:
+        say_certificate(certificate, answer, proved is not None, as_json)
     return {"reachable": HOLDS, "unreachable": VIOLATED, "unknown": UNKNOWN}[answer.status]

@@ -22,6 +22,7 @@ from dineros.cli.console import say_json
 from dineros.cli.options import ModelPath, command, model_argument
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.answers import say_unfairness, say_verdict
+from dineros.cli.presentation.certificates import certificate_option, certified, say_certificate
 from dineros.cli.presentation.property_files import answer_properties, write_formula, write_properties
 from dineros.cli.quick_start import start_quickly
 
@@ -69,6 +70,7 @@ from dineros.cli.quick_start import start_quickly
 )
 @cache_option
 @question_engine_option
+@certificate_option
 @question_options
 def verify(
     model: Path,
@@ -80,6 +82,7 @@ def verify(
     written: Path | None,
     timeout: float | None,
     engine: str,
+    certificate: Path | None,
     output: Path | None,
     signals: str,
     overflow: str,
@@ -105,9 +108,10 @@ def verify(
     from dineros.metamodel.errors import DinerosError
 
     if properties:
-        if ltl is not None or ctl is not None or weak or strong or engine == "tina" or output is not None:
+        others = (ltl, ctl, weak, strong, output, certificate)
+        if engine == "tina" or any(other not in (None, ()) for other in others):
             raise click.UsageError(
-                "--properties goes with none of --ltl, --ctl, --fair, --engine tina and -o"
+                "--properties goes with none of --ltl, --ctl, --fair, --engine tina, --certificate and -o"
             )
         subject = load_subject(model, settings, signals, overflow)
         if written is not None:
@@ -137,7 +141,13 @@ def verify(
         assert ctl is not None
         question = Branching(subject.net, subject.names, ctl, orders)
     with exploring() as progress, reading_formula("--ltl" if ctl is None else "--ctl"):
-        verdict = ENGINES[engine].answer(question, budget_of(memory, timeout, progress))
+        budget, proved = budget_of(memory, timeout, progress).begun(), None
+        if certificate is not None:
+            from dineros.analysis.evidence.proving import Asked
+
+            kind, text = ("ltl", ltl) if ltl is not None else ("ctl", str(ctl))
+            proved = certified(Asked(subject, kind, text, signals, overflow, settings), certificate, budget)
+        verdict = proved or ENGINES[engine].answer(question, budget)
     witness = unfair = None
     if verdict.status == "violated" and verdict.loop and ltl is not None:
         unfair = unfairness(subject, verdict.stem, verdict.loop)
@@ -154,6 +164,8 @@ def verify(
         "witness": witness.to_dict() if witness else None,
         "unfair": unfair.to_dict(subject.net.transitions) if unfair else None,
     }
+    if certificate is not None:
+        report["certificate"] = str(certificate) if proved else None
     if output is not None and witness is not None:
         write_witness(witness, output, model, settings, str(ltl or ctl), verdict.status)
     if as_json:
@@ -162,4 +174,6 @@ def verify(
         say_verdict(verdict, str(ltl or ctl), witness, model, output, is_linear=ltl is not None)
         if unfair is not None and output is None:
             say_unfairness(unfair, subject.net.transitions)
+    if certificate is not None:
+        say_certificate(certificate, verdict, proved is not None, as_json)
     return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]

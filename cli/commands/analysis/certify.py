@@ -1,0 +1,53 @@
+"""``dineros certify``: check what an answer by structure or induction rests on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from dineros.cli.analysing import HOLDS, VIOLATED, load_valid
+from dineros.cli.console import say, say_json
+from dineros.cli.options import command, json_option, model_argument
+
+
+@command(
+    "dineros verify sorting.sym.xmi --ltl 'G Shown <= 3' --certificate s.json "
+    "&& dineros certify sorting.sym.xmi s.json",
+)
+@model_argument()
+@click.argument("certificate", type=click.Path(path_type=Path), metavar="CERTIFICATE")
+@json_option
+def certify(model: Path, certificate: Path, as_json: bool) -> int:
+    """Check a certificate that find or verify wrote, without the engines that found it.
+
+    The model is changed and flattened as the certificate says, and what is printed says how. Exit status 0
+    when the certificate proves the answer that it names, 1 when it does not.
+    """
+    from dineros.analysis.evidence.checker import read_certificate, refutation
+    from dineros.cli.presentation.certificates import facts_text
+    from dineros.metamodel import sym
+    from dineros.metamodel.errors import Location
+
+    found = read_certificate(certificate)
+    net = load_valid(model, found["settings"])
+    reason = refutation(found, net, Location(certificate))
+    asked, answer = found["question"], found["answer"]
+    if as_json:
+        report = {"certificate": str(certificate), "valid": not reason, "reason": reason}
+        names = ("question", "answer", "settings", "signals", "overflow")
+        say_json({"model": str(model), **report, **{name: found[name] for name in names}})
+        return VIOLATED if reason else HOLDS
+    if reason:
+        say(f"refuted: {certificate}: {reason}", "bold red")
+        return VIOLATED
+    text = f"enabled({asked['text']})" if asked["kind"] == "enabled" else asked["text"]
+    changed = "".join(f" --set {setting}" for setting in found["settings"])
+    variant = f" --signals {found['signals']} --overflow {found['overflow']}"
+    options = changed + (variant if isinstance(net, sym.SystemModel) else "")
+    say(
+        f"valid: {text} {answer if answer != 'unreachable' else 'is unreachable'} in {model}{options}",
+        "green",
+    )
+    say(f"  {facts_text(found['facts'])}")
+    return HOLDS
