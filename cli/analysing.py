@@ -297,8 +297,3 @@ def write_witness(
         witness, source=str(model), settings=settings, asked=asked, verdict=verdict, cause=cause
     )
     write_records(output, records)
-
-
-def count(number: int, noun: str) -> str:
-    """Return a number of things, such as ``1 step``."""
-    return f"{number:,} {noun}{'' if number == 1 else 's'}"

@@ -140,6 +140,17 @@ def with_article(noun: str) -> str:
     return f"{'an' if noun[:1].lower() in 'aeio' else 'a'} {noun}"
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number of things.
+
+    Examples
+    --------
+    >>> counted(1, "step"), counted(1200, "new file")
+    ('1 step', '1,200 new files')
+    """
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
 def near_matches(name: str, known: Iterable[str]) -> str | None:
     """Return a hint such as ``did you mean 'tokens'?``, or None where nothing known is near `name`."""
     near = difflib.get_close_matches(name, list(dict.fromkeys(known)), n=3, cutoff=0.6)

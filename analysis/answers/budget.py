@@ -17,8 +17,8 @@ class Progress:
 
     Attributes
     ----------
-    unit : {"markings", "states", "nodes"}
-        What it counts; nodes are those of a decision diagram.
+    unit : {"markings", "states", "nodes", "steps"}
+        What it counts; nodes are those of a decision diagram, steps those of a run.
     count : int
         How many it has.
     memory_bytes : int
@@ -27,7 +27,7 @@ class Progress:
         How many it finds a second; None where that says nothing.
     """
 
-    unit: Literal["markings", "states", "nodes"]
+    unit: Literal["markings", "states", "nodes", "steps"]
     count: int
     memory_bytes: int
     rate: float | None = None
@@ -152,7 +152,8 @@ class Budget:
         """Tell how far an engine is; raise `BudgetExceededError` when time is up or states are too many."""
         if self.progress is not None:
             self.progress(progress)
-        if self.states is not None and progress.unit != "nodes" and progress.count > self.states:
+        is_of_states = progress.unit in ("markings", "states")
+        if self.states is not None and is_of_states and progress.count > self.states:
             raise BudgetExceededError(f"states: more than {self.states}")
         self.check_time()
 

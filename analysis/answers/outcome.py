@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from dineros.analysis.answers.evidence import Evidence
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -32,6 +34,10 @@ class Outcome:
     may_be_fault : bool
         Whether an unknown answer might be an error or a warning, or was asked for; else it might be a note at
         worst.
+    by : str
+        Who answered, in words: ``state equation``, ``explicit search`` ...
+    evidence : Evidence or None
+        What the answer rests on, where no state space was looked at.
     """
 
     status: str
@@ -43,6 +49,8 @@ class Outcome:
     question: str = ""
     hint: str = ""
     may_be_fault: bool = True
+    by: str = ""
+    evidence: Evidence | None = None
 
     @classmethod
     def left_open(cls, question: str, reason: str, hint: str = "", may_be_fault: bool = True) -> Outcome:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from dineros.analysis.conformance.net import ConformanceNet
 from dineros.metamodel import sym
+from dineros.metamodel.errors import counted
 from dineros.metamodel.records import (
     Checkpoint,
     Drop,
@@ -49,7 +50,7 @@ def step_words(record: Record) -> str:
         case Signal():
             return f"signal {record.signal} becomes {str(record.value).lower()}"
         case Drop():
-            return f"the {record.queue} queue of {record.channel} drops {_count(record.count, 'message')}"
+            return f"the {record.queue} queue of {record.channel} drops {counted(record.count, 'message')}"
         case ChannelStep():
             does = (
                 f"{_DOES[type(record)]} {record.message}" if record.message else _DOES_NAMELESS[type(record)]
@@ -95,8 +96,4 @@ def _name(net: ConformanceNet, place: int) -> str:
 
 
 def _tokens(number: int) -> str:
-    return _count(number, "token") if number else "no token"
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
+    return counted(number, "token") if number else "no token"

@@ -93,7 +93,9 @@ class Figures:
 
 
 def rests_on_markings(answer: Outcome) -> bool:
-    """Whether an answer stands without a run that shows it."""
+    """Whether an answer stands without a run that shows it, and without structure or induction."""
+    if answer.evidence is not None:
+        return False
     return answer.status not in ("unknown", "reachable") and not answer.trace and not answer.loop
 
 

@@ -23,13 +23,14 @@ from typing import Any
 import numpy as np
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.evidence import Row
 from dineros.analysis.evidence.checker import FORMAT, add_fact, refutation, sealed
 from dineros.analysis.evidence.deciding import Decider, UndecidedError
 from dineros.analysis.evidence.reading import Condition, Net, excluded, negated
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.linear_programs import LinearProgram
 from dineros.analysis.nets.siphons import largest_trap
-from dineros.analysis.properties.state_equation import Row, StateEquation
+from dineros.analysis.proofs.state_equation import StateEquation
 from dineros.metamodel.errors import DinerosError
 
 Fact = dict[str, Any]
@@ -153,8 +154,8 @@ class _Search:
 
     def _weights(self, rows: Sequence[Row]) -> Fact | None:
         traps = [({self.index[p]: 1 for p in fact["trap"]}, 1) for fact in self.facts if "trap" in fact]
-        weights = self.equation.excluding([*rows, *traps])
-        return None if not weights else {"weights": self._whole(weights)}
+        found = self.equation.excludes([*rows, *traps])
+        return {"weights": self._whole(found.weights)} if found and found.weights else None
 
     def _whole(self, weights: Mapping[int, Fraction]) -> dict[str, int]:
         scale = lcm(*(weight.denominator for weight in weights.values()))

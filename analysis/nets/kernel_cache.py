@@ -34,17 +34,36 @@ def kernel(**options: Any) -> Any:
     from numba import config, njit
 
     settings: Any = config
+    options = {"no_cfunc_wrapper": True, **options}  # nothing calls a kernel by its C address
     folder = _folder(settings.CACHE_DIR or None)
 
     def decorate(function: Callable[..., Any]) -> Any:
         former = settings.CACHE_DIR
         settings.CACHE_DIR = str(folder or "")  # looked at as the decorator is called, and not later
         try:
-            return njit(cache=folder is not None, **options)(function)
+            return _for_all_numbers(njit(cache=folder is not None, **options)(function))
         finally:
             settings.CACHE_DIR = former
 
     return decorate
+
+
+def _for_all_numbers(dispatcher: Any) -> Any:
+    """Let the kernels that call a kernel share one compilation of it.
+
+    Left alone, Numba compiles it anew for each constant that stands in a call, and for narrower numbers.
+    """
+    from numba import types
+
+    plain: Callable[[Any], Any] = types.unliteral
+    template_for = dispatcher.get_call_template
+
+    def get_call_template(given: Iterable[Any], named: Any) -> Any:
+        shared = (types.int64 if plain(one) == types.int32 else plain(one) for one in given)
+        return template_for(tuple(shared), named)
+
+    dispatcher.get_call_template = get_call_template
+    return dispatcher
 
 
 @cache

@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.answers.evidence import Row
 from dineros.analysis.explicit.layout import Layout
 from dineros.analysis.logic.ctl.checking import basic, satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
@@ -36,10 +37,12 @@ from dineros.analysis.logic.language.syntax import (
 )
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.proofs.exclusion import excluded
+from dineros.analysis.proofs.firing_counts import firings
+from dineros.analysis.proofs.state_equation import StateEquation
 from dineros.analysis.properties import engines
-from dineros.analysis.properties.directed_walks import TRIES, firings, follow
+from dineros.analysis.properties.directed_walks import TRIES, follow
 from dineros.analysis.properties.engines import GIVEN_UP, Clock
-from dineros.analysis.properties.exclusion import is_excluded
 from dineros.analysis.properties.global_properties import GlobalQuestions
 from dineros.analysis.properties.normal_form import everywhere, goal_of, is_linear, linear_equal
 from dineros.analysis.properties.part_of_graph import PartialSets, PartOfGraph
@@ -47,7 +50,6 @@ from dineros.analysis.properties.predicates import Int64Array, is_condition, sat
 from dineros.analysis.properties.property import Property, PropertyAnswer
 from dineros.analysis.properties.reduced import reduced
 from dineros.analysis.properties.sheet import Sheet
-from dineros.analysis.properties.state_equation import Row, StateEquation
 from dineros.analysis.properties.walking import Walker
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
@@ -204,7 +206,7 @@ class _Work:
                 self._follow(rows, own)
                 return part in sheet.known
 
-            if is_excluded(self.equation, goal, sheet.conditions, own.is_over, reached):
+            if excluded(self.equation, goal, sheet.conditions, own.is_over, reached):
                 sheet.known[part] = not value
         sheet.settle("state equation")
         self._exclude_atoms(clock)
@@ -232,7 +234,7 @@ class _Work:
             if clock.is_over():
                 break
             for value, condition in ((False, simplified(part)), (True, simplified(Not(part)))):
-                if is_excluded(self.equation, condition, sheet.conditions, clock.is_over):
+                if excluded(self.equation, condition, sheet.conditions, clock.is_over, most_traps=0):
                     sheet.always[part] = value
                     break
         sheet.settle("state equation")

@@ -14,12 +14,12 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.nets.repetition import repeatable_transitions
+from dineros.analysis.proofs.state_equation import StateEquation
+from dineros.analysis.properties.behaviour import TooMuchWorkError, behaviour
 from dineros.analysis.properties.engines import GIVEN_UP, Clock
 from dineros.analysis.properties.part_of_graph import PartOfGraph
 from dineros.analysis.properties.predicates import Flags, MarkingMatrix, enabled
-from dineros.analysis.properties.state_equation import StateEquation
 from dineros.analysis.properties.walking import Walker
-from dineros.analysis.questions.behaviour import TooMuchWorkError, behaviour
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 Decide = Callable[[str, bool, str], None]

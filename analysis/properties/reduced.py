@@ -19,7 +19,7 @@ from dineros.analysis.logic.language.syntax import (
 )
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties.normal_form import folded, has_next
-from dineros.analysis.reductions import Property, reduce
+from dineros.analysis.reductions import Property, Reduction, reduce
 
 #: Transitions of a net up to which reducing it takes little time.
 MOST_TRANSITIONS = 3_000
@@ -34,10 +34,13 @@ class Reduced:
     net : CompiledNet
     formula : Formula
         Names in it are those of the net.
+    reduction : Reduction
+        How the net became smaller, which leads back.
     """
 
     net: CompiledNet
     formula: Formula
+    reduction: Reduction
 
 
 def reduced(net: CompiledNet, formula: Formula, names: Names) -> Reduced | None:
@@ -61,8 +64,8 @@ def reduced(net: CompiledNet, formula: Formula, names: Names) -> Reduced | None:
     observed = {
         name.text for part in wanted.subformulas() if isinstance(part, Comparison) for _, name in part.terms
     }
-    smaller = reduce(net, {Property.LTL_WITHOUT_NEXT}, observed_places=observed).net
-    return Reduced(smaller, wanted)
+    reduction = reduce(net, {Property.LTL_WITHOUT_NEXT}, observed_places=observed)
+    return Reduced(reduction.net, wanted, reduction)
 
 
 def _compared(net: CompiledNet, condition: object) -> Formula | None:

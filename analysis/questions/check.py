@@ -353,7 +353,7 @@ class Repetition(Question):
 
     def ask(self, checked: Checked) -> None:
         """Look at the terminal parts of the state space."""
-        from dineros.analysis.questions.behaviour import TooMuchWorkError, behaviour
+        from dineros.analysis.properties.behaviour import TooMuchWorkError, behaviour
 
         if checked.firings is not None:
             checked.leave_open(BEHAVIOUR, checked.firings.why_open, may_be_fault=checked.work is None)

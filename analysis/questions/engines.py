@@ -62,8 +62,8 @@ class Enabled(Question):
     order: Order = "breadth-first"
 
     def decided(self, budget: Budget) -> Outcome:
-        """Search explicitly, then on the reduced net."""
-        from dineros.analysis.questions.reachability import find_enabled
+        """Go the road of all goals."""
+        from dineros.analysis.questions.goals import find_enabled
 
         return find_enabled(self.net, self.name, self.names, budget, self.order)
 
@@ -84,8 +84,8 @@ class Marking(Question):
     order: Order = "breadth-first"
 
     def decided(self, budget: Budget) -> Outcome:
-        """Search explicitly, or with the automata of temporal logic."""
-        from dineros.analysis.questions.reachability import find_marking
+        """Go the road of all goals."""
+        from dineros.analysis.questions.goals import find_marking
 
         return find_marking(self.net, self.condition, self.names, budget, self.order)
 

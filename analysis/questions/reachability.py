@@ -1,9 +1,4 @@
-"""Reaching a goal: a transition enabled, or a condition on the marking (paper, Alg. 5).
-
-A condition becomes a disjunction of conjunctions of comparisons, which the explicit engine searches for
-directly, all at once and on the fly; only what would make too many of them goes to the automata of temporal
-logic.
-"""
+"""Ways to a goal, searched for explicitly, on the fly: one marking after another, or led by a diagram."""
 
 from __future__ import annotations
 
@@ -18,13 +13,9 @@ from dineros.analysis.explicit.answers import Reduction
 from dineros.analysis.explicit.engine import NO_END
 from dineros.analysis.explicit.goals import Goal, excludes
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
-from dineros.analysis.logic.language.atoms import BoundAtoms, Step
-from dineros.analysis.logic.language.disjunctions import goals_of
+from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names
-from dineros.analysis.logic.language.parser import parse
-from dineros.analysis.logic.language.semantics import holds_on_lasso
-from dineros.analysis.logic.language.syntax import Constant, Formula, Globally, Not
-from dineros.analysis.logic.ltl.verification import verify_ltl
+from dineros.analysis.logic.language.syntax import Constant
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.nets.shortening import shortened
@@ -38,9 +29,6 @@ QUICK = 256 << 20
 NEAR_IF_UNBOUNDED = 1_000_000
 """Markings of a search for a shortest trace in a net that is seen to have no end of them."""
 
-Answer = Outcome
-"""What the functions here returned before all answers were of one type."""
-
 INTERRUPTED = "interrupted"
 _REASONS = {
     "memory": "memory ran out",
@@ -49,29 +37,6 @@ _REASONS = {
     "unbounded": "the net is unbounded, and memory ran out",
     "interrupted": INTERRUPTED,
 }
-
-
-def find_enabled(
-    net: CompiledNet,
-    name: str,
-    names: Names,
-    budget: Budget = UNLIMITED,
-    order: Order = "breadth-first",
-) -> Outcome:
-    """Find a trace that ends with a transition; of several of the name, whichever is nearest.
-
-    Raises
-    ------
-    FormulaError
-        No transition has the name.
-    """
-    budget = budget.begun()
-    answers: list[Outcome] = []
-    for transition in names.transitions(name):
-        answers.append(find_firing(net, transition, budget, order))
-        if answers[-1].reason == INTERRUPTED:
-            break
-    return min(answers, key=_rank)
 
 
 def find_firing(
@@ -87,14 +52,14 @@ def find_firing(
     """
     budget = budget.begun()
     name = net.transitions[transition]
-    answer = _search(net, Goal.enabled(net, transition), budget.share(most_bytes=QUICK), order)
+    answer = search(net, Goal.enabled(net, transition), budget.share(most_bytes=QUICK), order)
     if answer.trace is not None:
         return replace(answer, trace=(*answer.trace, transition))
     if answer.status != "unknown" or answer.reason == INTERRUPTED or budget.is_over:
         return answer
     reduction = reduce(net, {Property.LTL_WITHOUT_NEXT}, observed_transitions=[name])
     smaller = reduction.net
-    answer = _search(smaller, Goal.enabled(smaller, name), budget, order)
+    answer = search(smaller, Goal.enabled(smaller, name), budget, order)
     if answer.trace is None:
         return answer
     index = {name: number for number, name in enumerate(net.transitions)}
@@ -130,65 +95,18 @@ def way_to_firing(space: SymbolicStateSpace, names: Names, transition: int) -> t
 
 def find_deadlock(net: CompiledNet, budget: Budget = UNLIMITED, order: Order = "breadth-first") -> Outcome:
     """Find a trace to a marking that enables nothing; stubborn sets leave out needless interleavings."""
-    return _search(net, Goal.deadlock(), budget.begun(), order)
+    return search(net, Goal.deadlock(), budget.begun(), order)
 
 
-def find_marking(
-    net: CompiledNet,
-    text: str,
-    names: Names,
-    budget: Budget = UNLIMITED,
-    order: Order = "breadth-first",
-) -> Outcome:
-    """Find a trace to a marking that fulfils a condition, a shortest one if the search goes breadth first.
+def search(net: CompiledNet, goal: Goal, budget: Budget, order: Order) -> Outcome:
+    """Search for a goal explicitly: for a shortest trace first, on an unbounded net also for a proof."""
 
-    Raises
-    ------
-    FormulaError
-        The text is no condition on markings, or names something unknown.
-    """
-    condition = parse(text, "state")
-    goals = goals_of(net, condition, names)
-    budget = budget.begun()
-    if goals is None:
-        return _by_temporal_logic(net, condition, names, budget)
-    answers: list[Outcome] = []
-    for goal in goals:
-        answers.append(_search(net, goal, budget, order))
-        if answers[-1].reason == INTERRUPTED:
-            break
-    if not answers:
-        return Outcome("unreachable", states=0)
-    states = [answer.states for answer in answers if answer.states is not None]
-    best = min(answers, key=_rank)
-    return best if best.status == "reachable" else replace(best, states=max(states, default=None))
-
-
-def _by_temporal_logic(net: CompiledNet, condition: Formula, names: Names, budget: Budget) -> Outcome:
-    """Ask for a run on which a condition never holds: a counterexample leads to it."""
-    answer = verify_ltl(net, Globally(Not(condition)), names, budget=budget)
-    if answer.status == "violated":
-        bound = BoundAtoms(net, condition, names)
-
-        def is_goal(marking: list[int]) -> bool:
-            return holds_on_lasso(condition, [], [Step(tuple(marking), None)], bound.is_true)
-
-        return Outcome("reachable", shortened(net, answer.stem + answer.loop, is_goal))
-    return replace(answer, status="unreachable") if answer.status == "holds" else answer
-
-
-def _rank(answer: Outcome) -> tuple[int, int]:
-    """Order answers: short traces first, then unknown, then unreachable."""
-    return ["reachable", "unknown", "unreachable"].index(answer.status), len(answer.stem)
-
-
-def _search(net: CompiledNet, goal: Goal, budget: Budget, order: Order) -> Outcome:
-    def search(share: Budget) -> Outcome:
+    def explore(share: Budget) -> Outcome:
         reduction: Reduction | None = "stubborn" if goal.is_deadlock else None
         return find(net, goal, share, reduction=reduction, order=order, most_if_unbounded=most_if_unbounded)
 
     most_if_unbounded = NEAR_IF_UNBOUNDED
-    answer = search(budget.share(most_bytes=QUICK))
+    answer = explore(budget.share(most_bytes=QUICK))
     # Of an unbounded net, more markings would prove nothing; the largest ones may.
     if answer.reason == "unbounded":
         found = decide_goal(net, goal, budget.share(0.5))
@@ -198,7 +116,7 @@ def _search(net: CompiledNet, goal: Goal, budget: Budget, order: Order) -> Outco
             return Outcome("unreachable", states=answer.states)
     if answer.reason in ("memory", "unbounded") and budget.memory > QUICK:
         most_if_unbounded = NO_END
-        answer = search(budget.share(most_bytes=budget.memory))
+        answer = explore(budget.share(most_bytes=budget.memory))
     if answer.trace is None or order == "breadth-first":
         return replace(answer, reason=_REASONS.get(answer.reason, answer.reason))
     return Outcome("reachable", _to_goal(net, goal, answer.trace))

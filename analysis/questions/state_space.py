@@ -6,7 +6,8 @@ import time
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
-from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.answers.turns import Member, first_answer
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.memory import peak_memory
 
@@ -81,7 +82,8 @@ def state_space(
 ) -> StateSpace:
     """Count the state space of a net.
 
-    ``auto`` takes decision diagrams, and the explicit engine where bounds of places are not known.
+    ``auto`` takes decision diagrams, by turns with the explicit engine where they take long, and the explicit
+    engine alone where bounds of places are not known.
 
     Parameters
     ----------
@@ -110,16 +112,28 @@ def state_space(
     began, budget = time.perf_counter(), budget.begun()
     if engine == "tina":
         return _tina(net, budget, began)
-    if engine != "explicit":
+    if engine == "explicit":
+        return _explicit(net, budget, began, order)
+    if engine == "symbolic":
         try:
             return _symbolic(net, budget, began, orders)
         except UnknownBoundError as error:
-            if engine == "symbolic":
-                return _nothing(net, "symbolic", str(error), began)
-        except LevelSizeError:
-            if engine == "symbolic":
-                raise
-    return _explicit(net, budget, began, order)
+            return _nothing(net, "symbolic", str(error), began)
+    try:
+        found = first_answer(
+            [
+                Member(lambda share: _symbolic(net, share, began, orders)),
+                Member(lambda share: _explicit(net, share, began, order)),
+            ],
+            budget,
+            lambda space: space.complete or space.pumping is not None,
+        )
+    except (UnknownBoundError, LevelSizeError):
+        return _explicit(net, budget, began, order)
+    if found is None:
+        budget.check_time()
+        raise BudgetExceededError("no engine has answered")
+    return found
 
 
 def differences(net: CompiledNet, counts: TinaCounts, budget: Budget = UNLIMITED) -> list[str]:

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dineros.cli.analysing import count, say_witness
+from dineros.cli.analysing import say_witness
 from dineros.cli.console import say, summarise, warn
+from dineros.metamodel.errors import counted
 
 MOST_NAMES = 5
 """Transitions named in one line."""
@@ -20,12 +21,12 @@ if TYPE_CHECKING:
 
 def say_way(answer: Outcome, goal: str, witness: Witness | None, model: Path, output: Path | None) -> None:
     """Print whether a goal is reached, and the way to it unless that was written to a file."""
-    seen = f"; {count(answer.states, 'state')}" if answer.states is not None else ""
+    seen = f"; {counted(answer.states, 'state')}" if answer.states is not None else ""
     say(f"{answer.status}: {goal}{_reason(answer)}{seen}")
     if witness and output is None:
         say_witness(witness)
     elif witness:
-        summarise(f"{model} -> {output}: {count(len(witness.steps), 'step')}")
+        summarise(f"{model} -> {output}: {counted(len(witness.steps), 'step')}")
 
 
 def say_verdict(
@@ -38,12 +39,12 @@ def say_verdict(
     is_linear: bool,
 ) -> None:
     """Print whether a formula holds, and the run that shows it unless that was written to a file."""
-    spent = f"{count(verdict.states or 0, 'state')}, {verdict.seconds:.1f} s"
+    spent = f"{counted(verdict.states or 0, 'state')}, {verdict.seconds:.1f} s"
     say(f"{verdict.status}: {formula}{_reason(verdict)}; {spent}")
     if output is not None and not witness:
         warn(f"{output} is not written: there is no run to show")
     elif witness and output is not None:
-        summarise(f"{model} -> {output}: {count(len(witness.steps), 'step')}")
+        summarise(f"{model} -> {output}: {counted(len(witness.steps), 'step')}")
     elif witness:
         say_witness(witness)
         if is_linear and witness.loop is None:

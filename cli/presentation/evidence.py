@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from dineros.cli.analysing import count
 from dineros.cli.console import note, summarise, warn
 from dineros.cli.options import ModelPath
+from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.analysis.answers.budget import Budget
@@ -68,6 +68,8 @@ def say_certificate(output: Path, answer: Outcome, is_written: bool, as_json: bo
         summarise(f"certificate: {output}")
     elif not is_written:
         shown = "a run" if answer.stem or answer.loop else "all markings"
+        if answer.evidence is not None:
+            shown = f"{answer.by}, with more facts or steps than were tried for it"
         reason = "nothing is answered" if answer.status == "unknown" else f"the answer rests on {shown}"
         warn(f"{output} is not written: {reason}")
 
@@ -76,11 +78,11 @@ def facts_text(facts: Sequence[Mapping[str, Any]]) -> str:
     """Return what a certificate holds, in words."""
     weights, traps = (sum(kind in fact for fact in facts) for kind in ("weights", "trap"))
     inductive = [fact for fact in facts if "clauses" in fact]
-    parts = [count(weights, "weighting") + " of places"] if weights else []
-    parts += [count(traps, "marked trap")] if traps else []
+    parts = [counted(weights, "weighting") + " of places"] if weights else []
+    parts += [counted(traps, "marked trap")] if traps else []
     parts += [
-        count(len(fact["clauses"]), "clause")
-        + (f" by induction over {count(fact['steps'], 'step')}" if fact["steps"] > 1 else " by induction")
+        counted(len(fact["clauses"]), "clause")
+        + (f" by induction over {counted(fact['steps'], 'step')}" if fact["steps"] > 1 else " by induction")
         for fact in inductive
     ]
     return ", ".join(parts) or "the formula alone"

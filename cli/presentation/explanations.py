@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from dineros.cli.console import say
+from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.transformations.flattening.traces import Link
@@ -21,7 +22,7 @@ def say_explanation(explanation: Explanation, id: str) -> None:
         say(f"{id}: {origin_text(origin)}")
     if source is None:
         return
-    say(f"{told(source)}: {_number(len(results), 'element')} of the net made from it")
+    say(f"{told(source)}: {counted(len(results), 'element')} of the net made from it")
     rows = [(name_of(link.rule), link.role, link.target.id) for link in results]
     widths = [max((len(row[column]) for row in rows), default=0) for column in (0, 1)]
     for rule, role, target in rows:
@@ -50,7 +51,3 @@ def _link(link: Link) -> dict[str, Any]:
         "id": link.target.id,
         "class": type(link.target).__name__,
     }
-
-
-def _number(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

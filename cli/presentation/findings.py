@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dineros.cli.analysing import count, say_witness, write_witness
+from dineros.cli.analysing import say_witness, write_witness
 from dineros.cli.console import note, say, say_json, summarise
+from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.analysis.questions.capacities import Capacity
@@ -43,7 +44,7 @@ def write_witnesses(
         path = output if number == 1 else output.with_name(f"{output.stem}.{number}{output.suffix}")
         write_witness(finding.witness, path, model, settings, finding.message, finding.rule)
         if say_files:
-            summarise(f"{model} -> {path}: {count(len(finding.witness.steps), 'step')}")
+            summarise(f"{model} -> {path}: {counted(len(finding.witness.steps), 'step')}")
 
 
 def _print_text(report: Report, model: Path, witnesses: bool) -> None:
@@ -51,7 +52,7 @@ def _print_text(report: Report, model: Path, witnesses: bool) -> None:
         if finding.severity == "note":
             note(f"note: {finding.message} [{finding.rule}]")
             continue
-        length = f" [{count(len(finding.witness.steps), 'step')}]" if finding.witness else ""
+        length = f" [{counted(len(finding.witness.steps), 'step')}]" if finding.witness else ""
         say(f"{finding.severity}: {finding.message}{length} [{finding.rule}]", _STYLES[finding.severity])
         if witnesses and finding.witness:
             say_witness(finding.witness)
@@ -85,4 +86,4 @@ def say_capacities(found: Sequence[Capacity], model: Path, as_json: bool, witnes
             say(f"{capacity.queue}: has {capacity.limit}, {needed}")
             if witnesses and capacity.witness:
                 say_witness(capacity.witness)
-        summarise(f"{model}: {count(len(found), 'queue')}")
+        summarise(f"{model}: {counted(len(found), 'queue')}")

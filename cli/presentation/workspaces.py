@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.console import note, say, summarise
+from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.generators import Comparison
@@ -34,14 +35,10 @@ def say_comparison(workspace: Path, comparison: Comparison, check: bool) -> None
     if check:
         stale = len(comparison.changes) + len(comparison.edits)
         waiting = sum(notice.stays for notice in comparison.notices)
-        counts = f"{_number(stale, 'stale files')}, {_number(waiting, 'handwritten parts')} to revise"
+        counts = f"{counted(stale, 'stale file')}, {counted(waiting, 'handwritten part')} to revise"
         summarise(f"{workspace}: {counts}" if stale or waiting else f"{workspace}: up to date")
     elif comparison.changes:
         changed = len(comparison.changes) - len(new)
-        summarise(f"{workspace}: {_number(len(new), 'new files')}, {changed} changed")
+        summarise(f"{workspace}: {counted(len(new), 'new file')}, {changed} changed")
     else:
         summarise(f"{workspace}: up to date")
-
-
-def _number(number: int, nouns: str) -> str:
-    return f"{number} {nouns.removesuffix('s') if number == 1 else nouns}"

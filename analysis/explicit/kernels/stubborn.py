@@ -132,7 +132,8 @@ def keep_stubborn(stubborn, goals, wanted, tokens, sums, enabled):  # type: igno
                 count = close(stubborn, tokens, enabled, trial, todo, add(trial, todo, 0, seed))
                 if fewest < 0 or count < fewest:
                     fewest = count
-                    members[:] = trial
+                    for t in range(transitions):
+                        members[t] = trial[t]
     for t in range(transitions):
         if members[t]:
             best[t >> 6] |= 1 << (t & 63)

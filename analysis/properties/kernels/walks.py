@@ -76,7 +76,8 @@ def walk(net, initial, priority, rows, fired, length, seed):  # type: ignore[no-
     marking, enabled = state[0], state[2]
     written = 0
     while written < rows.shape[0] and written < length:
-        rows[written, :] = marking
+        for p in range(marking.size):
+            rows[written, p] = marking[p]
         written += 1
         if count == 0:
             return written, True
@@ -100,7 +101,8 @@ def follow(net, initial, counts, rows, seed):  # type: ignore[no-untyped-def]
     others = OTHERS * left + 10
     written = 0
     while True:
-        rows[written % rows.shape[0], :] = marking
+        for p in range(marking.size):
+            rows[written % rows.shape[0], p] = marking[p]
         written += 1
         if left == 0 or count == 0 or others == 0:
             return written

@@ -98,7 +98,8 @@ def count_box(  # type: ignore[no-untyped-def]
     level k; `ways` is room for one row per node, all zero before and after.
     """
     for n in range(levels[top], levels[top + 1]):
-        ways[n, :] = above[n, :]
+        for q in range(primes.size):
+            ways[n, q] = above[n, q]
     for k in range(top, bottom - 1, -1):
         mask = mask_start[k]
         for n in range(levels[k], levels[k + 1]):

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, count, write_witness
+from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, write_witness
 from dineros.cli.console import note, say, say_json, summarise, working
 from dineros.cli.models import load_system, refuse_invalid
 from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
+from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.analysis.conformance import Deviation, Verdict
@@ -76,7 +77,7 @@ def conform(
     settings = settings or _settings_of(parts.values())
     system = load_system(model, settings)
     refuse_invalid(system, model)
-    with working(f"Replaying the traces of {count(len(parts), 'node')}"):
+    with working(f"Replaying the traces of {counted(len(parts), 'node')}"):
         verdict = conform_traces(
             system,
             {node: partial(read_trace, files) for node, files in parts.items()},
@@ -93,7 +94,7 @@ def conform(
     else:
         for text in invariants:
             said = (
-                f"does not hold after {count(broken[text], 'firing')}"
+                f"does not hold after {counted(broken[text], 'firing')}"
                 if text in broken
                 else "holds throughout"
             )
@@ -148,7 +149,7 @@ def _print(verdict: Verdict, model: Path, nodes: int) -> None:
         say(f"{_where(deviation)}: {deviation}", "bold red")
     for deviation in verdict.unknown:
         say(f"{_where(deviation)}: unknown: {deviation}", "magenta")
-    steps = f"{count(verdict.steps, 'step')} of {count(nodes, 'node')}"
+    steps = f"{counted(verdict.steps, 'step')} of {counted(nodes, 'node')}"
     summarise(f"{model}: {verdict.status}; {steps} replayed, {verdict.silent:,} more inside of channels")
 
 

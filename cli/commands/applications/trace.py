@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dineros.cli.analysing import count
 from dineros.cli.console import say, summarise, warn
 from dineros.cli.options import ModelPath, command, settings_option
 from dineros.cli.presentation.traces import loads_of, model_of
+from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn
@@ -95,7 +95,7 @@ def trace(
     else:
         _export(builder, output, suffix)
     if output is not None:
-        summarise(f"{title} -> {output}: {count(len(builder.steps), 'step')}")
+        summarise(f"{title} -> {output}: {counted(len(builder.steps), 'step')}")
     return 0
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import click
 
 from dineros.cli.console import note, say, say_json, summarise, working
 from dineros.cli.models import load_system, refuse_invalid
 from dineros.cli.options import command, json_option, model_argument, settings_option
+from dineros.metamodel.errors import counted
 
 
 @command("dineros split sorting.sym.xmi -o nodes", "dineros split sorting.sym.xmi -o nodes --json")
@@ -40,7 +42,7 @@ def split(model: Path, output: Path, settings: tuple[str, ...], as_json: bool) -
         parts = split_model(system)
     _make(output)
     names = file_names([part.node.id for part in parts])
-    rows = []
+    rows: list[dict[str, Any]] = []
     for part, name in zip(parts, names, strict=True):
         path = output / name
         files.save(part, path)
@@ -60,9 +62,11 @@ def split(model: Path, output: Path, settings: tuple[str, ...], as_json: bool) -
         say_json({"model": str(model), "nodes": rows})
         return 0
     for row in rows:
-        counts = ", ".join(_number(row[what], what) for what in ("places", "transitions", "ports", "signals"))
+        counts = ", ".join(
+            counted(row[f"{what}s"], what) for what in ("place", "transition", "port", "signal")
+        )
         say(f"{row['node']} -> {row['file']}: {counts}")
-    summarise(f"{model}: {_number(len(rows), 'node nets')}")
+    summarise(f"{model}: {counted(len(rows), 'node net')}")
     return 0
 
 
@@ -88,7 +92,3 @@ def _make(folder: Path) -> None:
         raise ModelFileError("is a file", location=Location(folder), hint="name a folder") from error
     except OSError as error:
         raise ModelFileError(f"cannot be made: {error.strerror}", location=Location(folder)) from error
-
-
-def _number(number: object, nouns: str) -> str:
-    return f"{number} {nouns.removesuffix('s') if number == 1 else nouns}"

@@ -10,6 +10,7 @@ import click
 from dineros.cli.console import say, say_json, summarise, warn
 from dineros.cli.models import load, violations_of
 from dineros.cli.options import command, json_option, model_argument, settings_option
+from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.metamodel.constraints import Violation
@@ -64,7 +65,7 @@ def validate(
     else:
         for violation in violations:
             say(_line(violation, model), STYLES[violation.severity])
-        counts = f"{_count(errors, 'error')}, {_count(warnings, 'warning')}"
+        counts = f"{counted(errors, 'error')}, {counted(warnings, 'warning')}"
         summarise(f"{model}: {counts if violations else 'valid'}", None if violations else "green")
     return 1 if errors or (strict and warnings) else 0
 
@@ -86,10 +87,6 @@ def _as_json(violation: Violation) -> dict[str, Any]:
         "file": str(location.file) if location and location.file else None,
         "line": location.line if location else None,
     }
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _list(as_json: bool) -> int:

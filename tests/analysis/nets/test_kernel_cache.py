@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from dineros.analysis.nets import kernel_cache
@@ -96,3 +97,21 @@ def test_they_run_wherever_they_are_kept(tmp_path: Path, where: str) -> None:
     assert run.stdout.strip().isdigit()
     kept = list(tmp_path.glob("kept/dineros-kernels-*/*/*.nbi"))
     assert bool(kept) == (where == "here")
+
+
+def test_kernels_that_call_one_share_a_compilation_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernel_cache, "_folder", lambda given: None)
+
+    @kernel_cache.kernel()
+    def scaled(number, factor, is_negated):  # type: ignore[no-untyped-def]
+        return -number * factor if is_negated else number * factor
+
+    @kernel_cache.kernel()
+    def total(numbers):  # type: ignore[no-untyped-def]
+        result = scaled(numbers.size, 2, True)
+        for number in numbers:
+            result += scaled(number, 3, number > 2) + scaled(number, numbers.size, False)
+        return result
+
+    assert total(np.array([1, 2, 2**31 - 1], dtype=np.int32)) == total.py_func(np.array([1, 2, 2**31 - 1]))
+    assert len(scaled.signatures) == 1

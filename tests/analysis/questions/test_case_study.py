@@ -12,7 +12,7 @@ from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.model.subject import Subject, base_subject, subject_of
 from dineros.analysis.questions.capacities import suggest_capacities
 from dineros.analysis.questions.check import check
-from dineros.analysis.questions.reachability import find_enabled, find_marking
+from dineros.analysis.questions.goals import find_enabled, find_marking
 from dineros.analysis.reductions import reduce
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.witnesses.findings import Report, Witness

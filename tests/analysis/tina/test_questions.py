@@ -20,7 +20,7 @@ from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.logic.verdicts.verdict import check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.questions import reachability
+from dineros.analysis.questions import goals
 from dineros.analysis.tina import TinaError, trial
 from tests.analysis.logic.generated import random_ltl
 from tests.analysis.reference_search import reference_search
@@ -55,7 +55,7 @@ class TestReachability:
         names = NetNames(net)
         for text in (goal, f"deadlock & {goal}", f"{net.places[0]} > {bounds[0]}"):
             answer = tina.find_marking(net, text, names, order=order)
-            assert answer.status == reachability.find_marking(net, text, names, Budget(1 << 26)).status
+            assert answer.status == goals.find_marking(net, text, names, Budget(1 << 26)).status
             if answer.trace is not None:
                 condition = parse(text, "state")
                 end = Step(tuple(replay(net, answer.trace)[-1]), None)

@@ -189,7 +189,7 @@ class TestCheck:
         def behaviour(*_: object) -> None:
             raise DiagramMemoryError("memory ran out")
 
-        monkeypatch.setattr("dineros.analysis.questions.behaviour.behaviour", behaviour)
+        monkeypatch.setattr("dineros.analysis.properties.behaviour.behaviour", behaviour)
         for asked, status in (([], 0), (["--behaviour"], 3)):
             result = run("check", net, *asked)
             assert result.exit_code == status

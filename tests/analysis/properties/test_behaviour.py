@@ -10,7 +10,7 @@ from case_study.build import build
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.questions.behaviour import Behaviour, TooMuchWorkError, behaviour
+from dineros.analysis.properties.behaviour import Behaviour, TooMuchWorkError, behaviour
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.metamodel.settings import apply
 from tests.analysis import classic_nets as classic

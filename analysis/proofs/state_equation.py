@@ -19,11 +19,9 @@ from math import floor, lcm
 
 import numpy as np
 
+from dineros.analysis.answers.evidence import Row, Weighting
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.linear_programs import LinearProgram
-
-#: Weighted sum of tokens (place -> factor) that has to be at least a number.
-Row = tuple[Mapping[int, int], int]
 
 LARGEST_DENOMINATOR = 10_000
 #: Entries that one program may look at: about a second.
@@ -42,20 +40,19 @@ class StateEquation:
         self.net = net
         self._changes = {tuple(change.items()): change for change in net.delta if change}
 
-    def excludes(self, rows: Sequence[Row]) -> bool:
-        """Whether it is proved that no reachable marking fulfils all of some conditions."""
-        return self.excluding(rows) is not None
-
-    def excluding(self, rows: Sequence[Row]) -> dict[int, Fraction] | None:
-        """Return weights that no firing raises, and by which no reachable marking fulfils some conditions."""
-        if any(not factors and bound > 0 for factors, bound in rows):
-            return {}
+    def excludes(self, rows: Sequence[Row]) -> Weighting | None:
+        """Return what proves that no reachable marking fulfils all of some conditions, if anything."""
+        for row in rows:
+            if not row[0] and row[1] > 0:
+                return Weighting((row,), {}, (Fraction(1),))
         found = self._solved(rows, np.ones(len(rows)))
         if found is None:
             return None
         weights, factors = found
         least = sum(factor * bound for factor, (_, bound) in zip(factors, rows, strict=True))
-        return weights if self._initially(weights) < least else None
+        if self._initially(weights) >= least:
+            return None
+        return Weighting(tuple(rows), weights, tuple(factors))
 
     def largest(self, factors: Mapping[int, int]) -> int | None:
         """Return a proved upper bound of a weighted sum of tokens; None where none is found."""

@@ -1,21 +1,38 @@
-"""Conditions that no reachable marking fulfils, by the state equation: alternatives one after another.
+"""Conditions that no reachable marking fulfils, by the state equation and traps: alternatives one by one.
 
 A condition is a conjunction of inequalities and of disjunctions. Where the inequalities alone can be
-fulfilled, the smallest disjunction is split, until all alternatives are excluded or too many were tried.
+fulfilled, the smallest disjunction is split, until all alternatives are excluded or too many were tried. What
+fulfils an alternative that is left may leave a trap empty that is marked at first, and so always is: then a
+token in it becomes one more inequality.
+
+References
+----------
+J. Esparza, S. Melzer, *Verification of safety properties using integer programming: beyond the state
+equation*, Formal Methods in System Design 16, 2000 (traps).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 
+from dineros.analysis.answers.evidence import Excluded, Row, Weighting
 from dineros.analysis.logic.language.atoms import Condition, Linear, NoneEnabled, SomeEnabled
 from dineros.analysis.logic.language.syntax import And, Atom, Constant, Deadlock, Formula, Not, Or
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.properties.state_equation import Row, StateEquation
+from dineros.analysis.nets.siphons import largest_trap
+from dineros.analysis.proofs.firing_counts import firings
+from dineros.analysis.proofs.state_equation import StateEquation
 
 MOST_PROGRAMS = 200
 MOST_ALTERNATIVES = 4_000
+#: Traps for one alternative.
+MOST_TRAPS = 10
+
+
+#: Of a disjunction of nothing: no tokens would have to be one.
+IMPOSSIBLE = Weighting((({}, 1),), {}, (Fraction(1),))
 
 
 class _GivenUpError(Exception):
@@ -32,14 +49,15 @@ class _Any:
     parts: tuple[_All | _Any | Row, ...]
 
 
-def is_excluded(
+def excluded(
     equation: StateEquation,
     condition: Formula,
     conditions: Mapping[Atom, Condition],
     is_late: Callable[[], bool],
-    met: Callable[[Sequence[Row]], bool] = lambda rows: True,
-) -> bool:
-    """Whether it is proved that no reachable marking fulfils a condition in negation normal form.
+    met: Callable[[Sequence[Row]], bool] | None = None,
+    most_traps: int = MOST_TRAPS,
+) -> Excluded | None:
+    """Return what proves that no reachable marking fulfils a condition in negation normal form, if anything.
 
     Parameters
     ----------
@@ -52,20 +70,29 @@ def is_excluded(
         Whether to give up.
     met : callable
         Told what could not be excluded, inequalities that fulfil the condition; whether that is enough.
+        Without it, one alternative that cannot be excluded ends the work.
+    most_traps : int
+        For one alternative.
     """
     try:
         wanted = _of(equation.net, condition, conditions)
-        return _Search(equation, is_late, met).excludes([], [wanted])
+        search = _Search(equation, is_late, met, most_traps)
+        return Excluded(tuple(search.cases)) if search.excludes([], [wanted]) else None
     except _GivenUpError:
-        return False
+        return None
 
 
 class _Search:
     def __init__(
-        self, equation: StateEquation, is_late: Callable[[], bool], met: Callable[[Sequence[Row]], bool]
+        self,
+        equation: StateEquation,
+        is_late: Callable[[], bool],
+        met: Callable[[Sequence[Row]], bool] | None,
+        most_traps: int,
     ) -> None:
-        self.equation, self.is_late, self.met = equation, is_late, met
+        self.equation, self.is_late, self.met, self.most_traps = equation, is_late, met, most_traps
         self.programs = 0
+        self.cases: list[Weighting] = []
 
     def excludes(self, rows: Sequence[Row], more: Sequence[_All | _Any | Row]) -> bool:
         """Whether rows and more conditions cannot be fulfilled together."""
@@ -80,18 +107,19 @@ class _Search:
                     todo += parts
                 case _Any(parts):
                     if not parts:
+                        self.cases.append(IMPOSSIBLE)
                         return True
                     choices.append(part)
                 case _:
                     rows.append(part)
-        if len(rows) > before or not choices:
-            self.programs += 1
-            if self.programs > MOST_PROGRAMS or self.is_late():
-                raise _GivenUpError
-            if rows and self.equation.excludes(rows):
-                return True
+        if rows and (len(rows) > before or not choices) and self._excludes(rows):
+            return True
         if not choices:
-            if self.met(rows):
+            if self.met is not None and self.met(rows):
+                raise _GivenUpError
+            if self._excludes_by_traps(rows):
+                return True
+            if self.met is None:
                 raise _GivenUpError
             return False
         choices.sort(key=lambda choice: len(choice.parts))
@@ -101,6 +129,35 @@ class _Search:
             # Also after one that could not be excluded: the next may be reached more easily.
             is_excluded &= self.excludes(rows, [alternative, *others])
         return is_excluded
+
+    def _excludes(self, rows: Sequence[Row], traps: Sequence[tuple[int, ...]] = ()) -> bool:
+        self.programs += 1
+        if self.programs > MOST_PROGRAMS or self.is_late():
+            raise _GivenUpError
+        case = self.equation.excludes(rows)
+        if case is not None:
+            self.cases.append(replace(case, traps=tuple(traps)))
+        return case is not None
+
+    def _excludes_by_traps(self, rows: Sequence[Row]) -> bool:
+        """Whether marked traps exclude what the state equation alone does not."""
+        net, traps = self.equation.net, list[tuple[int, ...]]()
+        while len(traps) < self.most_traps and not self.is_late():
+            rows_of_traps: list[Row] = [(dict.fromkeys(trap, 1), 1) for trap in traps]
+            counts = firings(net, [*rows, *rows_of_traps])
+            if counts is None:
+                return False
+            marking = net.initial.copy()
+            for t in counts.nonzero()[0].tolist():
+                for place, tokens in net.delta[t].items():
+                    marking[place] += tokens * counts[t]
+            trap = largest_trap(net, (marking <= 0).nonzero()[0].tolist())
+            if not any(net.initial[place] for place in trap):
+                return False
+            traps.append(trap)
+            if self._excludes([*rows, *rows_of_traps, (dict.fromkeys(trap, 1), 1)], traps):
+                return True
+        return False
 
 
 def _of(net: CompiledNet, formula: Formula, conditions: Mapping[Atom, Condition]) -> _All | _Any | Row:

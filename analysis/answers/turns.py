@@ -1,0 +1,167 @@
+"""Engines that take turns on one question: which one is quick is not known before, so each gets a share.
+
+Each works in a thread of its own, one at a time: whoever has used its share of the processor's time passes on
+when it next reports how far it is, and later goes on where it stopped. So a question costs no more than what
+the quickest of them needs, times the number of engines. Time decides who answers, never what the answer is.
+
+References
+----------
+B. A. Huberman, R. M. Lukose, T. Hogg, *An economics approach to hard computational problems*, Science 275,
+1997 (portfolios).
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Generic, TypeVar
+
+from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progress
+
+Answer = TypeVar("Answer")
+
+SHARE = 0.5
+"""Seconds of the processor for an engine of weight 1, each time."""
+
+
+@dataclass(frozen=True)
+class Member(Generic[Answer]):
+    """One who may answer.
+
+    Attributes
+    ----------
+    work : callable
+        Gets a budget, whose progress must be reported to as `Budget.report` does; returns an answer, or None
+        where it has none.
+    weight : float
+        Its part of the time, beside those of the others.
+    """
+
+    work: Callable[[Budget], Answer | None]
+    weight: float = 1.0
+
+
+def first_answer(
+    members: Sequence[Member[Answer]],
+    budget: Budget,
+    is_final: Callable[[Answer], bool] = lambda answer: True,
+) -> Answer | None:
+    """Return the first final answer of some engines; without one the first other answer, or None.
+
+    Parameters
+    ----------
+    members : sequence of Member
+        The first one begins, and works in this thread: what interrupts it interrupts all.
+    budget : Budget
+        Its time is for all together, its memory is divided.
+    is_final : callable
+        Whether an answer ends the work of the others.
+    """
+    if len(members) == 1:
+        return members[0].work(budget)
+    table = _Table(members, budget.begun(), is_final)
+    return table.run()
+
+
+class _Table(Generic[Answer]):
+    """Who has the turn, and what has been answered."""
+
+    def __init__(
+        self, members: Sequence[Member[Answer]], budget: Budget, is_final: Callable[[Answer], bool]
+    ) -> None:
+        self._members, self._budget, self._is_final = members, budget, is_final
+        self._changed = threading.Condition()
+        self._here = list(range(len(members)))  #: who still works
+        self._shares = [SHARE * member.weight for member in members]
+        self._answers: list[Answer] = []
+        self._final: list[Answer] = []
+        self._error: BaseException | None = None
+        self._is_over = False
+        self._turn = 0
+        self._until = time.process_time() + self._shares[0]
+
+    def run(self) -> Answer | None:
+        others = [
+            threading.Thread(target=self._in_thread, args=(number,), daemon=True)
+            for number in range(1, len(self._members))
+        ]
+        for thread in others:
+            thread.start()
+        try:
+            self._work(0)
+            self._wait_for_all()
+        finally:
+            self._end()
+            for thread in others:
+                thread.join()
+        if self._error is not None:
+            raise self._error
+        return next(iter([*self._final, *self._answers]), None)
+
+    def _in_thread(self, number: int) -> None:
+        try:
+            self._wait(number)
+            self._work(number)
+        except BudgetExceededError:
+            pass  # another one has answered before this one began
+        except BaseException as error:
+            self._error = self._error or error
+            self._end()
+
+    def _work(self, number: int) -> None:
+        """Let a member work to its end, and leave."""
+        answer = None
+        try:
+            answer = self._members[number].work(self._share_of(number))
+        except BudgetExceededError:
+            pass
+        finally:
+            with self._changed:
+                if answer is not None and not self._is_over:
+                    (self._final if self._is_final(answer) else self._answers).append(answer)
+                    self._is_over = bool(self._final)
+                self._pass_on(number)
+                self._here.remove(number)
+                self._changed.notify_all()
+
+    def _share_of(self, number: int) -> Budget:
+        told = self._budget.progress
+
+        def tell(progress: Progress) -> None:
+            if told is not None:
+                told(progress)
+            self._report(number)
+
+        return replace(self._budget.share(memory=1 / len(self._members)), progress=tell)
+
+    def _report(self, number: int) -> None:
+        """Pass the turn on where the share is used up, and wait for the next one."""
+        if time.process_time() > self._until or self._is_over:
+            with self._changed:
+                self._pass_on(number)
+            self._wait(number)
+
+    def _pass_on(self, number: int) -> None:
+        position = self._here.index(number)
+        self._turn = self._here[(position + 1) % len(self._here)]
+        self._until = time.process_time() + self._shares[self._turn]
+        self._changed.notify_all()
+
+    def _wait(self, number: int) -> None:
+        with self._changed:
+            while self._turn != number and not self._is_over:
+                self._changed.wait()
+        if self._is_over:
+            raise BudgetExceededError("another engine has answered")
+
+    def _wait_for_all(self) -> None:
+        with self._changed:
+            while self._here and not self._is_over:
+                self._changed.wait()
+
+    def _end(self) -> None:
+        with self._changed:
+            self._is_over = True
+            self._changed.notify_all()

@@ -1,0 +1,1 @@
+"""Proofs that look at no state space: by linear algebra, traps and induction."""

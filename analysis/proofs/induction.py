@@ -1,0 +1,125 @@
+"""Bounded model checking and k-induction: goals reached within few steps, or proved never to be reached.
+
+At depth k a solver is asked for k steps from the initial marking to the goal; then for k steps from any
+marking, none but the last of which meets the goal. Where the second do not exist, and no fewer steps than k
+from the initial marking lead to the goal, it is never reached.
+
+References
+----------
+A. Biere, A. Cimatti, E. M. Clarke, Y. Zhu, *Symbolic model checking without BDDs*, TACAS 1999, LNCS 1579. M.
+Sheeran, S. Singh, G. Stalmarck, *Checking safety properties using induction and a SAT-solver*, FMCAD 2000,
+LNCS 1954. The solver: A. Ignatiev, A. Morgado, J. Marques-Silva, *PySAT*, SAT 2018, LNCS 10929.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progress
+from dineros.analysis.answers.evidence import Inductive
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.language.atoms import Condition
+from dineros.analysis.logic.language.syntax import Atom, Formula
+from dineros.analysis.nets.bounds import place_bounds
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.structure import place_invariants
+from dineros.analysis.proofs.encoding import Sums, TooLargeError, Unrolling
+
+MOST_LITERALS, MOST_TOKENS = 3_000, 16
+"""Literals of a marking, and tokens of a place, up to which a net is one of few tokens."""
+
+MOST_DEPTH = 100
+CONFLICTS = 2_000
+"""Between two looks at the clock."""
+
+LARGEST_SUM = 24
+"""Tokens in an invariant that is told to the solver."""
+
+BOUNDED, INDUCTION = "bounded model checking", "k-induction"
+
+
+def sums_of(net: CompiledNet) -> Sums | None:
+    """Return bounds and invariants of a net whose places are proved to hold few tokens; else None."""
+    bounds = [None if bound is None else bound.value for bound in place_bounds(net)]
+    values = tuple(bound for bound in bounds if bound is not None)
+    if len(values) < len(bounds) or sum(values) > MOST_LITERALS or max(values, default=0) > MOST_TOKENS:
+        return None
+    weightings = []
+    for invariant in place_invariants(net):
+        weights = invariant.weights
+        most = sum(abs(weight) * values[place] for place, weight in weights.items())
+        if most <= LARGEST_SUM or (min(weights.values()) > 0 and 0 <= invariant.constant <= LARGEST_SUM):
+            weightings.append(weights)
+    return Sums(values, tuple(weightings))
+
+
+def by_induction(
+    net: CompiledNet,
+    goal: Formula,
+    conditions: Mapping[Atom, Condition],
+    budget: Budget,
+    known: Sums | None = None,
+) -> Outcome:
+    """Look for a way to a goal, or a proof that there is none, ever deeper.
+
+    Parameters
+    ----------
+    net : CompiledNet
+    goal : Formula
+        A condition on markings.
+    conditions : mapping
+        What its atoms ask.
+    budget : Budget
+    known : Sums, optional
+        Bounds and invariants, where they are known.
+
+    Returns
+    -------
+    Outcome
+        ``reachable`` with a trace, not replayed; ``unreachable`` with `Inductive`; or ``unknown``.
+    """
+    from pysat.solvers import Glucose4
+
+    budget = budget.begun()
+    known = known or sums_of(net)
+    if known is None:
+        return Outcome("unknown", reason="some places may hold many tokens")
+    with Glucose4() as solver:
+        try:
+            return _deepening(Unrolling(net, known, solver, conditions), goal, solver, budget)
+        except TooLargeError:
+            return Outcome("unknown", reason="the propositional formula grows too large")
+        except BudgetExceededError as limit:
+            return Outcome("unknown", reason=str(limit))
+
+
+def _deepening(unrolling: Unrolling, goal: Formula, solver: Any, budget: Budget) -> Outcome:
+    avoided: list[int] = []
+    for depth in range(MOST_DEPTH + 1):
+        met = unrolling.literal(goal, depth)
+        if _solve(solver, [unrolling.begins, *avoided, met], depth, budget):
+            trace = unrolling.trace(depth, solver.get_model())
+            return Outcome("reachable", trace, seconds=budget.spent, by=BOUNDED)
+        if not _solve(solver, [*avoided, met], depth, budget):
+            evidence = Inductive(depth, unrolling.known.bounds, unrolling.known.weightings)
+            return Outcome("unreachable", seconds=budget.spent, by=INDUCTION, evidence=evidence)
+        avoided.append(-met)
+        unrolling.add_step()
+    return Outcome("unknown", reason=f"{MOST_DEPTH} steps do not decide it")
+
+
+def _solve(solver: Any, assumptions: Sequence[int], depth: int, budget: Budget) -> bool:
+    """Whether a formula can be true.
+
+    Raises
+    ------
+    BudgetExceededError
+        When time is up.
+    """
+    while True:
+        budget.report(Progress("steps", depth, 0))
+        solver.conf_budget(CONFLICTS)
+        found = solver.solve_limited(assumptions=list(assumptions))
+        if found is not None:
+            return bool(found)

@@ -1,0 +1,230 @@
+"""One road to every goal, whoever asks: ``find``, ``EF`` and ``AG`` of CTL, ``G`` of LTL (paper, Alg. 5).
+
+1. the markings that are near, which is all there is of small nets;
+2. structure: the state equation and traps, which exclude goals without a state space;
+3. by turns, until one knows: explicit search, also of the reduced net; decision diagrams; bounded model
+   checking and k-induction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.turns import Member, first_answer
+from dineros.analysis.explicit import Order
+from dineros.analysis.explicit.goals import Goal
+from dineros.analysis.logic.ctl.checking import check_ctl
+from dineros.analysis.logic.language.atoms import BoundAtoms, Step
+from dineros.analysis.logic.language.disjunctions import goals_of
+from dineros.analysis.logic.language.names import Names, NetNames
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.rewriting import simplified
+from dineros.analysis.logic.language.semantics import holds_on_lasso
+from dineros.analysis.logic.language.syntax import (
+    Enabled,
+    Exists,
+    Finally,
+    Formula,
+    Globally,
+    Name,
+    Not,
+)
+from dineros.analysis.logic.ltl.verification import verify_ltl
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.shortening import shortened
+from dineros.analysis.nets.witness import replay
+from dineros.analysis.proofs.encoding import Sums
+from dineros.analysis.proofs.exclusion import excluded
+from dineros.analysis.proofs.induction import by_induction, sums_of
+from dineros.analysis.proofs.state_equation import StateEquation
+from dineros.analysis.properties.reduced import reduced
+from dineros.analysis.questions.reachability import INTERRUPTED, QUICK, search
+
+NEAR_STATES = 20_000
+"""Markings looked at before anything else."""
+
+STRUCTURE_SECONDS = 2.0
+"""Seconds at most for what structure excludes."""
+
+EXPLICIT, REDUCED, DIAGRAMS = "explicit search", "explicit search of the reduced net", "decision diagrams"
+STATE_EQUATION, TRAPS = "state equation", "state equation and traps"
+
+
+def find_enabled(
+    net: CompiledNet,
+    name: str,
+    names: Names,
+    budget: Budget = UNLIMITED,
+    order: Order = "breadth-first",
+) -> Outcome:
+    """Find a trace that ends with a transition; of several of the name, whichever is nearest.
+
+    Raises
+    ------
+    FormulaError
+        No transition has the name.
+    """
+    transitions = names.transitions(name)
+    answer = _Road(net, Enabled(Name(name)), names, order, [Goal.enabled(net, *transitions)]).run(budget)
+    if answer.trace is None:
+        return answer
+    marking = replay(net, answer.trace)[-1]
+    last = next(t for t in transitions if net.is_enabled(t, marking))
+    return replace(answer, trace=(*answer.trace, last))
+
+
+def find_marking(
+    net: CompiledNet,
+    condition: str | Formula,
+    names: Names,
+    budget: Budget = UNLIMITED,
+    order: Order = "breadth-first",
+) -> Outcome:
+    """Find a trace to a marking that fulfils a condition, a shortest one if the search goes breadth first.
+
+    It may be longer where only the reduced net, or a decision diagram, is small enough.
+
+    Raises
+    ------
+    FormulaError
+        The condition is none on markings, or names something unknown.
+    """
+    tree = parse(condition, "state") if isinstance(condition, str) else condition
+    return _Road(net, tree, names, order, goals_of(net, tree, names)).run(budget)
+
+
+@dataclass(frozen=True)
+class _Road:
+    """A goal and the way to its answer; `goals` is None where these would be too many."""
+
+    net: CompiledNet
+    condition: Formula
+    names: Names
+    order: Order
+    goals: list[Goal] | None
+
+    @cached_property
+    def bound(self) -> BoundAtoms:
+        return BoundAtoms(self.net, self.condition, self.names)
+
+    def run(self, budget: Budget) -> Outcome:
+        budget = budget.begun()
+        near = self._search(budget.share(most_bytes=QUICK, most_states=_least(NEAR_STATES, budget.states)))
+        if _is_answer(near) or near.reason == INTERRUPTED or budget.is_over:
+            return near
+        if budget.states is not None and budget.states <= NEAR_STATES:
+            return near
+        found = self._excluded(budget)
+        if found is not None:
+            return found
+        members = [Member(self._explicit)]
+        known = sums_of(self.net)
+        if known is not None:
+            members.append(Member(partial(self._inductive, known)))
+        members.append(Member(self._drawn))
+        is_shortest = self.order == "breadth-first"
+
+        def is_final(answer: Outcome) -> bool:
+            # A way that is found breadth first is a shortest one; others wait for it.
+            return answer.status == "unreachable" or answer.by == EXPLICIT or not is_shortest
+
+        answer = first_answer(members, budget, is_final)
+        return answer or Outcome("unknown", reason="time ran out", states=near.states)
+
+    def holds(self, marking: Sequence[int]) -> bool:
+        """Whether a marking is one that is looked for, by definition."""
+        return holds_on_lasso(self.condition, [], [Step(tuple(marking), None)], self.bound.is_true)
+
+    def _search(self, budget: Budget) -> Outcome:
+        """Search markings one by one, for each goal or for a run that never meets the condition."""
+        if self.goals is None:
+            return self._by_temporal_logic(budget)
+        return _nearest((search(self.net, goal, budget, self.order) for goal in self.goals), EXPLICIT)
+
+    def _by_temporal_logic(self, budget: Budget) -> Outcome:
+        """Ask for a run on which the condition never holds: a counterexample leads to it."""
+        answer = verify_ltl(self.net, Globally(Not(self.condition)), self.names, budget=budget)
+        if answer.status == "violated":
+            trace = shortened(self.net, answer.stem + answer.loop, self.holds)
+            return Outcome("reachable", trace, by=EXPLICIT)
+        return replace(answer, status="unreachable", by=EXPLICIT) if answer.status == "holds" else answer
+
+    def _excluded(self, budget: Budget) -> Outcome | None:
+        """Ask the state equation and traps."""
+        left = budget.left
+        seconds = STRUCTURE_SECONDS if left is None else min(STRUCTURE_SECONDS, left / 10)
+        clock = Budget(seconds=seconds).begun()
+        equation, conditions = StateEquation(self.net), self.bound.conditions
+        found = excluded(equation, simplified(self.condition), conditions, lambda: clock.is_over)
+        if found is None:
+            return None
+        by = TRAPS if any(case.traps for case in found.cases) else STATE_EQUATION
+        return Outcome("unreachable", seconds=budget.spent, by=by, evidence=found)
+
+    def _explicit(self, budget: Budget) -> Outcome | None:
+        """Search the net, and where it is too large the net reduced for the condition."""
+        answer = self._search(budget.share(most_bytes=QUICK))
+        if _is_answer(answer) or answer.reason == INTERRUPTED or budget.is_over or budget.memory <= QUICK:
+            return answer
+        smaller = reduced(self.net, simplified(self.condition), self.names)
+        if smaller is None:
+            return self._search(budget)
+        goals = goals_of(smaller.net, smaller.formula, NetNames(smaller.net))
+        if goals is None:
+            return self._search(budget)
+        answer = _nearest((search(smaller.net, goal, budget, self.order) for goal in goals), REDUCED)
+        if answer.trace is None:
+            return answer
+        index = {name: number for number, name in enumerate(self.net.transitions)}
+        names = smaller.reduction.expand([smaller.net.transitions[number] for number in answer.trace])
+        return self._reached([index[name] for name in names], REDUCED)
+
+    def _inductive(self, known: Sums, budget: Budget) -> Outcome | None:
+        """Ask a satisfiability solver, ever deeper."""
+        answer = by_induction(self.net, self.condition, self.bound.conditions, budget, known)
+        if answer.trace is not None:
+            return self._reached(answer.trace, answer.by)
+        return answer if _is_answer(answer) else None
+
+    def _drawn(self, budget: Budget) -> Outcome | None:
+        """Ask the decision diagram of all markings."""
+        way = Exists(Finally(self.condition))
+        answer = check_ctl(self.net, way, self.names, budget, engine="symbolic")
+        if answer.status == "holds" and answer.trace is not None and not answer.reason.startswith("a run"):
+            return self._reached(answer.trace, DIAGRAMS)
+        if answer.status == "violated":
+            return Outcome("unreachable", states=answer.states, by=DIAGRAMS)
+        return None
+
+    def _reached(self, trace: Sequence[int], by: str) -> Outcome:
+        """Replay a trace, and leave out what the condition does not need."""
+        return Outcome("reachable", shortened(self.net, trace, self.holds), by=by)
+
+
+def _is_answer(answer: Outcome) -> bool:
+    return answer.status != "unknown"
+
+
+def _least(one: int, other: int | None) -> int:
+    return one if other is None else min(one, other)
+
+
+def _nearest(answers: Iterable[Outcome], by: str) -> Outcome:
+    """Return the best of the answers for some goals, each of which will do."""
+    known: list[Outcome] = []
+    for answer in answers:
+        known.append(answer)
+        if answer.reason == INTERRUPTED:
+            break
+    best = replace(min(known, key=_rank, default=Outcome("unreachable", states=0)), by=by)
+    states = [answer.states for answer in known if answer.states is not None]
+    return best if best.status == "reachable" else replace(best, states=max(states, default=None))
+
+
+def _rank(answer: Outcome) -> tuple[int, int]:
+    """Order answers: short traces first, then unknown, then unreachable."""
+    return ["reachable", "unknown", "unreachable"].index(answer.status), len(answer.stem)
