@@ -187,6 +187,7 @@ class Boundedness(Question):
             if not space.complete:
                 checked.close(everything, f"{space.reason} ran out")
                 return
+            checked.report.space = space
             checked.report.proved.append(
                 f"the net is bounded: {space.markings} markings without signals, "
                 f"at most {max(space.largest_place(), default=0)} tokens in a place"

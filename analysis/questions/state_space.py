@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from dineros.analysis.tina import TinaCounts
 
 Engine = Literal["auto", "explicit", "symbolic", "tina"]
+LevelOrder = tuple[tuple[str, ...], ...]
 #: Nodes of the coverability tree that may be made to explain why a net is unbounded.
 COVERABILITY_NODES = 2_000
 
@@ -48,6 +49,8 @@ class StateSpace:
     pumping : Pumping or None
         Where the net is unbounded: a sequence that makes places grow for ever. Then there are no counts:
         there is no end of markings, and how many were seen says nothing.
+    levels : tuple of tuple of str
+        Groups of places by level, where they are decision diagrams that counted.
     """
 
     places: int
@@ -63,10 +66,11 @@ class StateSpace:
     seconds: float
     peak_memory_bytes: int
     pumping: Pumping | None = None
+    levels: LevelOrder = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return the figures for JSON."""
-        return {name: value for name, value in asdict(self).items() if name != "pumping"}
+        return {name: value for name, value in asdict(self).items() if name not in ("pumping", "levels")}
 
 
 def state_space(
@@ -165,7 +169,7 @@ def _symbolic(net: CompiledNet, budget: Budget, began: float, orders: OrderCache
     space = symbolic_state_space(net, budget, orders=orders)
     if not space.complete:
         return _nothing(net, "symbolic", space.reason, began)
-    return _of(
+    counted = _of(
         net,
         (space.markings, space.arcs(), space.deadlocks()),
         (max(space.largest_place(), default=0), space.largest_total()),
@@ -173,6 +177,7 @@ def _symbolic(net: CompiledNet, budget: Budget, began: float, orders: OrderCache
         "",
         began,
     )
+    return replace(counted, levels=space.order)
 
 
 def _explicit(net: CompiledNet, budget: Budget, began: float, order: Order) -> StateSpace:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.coverability import Pumping
+
+if TYPE_CHECKING:
+    from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 Severity = Literal["error", "warning", "note"]
 
@@ -148,11 +151,14 @@ class Report:
         What is proved to hold.
     unknown : list of Outcome
         What could not be decided, and why.
+    space : SymbolicStateSpace or None
+        All markings, where answers rest on them.
     """
 
     findings: list[Finding] = field(default_factory=list)
     proved: list[str] = field(default_factory=list)
     unknown: list[Outcome] = field(default_factory=list)
+    space: SymbolicStateSpace | None = field(default=None, compare=False, repr=False)
 
     def add(self, other: Report) -> None:
         """Take over all that another report says."""

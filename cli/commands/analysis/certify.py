@@ -25,7 +25,7 @@ def certify(model: Path, certificate: Path, as_json: bool) -> int:
     when the certificate proves the answer that it names, 1 when it does not.
     """
     from dineros.analysis.evidence.checker import read_certificate, refutation
-    from dineros.cli.presentation.certificates import facts_text
+    from dineros.cli.presentation.evidence import facts_text
     from dineros.metamodel import sym
     from dineros.metamodel.errors import Location
 

@@ -19,6 +19,7 @@ from dineros.cli.analysing import (
 from dineros.cli.console import summarise
 from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
 from dineros.cli.orders import cache_option, orders_beside
+from dineros.cli.presentation.evidence import confirm_option, confirmed_report, say_confirmation
 from dineros.cli.presentation.findings import print_report, say_capacities, write_witnesses
 from dineros.cli.quick_start import start_quickly
 
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
     metavar="OUT",
     help="Write a report (.html); or how the findings come about to OUT, OUT with .2, .3 ... (JSON Lines).",
 )
+@confirm_option
 @memory_option
 @cache_option
 @settings_option
@@ -70,6 +72,7 @@ def check(
     behaviour: bool,
     witnesses: bool,
     output: Path | None,
+    confirm: bool,
     memory: int | None,
     no_cache: bool,
     settings: tuple[str, ...],
@@ -97,6 +100,7 @@ def check(
         with exploring() as progress:
             budget = budget_of(memory, progress=progress)
             check_model(net, budget, report, behaviour, orders_beside(model, no_cache))
+            confirmation = confirmed_report(report, budget) if confirm else None
     except KeyboardInterrupt:
         report.unknown.append(Unknown("everything else", "interrupted"))
         print_report(report, net, model, format, witnesses)
@@ -110,6 +114,10 @@ def check(
             summarise(f"{model} -> {output}")
     elif output is not None:
         write_witnesses(report, output, model, settings, say_files=format == "text")
+    if confirm:
+        say_confirmation(confirmation, format != "text")
+        if confirmation is not None and confirmation.agrees is False:
+            return UNKNOWN
     if any(finding.severity != "note" for finding in report.findings):
         return VIOLATED
     return UNKNOWN if any(unknown.may_be_fault for unknown in report.unknown) else HOLDS

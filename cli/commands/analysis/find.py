@@ -22,7 +22,14 @@ from dineros.cli.analysing import (
 from dineros.cli.console import say_json
 from dineros.cli.options import command, model_argument
 from dineros.cli.presentation.answers import say_way
-from dineros.cli.presentation.certificates import certificate_option, certified, say_certificate
+from dineros.cli.presentation.evidence import (
+    certificate_option,
+    certified,
+    confirm_option,
+    confirmed,
+    say_certificate,
+    say_confirmation,
+)
 
 if TYPE_CHECKING:
     from dineros.analysis.explicit import Order
@@ -51,6 +58,7 @@ if TYPE_CHECKING:
     help="Give up after so long.",
 )
 @certificate_option
+@confirm_option
 @question_options
 def find(
     model: Path,
@@ -60,6 +68,7 @@ def find(
     engine: str,
     timeout: float | None,
     certificate: Path | None,
+    confirm: bool,
     output: Path | None,
     signals: str,
     overflow: str,
@@ -92,7 +101,9 @@ def find(
             kind, text = ("enabled", enabled) if enabled is not None else ("marking", str(marking))
             asked = Asked(subject, kind, text, signals, overflow, settings)
             proved = certified(asked, certificate, budget)
-        answer = proved or ENGINES[engine].answer(question, budget)
+        answer, confirmation = proved or ENGINES[engine].answer(question, budget), None
+        if confirm and proved is None:
+            answer, confirmation = confirmed(question, answer, budget)
     witness = witness_of(subject, answer.trace) if answer.trace is not None else None
     report = {
         "model": str(model),
@@ -104,6 +115,8 @@ def find(
     }
     if certificate is not None:
         report["certificate"] = str(certificate) if proved else None
+    if confirm:
+        report["confirmation"] = confirmation.to_dict() if confirmation else None
     if output is not None and witness is not None:
         write_witness(witness, output, model, settings, str(report["goal"]), answer.status)
     if as_json:
@@ -112,4 +125,6 @@ def find(
         say_way(answer, str(report["goal"]), witness, model, output)
     if certificate is not None:
         say_certificate(certificate, answer, proved is not None, as_json)
+    if confirm:
+        say_confirmation(confirmation, as_json)
     return {"reachable": HOLDS, "unreachable": VIOLATED, "unknown": UNKNOWN}[answer.status]

@@ -20,6 +20,7 @@ from dineros.cli.analysing import (
 from dineros.cli.console import say, say_json
 from dineros.cli.options import command, json_option, model_argument, settings_option
 from dineros.cli.orders import cache_option, orders_beside
+from dineros.cli.presentation.evidence import confirm_option, say_confirmation
 from dineros.cli.quick_start import start_quickly
 
 
@@ -45,6 +46,7 @@ from dineros.cli.quick_start import start_quickly
     show_default=True,
     help="How the explicit engine goes; counts are the same.",
 )
+@confirm_option
 @memory_option
 @cache_option
 @settings_option
@@ -56,6 +58,7 @@ def statespace(
     reduce: bool,
     engine: str,
     order: str,
+    confirm: bool,
     memory: int | None,
     no_cache: bool,
     settings: tuple[str, ...],
@@ -82,6 +85,13 @@ def statespace(
     with exploring() as progress:
         budget = budget_of(memory, progress=progress)
         space = state_space(net, engine, budget, orders, order)  # type: ignore[arg-type]
+        confirmation = None
+        if confirm and space.complete:
+            from dineros.analysis.evidence.confirmation import confirm_counts
+
+            confirmation = confirm_counts(net, space, budget)
+            if confirmation.agrees is False:
+                space = replace(space, complete=False, reason=str(confirmation))
     if reduce:
         space = replace(space, deadlocks=None)  # those of the reduced net tell nothing about the model
     flattened = subject.flattened is not None
@@ -92,6 +102,8 @@ def statespace(
         "reduced": reduce,
         **space.to_dict(),
     }
+    if confirm:
+        report["confirmation"] = confirmation.to_dict() if confirmation else None
     pumping = None
     if space.pumping is not None and not reduce:
         from dineros.analysis.witnesses.findings import pumping_witness
@@ -102,12 +114,14 @@ def statespace(
         say_json(report)
     else:
         for name, value in report.items():
-            if value not in (None, "") and name != "pumping":
+            if value not in (None, "") and name not in ("pumping", "confirmation"):
                 say(f"{name.replace('_', ' '):22} {_shown(name, value)}")
             if name == "states" and space.complete and space.states and reduce:
                 say(f"{'states of the model':22} {space.states * factor:,}")
         if pumping is not None:
             say_witness(pumping)
+    if confirm:
+        say_confirmation(confirmation, as_json)
     return HOLDS if space.complete else UNKNOWN
 
 

@@ -22,7 +22,14 @@ from dineros.cli.console import say_json
 from dineros.cli.options import ModelPath, command, model_argument
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.answers import say_unfairness, say_verdict
-from dineros.cli.presentation.certificates import certificate_option, certified, say_certificate
+from dineros.cli.presentation.evidence import (
+    certificate_option,
+    certified,
+    confirm_option,
+    confirmed,
+    say_certificate,
+    say_confirmation,
+)
 from dineros.cli.presentation.property_files import answer_properties, write_formula, write_properties
 from dineros.cli.quick_start import start_quickly
 
@@ -71,6 +78,7 @@ from dineros.cli.quick_start import start_quickly
 @cache_option
 @question_engine_option
 @certificate_option
+@confirm_option
 @question_options
 def verify(
     model: Path,
@@ -83,6 +91,7 @@ def verify(
     timeout: float | None,
     engine: str,
     certificate: Path | None,
+    confirm: bool,
     output: Path | None,
     signals: str,
     overflow: str,
@@ -108,11 +117,10 @@ def verify(
     from dineros.metamodel.errors import DinerosError
 
     if properties:
-        others = (ltl, ctl, weak, strong, output, certificate)
+        others = (ltl, ctl, weak, strong, output, certificate, confirm or None)
         if engine == "tina" or any(other not in (None, ()) for other in others):
-            raise click.UsageError(
-                "--properties goes with none of --ltl, --ctl, --fair, --engine tina, --certificate and -o"
-            )
+            alone = "--ltl, --ctl, --fair, --engine tina, --certificate, --confirm and -o"
+            raise click.UsageError(f"--properties goes with none of {alone}")
         subject = load_subject(model, settings, signals, overflow)
         if written is not None:
             return write_properties(subject, properties, written)
@@ -147,7 +155,9 @@ def verify(
 
             kind, text = ("ltl", ltl) if ltl is not None else ("ctl", str(ctl))
             proved = certified(Asked(subject, kind, text, signals, overflow, settings), certificate, budget)
-        verdict = proved or ENGINES[engine].answer(question, budget)
+        verdict, confirmation = proved or ENGINES[engine].answer(question, budget), None
+        if confirm and proved is None:
+            verdict, confirmation = confirmed(question, verdict, budget)
     witness = unfair = None
     if verdict.status == "violated" and verdict.loop and ltl is not None:
         unfair = unfairness(subject, verdict.stem, verdict.loop)
@@ -166,6 +176,8 @@ def verify(
     }
     if certificate is not None:
         report["certificate"] = str(certificate) if proved else None
+    if confirm:
+        report["confirmation"] = confirmation.to_dict() if confirmation else None
     if output is not None and witness is not None:
         write_witness(witness, output, model, settings, str(ltl or ctl), verdict.status)
     if as_json:
@@ -176,4 +188,6 @@ def verify(
             say_unfairness(unfair, subject.net.transitions)
     if certificate is not None:
         say_certificate(certificate, verdict, proved is not None, as_json)
+    if confirm:
+        say_confirmation(confirmation, as_json)
     return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]

@@ -1,0 +1,232 @@
+"""Answers that rest on all markings, asked again: of another engine, and of diagrams with another order.
+
+What one engine says is no evidence against its own faults. Explicit search and decision diagrams share the
+net and nothing else; where search would need too much, diagrams of two different orders of the levels share
+no node.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, astuple, dataclass
+from typing import TypeVar
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.ctl.checking import basic, check_ctl, satisfying
+from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.syntax import And, Exists, Finally, Fired, Formula, Name
+from dineros.analysis.logic.language.syntax import Enabled as AtomEnabled
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.properties.normal_form import is_linear, of_linear
+from dineros.analysis.questions.engines import Branching, Enabled, Linear, Marking, Question
+from dineros.analysis.questions.state_space import LevelOrder, StateSpace
+from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
+from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
+from dineros.analysis.symbolic.saturation import DiagramMemoryError
+
+V = TypeVar("V")
+
+_GIVEN_UP = (BudgetExceededError, DiagramMemoryError, UnknownBoundError, LevelSizeError, MemoryError)
+SEARCH, DIAGRAMS, OTHER_ORDER = "explicit search", "decision diagrams", "decision diagrams in another order"
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """What others say to an answer.
+
+    Attributes
+    ----------
+    agrees : bool or None
+        Whether all that decided say the same; None where too few did.
+    by : tuple of str
+        Who decided besides the answer itself, each with its time.
+    reason : str
+        Why nobody did, or what each says where they disagree.
+    """
+
+    agrees: bool | None
+    by: tuple[str, ...] = ()
+    reason: str = ""
+
+    def __str__(self) -> str:
+        if self.agrees is None:
+            return f"not confirmed: {self.reason}"
+        return f"confirmed by {' and '.join(self.by)}" if self.agrees else f"engines disagree: {self.reason}"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return it for JSON."""
+        return {"agrees": self.agrees, "by": list(self.by), "reason": self.reason}
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What is compared of a state space; None is not known.
+
+    Attributes
+    ----------
+    markings, arcs, deadlocks, most_in_place, most_in_marking : int or None
+        As `StateSpace` has them.
+    never_enabled : frozenset of str or None
+        Transitions that no marking enables.
+    """
+
+    markings: int | None
+    arcs: int | None
+    deadlocks: int | None
+    most_in_place: int | None
+    most_in_marking: int | None
+    never_enabled: frozenset[str] | None = None
+
+    def compared(self, other: Figures) -> Figures:
+        """Return the other's figures; those that are not known here, or there, as they are here."""
+        pairs = zip(astuple(self), astuple(other), strict=True)
+        return Figures(*(mine if mine is None or theirs is None else theirs for mine, theirs in pairs))
+
+    def __str__(self) -> str:
+        known = {name: value for name, value in asdict(self).items() if value is not None}
+        never = known.pop("never_enabled", frozenset())
+        named = [f"never enabled {', '.join(sorted(never))}"] if never else []
+        return ", ".join([*(f"{name.replace('_', ' ')} {value}" for name, value in known.items()), *named])
+
+
+def rests_on_markings(answer: Outcome) -> bool:
+    """Whether an answer stands without a run that shows it, and without structure or induction."""
+    if answer.evidence is not None:
+        return False
+    return answer.status not in ("unknown", "reachable") and not answer.trace and not answer.loop
+
+
+def confirm_answer(question: Question, answer: Outcome, budget: Budget = UNLIMITED) -> Confirmation:
+    """Ask explicit search and diagrams what was answered; whichever answered it is one of them.
+
+    Where search cannot decide it, diagrams with two orders do.
+    """
+    formula = _formula(question)
+    if formula is None:
+        return Confirmation(None, reason="only one engine decides such formulas")
+    net, names, wanted = question.net, question.names, basic(formula)
+    yes, no = (
+        ("holds", "violated") if isinstance(question, Linear | Branching) else ("reachable", "unreachable")
+    )
+    atoms = BoundAtoms(net, formula, names)
+
+    def search(share: Budget) -> str:
+        found = check_ctl(net, formula, names, share, engine="explicit")
+        if found.status == "unknown":
+            raise BudgetExceededError(found.reason)
+        return yes if found.status == "holds" else no
+
+    def of_space(space: SymbolicStateSpace, share: Budget) -> str:
+        sets = SymbolicSets(space, atoms, share)
+        return yes if sets.initially(satisfying(wanted, sets)[wanted]) else no
+
+    return _confirmed(net, answer.status, search, of_space, None, [], budget)
+
+
+def confirm_space(space: SymbolicStateSpace, budget: Budget = UNLIMITED) -> Confirmation:
+    """Have explicit search, or diagrams in another order, count what complete diagrams hold."""
+    return _confirm_figures(space.net, _figures_of(space), "symbolic", space.order, budget)
+
+
+def confirm_counts(net: CompiledNet, counted: StateSpace, budget: Budget = UNLIMITED) -> Confirmation:
+    """Have another engine count a complete state space, or diagrams in another order."""
+    most = (counted.max_tokens_in_place, counted.max_tokens_in_marking)
+    figures = Figures(counted.states, counted.arcs, counted.deadlocks, *most)
+    return _confirm_figures(net, figures, counted.engine, counted.levels, budget)
+
+
+def _confirm_figures(
+    net: CompiledNet, figures: Figures, engine: str, order: LevelOrder, budget: Budget
+) -> Confirmation:
+    def search(share: Budget) -> Figures:
+        from dineros.analysis.explicit import explore
+
+        space = explore(net, share.share(most_bytes=share.memory))
+        if not space.complete:
+            raise BudgetExceededError(space.reason or "unknown")
+        never = frozenset(name for t, name in enumerate(net.transitions) if not space.enabled[t])
+        most = (max(space.largest_place, default=0), space.largest_total)
+        return figures.compared(Figures(space.markings, space.arcs, space.deadlocks, *most, never))
+
+    def of_space(space: SymbolicStateSpace, share: Budget) -> Figures:
+        return figures.compared(_figures_of(space))
+
+    orders = [order] if order else []
+    return _confirmed(net, figures, search, of_space, engine, orders, budget)
+
+
+def _figures_of(space: SymbolicStateSpace) -> Figures:
+    never = frozenset(name for name in space.net.transitions if not space.enabled(name))
+    most = (max(space.largest_place(), default=0), space.largest_total())
+    return Figures(space.markings, space.arcs(), space.deadlocks(), *most, never)
+
+
+def _formula(question: Question) -> Formula | None:
+    """Return a formula of CTL with the answer to a question; None where there is none."""
+    match question:
+        case Enabled(name=name):
+            return Exists(Finally(AtomEnabled(Name(name))))
+        case Marking(condition=text):
+            return Exists(Finally(parse(text, "state")))
+        case Branching(formula=text):
+            return parse(text, "ctl")
+        case Linear(formula=text, weak=(), strong=()):
+            formula = of_linear(parse(text))
+            parts = formula.operands if isinstance(formula, And) else (formula,)
+            return None if any(is_linear(part) or _has_step(part) for part in parts) else formula
+    return None
+
+
+def _has_step(formula: Formula) -> bool:
+    return any(isinstance(part, Fired) for part in formula.subformulas())
+
+
+def _confirmed(
+    net: CompiledNet,
+    expected: V,
+    search: Callable[[Budget], V],
+    of_space: Callable[[SymbolicStateSpace, Budget], V],
+    engine: str | None,
+    orders: list[LevelOrder],
+    budget: Budget,
+) -> Confirmation:
+    """Let others decide: one of them besides the engine that answered, or two where that is not known.
+
+    `orders` are those of diagrams that decided already; another order is tried only where there are some.
+    """
+    budget, said, by, why = budget.begun(), [("the answer", expected)], list[str](), list[str]()
+
+    def diagrams(share: Budget) -> V:
+        known = tuple(reversed(orders[0])) if orders else None
+        space = symbolic_state_space(net, share, seed=1 + len(orders), order=known)
+        if not space.complete:
+            raise DiagramMemoryError
+        if space.order in orders:
+            raise BudgetExceededError("no other order is small enough")
+        orders.append(space.order)
+        return of_space(space, share)
+
+    ways: list[tuple[str, Callable[[Budget], V]]] = [(OTHER_ORDER, diagrams)]
+    if engine != "symbolic":
+        ways.insert(0, (DIAGRAMS, diagrams))
+    if engine != "explicit":
+        ways.insert(0, (SEARCH, search))
+    enough = 2 if engine is None else 1
+    for name, decide in ways:
+        if len(by) == enough or (name == OTHER_ORDER and not orders):
+            break
+        began = budget.spent
+        try:
+            budget.check_time()
+            found = decide(budget.share(time=0.4 if name == SEARCH else 1.0))
+        except _GIVEN_UP as limit:
+            why.append(f"{name}: {str(limit) or 'memory ran out'}")
+            continue
+        said.append((name, found))
+        by.append(f"{name} ({budget.spent - began:.2f} s)")
+    if any(value != expected for _, value in said):
+        return Confirmation(False, tuple(by), "; ".join(f"{name}: {value}" for name, value in said))
+    return Confirmation(True, tuple(by)) if len(by) >= enough else Confirmation(None, (), "; ".join(why))
