@@ -67,6 +67,7 @@ FOLDERS = {
         "properties",
         "conformance",
         "sweeps",
+        "warm_up",
     ],
     "runtime": [
         "scheduling",
