@@ -110,6 +110,7 @@ def find(
         "goal": f"enabled({enabled})" if enabled is not None else marking,
         "status": answer.status,
         "reason": answer.reason,
+        "by": answer.by,
         "states": answer.states,
         "witness": witness.to_dict() if witness else None,
     }
