@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from dineros.analysis.tina import TinaCounts
 
 Engine = Literal["auto", "explicit", "symbolic", "tina"]
+_NOT_OF_EVERY_NET = ("pumping", "reduced_states")
 #: Nodes of the coverability tree that may be made to explain why a net is unbounded.
 COVERABILITY_NODES = 2_000
 
@@ -47,6 +48,8 @@ class StateSpace:
     pumping : Pumping or None
         Where the net is unbounded: a sequence that makes places grow for ever. Then there are no counts:
         there is no end of markings, and how many were seen says nothing.
+    reduced_states : int or None
+        Markings of the smaller net, where a net was reduced to be counted.
     """
 
     places: int
@@ -62,10 +65,11 @@ class StateSpace:
     seconds: float
     peak_memory_bytes: int
     pumping: Pumping | None = None
+    reduced_states: int | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the figures for JSON."""
-        return {name: value for name, value in asdict(self).items() if name != "pumping"}
+        return {name: value for name, value in asdict(self).items() if name not in _NOT_OF_EVERY_NET}
 
 
 def state_space(
@@ -151,7 +155,7 @@ def _symbolic(net: CompiledNet, budget: Budget, began: float, orders: OrderCache
     space = symbolic_state_space(net, budget, orders=orders)
     if not space.complete:
         return _nothing(net, "symbolic", space.reason, began)
-    return _of(
+    return figures_of(
         net,
         (space.markings, space.arcs(), space.deadlocks()),
         (max(space.largest_place(), default=0), space.largest_total()),
@@ -175,7 +179,7 @@ def _explicit(net: CompiledNet, budget: Budget, began: float, order: Order) -> S
         grown = ", ".join(net.places[place] for place in pumping.places)
         reason = f"unbounded: {grown} can grow for ever"
         return replace(_nothing(net, "explicit", reason, began), pumping=pumping)
-    return _of(
+    return figures_of(
         net,
         (space.markings, space.arcs, space.deadlocks),
         (max(space.largest_place, default=0), space.largest_total),
@@ -191,14 +195,14 @@ def _tina(net: CompiledNet, budget: Budget, began: float) -> StateSpace:
     counts = count(net, Budget(seconds=budget.left))
     if not counts.is_bounded:
         return _nothing(net, "tina", "unbounded", began)
-    return _of(net, (counts.states, counts.arcs, counts.deadlocks), (None, None), "tina", "", began)
+    return figures_of(net, (counts.states, counts.arcs, counts.deadlocks), (None, None), "tina", "", began)
 
 
 def _nothing(net: CompiledNet, engine: str, reason: str, began: float) -> StateSpace:
-    return _of(net, (None, None, None), (None, None), engine, reason, began)
+    return figures_of(net, (None, None, None), (None, None), engine, reason, began)
 
 
-def _of(
+def figures_of(
     net: CompiledNet,
     counts: tuple[int | None, int | None, int | None],
     tokens: tuple[int | None, int | None],
@@ -206,6 +210,7 @@ def _of(
     reason: str,
     began: float,
 ) -> StateSpace:
+    """Return counts (states, arcs, deadlocks) and largest tokens as figures; complete without a reason."""
     return StateSpace(
         len(net.places),
         len(net.transitions),
