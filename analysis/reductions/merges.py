@@ -20,6 +20,7 @@ from dineros.analysis.reductions.net import Arcs, Change, Marking, MutableNet
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Lift, Property, Question, Rule, Step
 
 MERGE_PRESERVES = ALL_PROPERTIES - {Property.STATE_SPACE_SIZE}
+"""Of a merge whose tokens can be shared among the places in every way."""
 
 
 def move_of(arcs: Arcs) -> tuple[str, str] | None:
@@ -41,7 +42,10 @@ class ChainOfPlaces(Rule):
     else that takes or reads takes from q. A run of N' becomes one of N by firing t as soon as p is marked, so
     that all tokens of p + q are in q. Both have the same markings outside {p, q}. t cannot fire for ever
     alone, so endless runs stay endless; N stops only with p empty, where N' stops, too. t is live if a
-    producer of p is; without one `LIVENESS` is not claimed.
+    producer of p is; without one `LIVENESS` is not claimed. If nothing but t puts tokens on q, which is empty
+    initially, a run of N' also becomes one of N by firing t only when a token of q is to be taken (nothing
+    reads q, or it would put tokens there). Then all tokens of p + q are in p until t moves some of them:
+    every way to share them can be reached (`MARKINGS`), one of which, with p empty, can be a deadlock.
     """
 
     preserves = MERGE_PRESERVES
@@ -58,8 +62,12 @@ class ChainOfPlaces(Rule):
             if not question.observed_places.isdisjoint(move):
                 continue
             preserved = self.preserves if net.producers[source] else self.preserves - {Property.LIVENESS}
+            is_split = len(net.producers[target]) == 1 and not net.places[target]
+            if not is_split:
+                preserved -= {Property.MARKINGS}
             change, _ = merging(net, move, (t,))
-            yield Step(self.name, move, (t,), preserved, change, _moving_eagerly(source, t))
+            lift = _moving_eagerly(source, t)
+            yield Step(self.name, move, (t,), preserved, change, lift, is_split=is_split)
 
 
 class LoopOfPlaces(Rule):
@@ -70,9 +78,9 @@ class LoopOfPlaces(Rule):
 
     *Proof.* A run of N becomes one of N' by leaving the moves out. Conversely, before each step of a run of
     N', the tokens can be moved to where the step takes or reads them. Both have the same markings of all
-    other places. While the merged place is marked, N can go on moving tokens for ever, and N' can fire
-    *idle*, which reads it. A move is live iff the merged place can always be marked again, iff *idle* is
-    live.
+    other places, and in N the tokens of the merged place can be moved anywhere (`MARKINGS`). While it is
+    marked, N can go on moving tokens for ever, and N' can fire *idle*, which reads it. A move is live iff the
+    merged place can always be marked again, iff *idle* is live.
     """
 
     preserves = MERGE_PRESERVES
@@ -113,9 +121,8 @@ class LoopOfPlaces(Rule):
         )
         first = {move: ts[0] for move, ts in moves.items() if move[0] in loop and move[1] in loop}
         graph: nx.DiGraph[str] = nx.DiGraph(list(first))
-        return Step(
-            self.name, loop, inside, self.preserves, change, _moving_on_demand(loop, graph, first, idle)
-        )
+        lift = _moving_on_demand(loop, graph, first, idle)
+        return Step(self.name, loop, inside, self.preserves, change, lift, is_split=True)
 
 
 def merging(net: MutableNet, places: tuple[str, ...], dropped: tuple[str, ...]) -> tuple[Change, str]:
