@@ -22,6 +22,7 @@ from dineros.cli.analysing import (
 from dineros.cli.console import say_json
 from dineros.cli.options import command, model_argument
 from dineros.cli.presentation.answers import say_way
+from dineros.cli.quick_start import start_quickly
 
 if TYPE_CHECKING:
     from dineros.analysis.explicit import Order
@@ -69,6 +70,7 @@ def find(
     With --engine tina the way is one that TINA's programs sift and pathto tell, replayed; it may be longer.
     Exit status 0: found; 1: proved unreachable; 3: unknown.
     """
+    start_quickly()
     from dineros.analysis.questions.engines import ENGINES, Enabled, Marking, Question
     from dineros.analysis.witnesses.findings import witness_of
 
