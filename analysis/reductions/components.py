@@ -14,8 +14,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from operator import add
 
-import networkx as nx
-
 from dineros.analysis.reductions.net import Arcs, Change, MutableNet
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Lift, Property, Question, Rule, Step
 from dineros.analysis.reductions.transitions import DEAD_PRESERVES
@@ -83,6 +81,8 @@ class Component:
     @cached_property
     def ends(self) -> list[set[Local]]:
         """Bottom strongly connected components of the component graph: where every run of it ends up."""
+        import networkx as nx  # takes a while to import
+
         graph: nx.DiGraph[Local] = nx.DiGraph()
         graph.add_nodes_from(self.successors)
         graph.add_edges_from((s, target) for s, row in self.successors.items() for target in row.values())
@@ -262,6 +262,8 @@ class IndependentComponent(Rule):
 
 
 def _has_no_cycle(component: Component) -> bool:
+    import networkx as nx
+
     edges = [(local, target) for local, row in component.successors.items() for target in row.values()]
     return bool(nx.is_directed_acyclic_graph(nx.DiGraph(edges)))
 

@@ -13,11 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
-
-import networkx as nx
+from typing import TYPE_CHECKING
 
 from dineros.analysis.reductions.net import Arcs, Change, Marking, MutableNet
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Lift, Property, Question, Rule, Step
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 MERGE_PRESERVES = ALL_PROPERTIES - {Property.STATE_SPACE_SIZE}
 """Of a merge whose tokens can be shared among the places in every way."""
@@ -87,7 +89,6 @@ class LoopOfPlaces(Rule):
 
     def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
         """Offer every loop."""
-        graph: nx.DiGraph[str] = nx.DiGraph()
         moves: dict[tuple[str, str], list[str]] = {}
         for t, arcs in net.transitions.items():
             move = move_of(arcs)
@@ -96,7 +97,11 @@ class LoopOfPlaces(Rule):
             if any(net.inhibited[place] or place in question.observed_places for place in move):
                 continue
             moves.setdefault(move, []).append(t)
-            graph.add_edge(*move)
+        if not moves:
+            return
+        import networkx as nx  # takes a while to import
+
+        graph = nx.DiGraph(list(moves))
         order = {place: position for position, place in enumerate(net.places)}
         loops = [sorted(loop, key=order.__getitem__) for loop in nx.strongly_connected_components(graph)]
         for loop in sorted(loops, key=lambda loop: order[loop[0]]):
@@ -120,6 +125,8 @@ class LoopOfPlaces(Rule):
             {**change.added_transitions, idle: Arcs({merged: 1}, {merged: 1}, {})},
         )
         first = {move: ts[0] for move, ts in moves.items() if move[0] in loop and move[1] in loop}
+        import networkx as nx
+
         graph: nx.DiGraph[str] = nx.DiGraph(list(first))
         lift = _moving_on_demand(loop, graph, first, idle)
         return Step(self.name, loop, inside, self.preserves, change, lift, is_split=True)
@@ -153,6 +160,8 @@ def _moving_eagerly(source: str, mover: str) -> Lift:
 def _moving_on_demand(
     loop: tuple[str, ...], graph: nx.DiGraph[str], movers: Mapping[tuple[str, str], str], idle: str
 ) -> Lift:
+    import networkx as nx
+
     def lift(before: MutableNet, trace: list[str], _settle: bool) -> list[str]:
         tokens: Marking = {place: before.places[place] for place in loop}
         result: list[str] = []

@@ -30,6 +30,7 @@ from dineros.cli.presentation.evidence import (
     say_certificate,
     say_confirmation,
 )
+from dineros.cli.quick_start import start_quickly
 
 if TYPE_CHECKING:
     from dineros.analysis.explicit import Order
@@ -81,6 +82,7 @@ def find(
     With --engine tina the way is one that TINA's programs sift and pathto tell, replayed; it may be longer.
     Exit status 0: found; 1: proved unreachable; 3: unknown.
     """
+    start_quickly()
     from dineros.analysis.questions.engines import ENGINES, Enabled, Marking, Question
     from dineros.analysis.witnesses.findings import witness_of
 
