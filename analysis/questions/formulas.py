@@ -23,6 +23,7 @@ from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.logic.language.syntax import FALSE, And, Formula, Globally, Not
+from dineros.analysis.logic.ltl.free_parts import without_free_parts
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.logic.verdicts.verdict import check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet
@@ -66,10 +67,10 @@ def verify_linear(
 
     def ask_others(share: Budget) -> Outcome:
         rest = tree if not conditions else others[0] if len(others) == 1 else And(others)
-        return replace(verify_ltl(net, rest, names, weak, strong, share), by=ON_THE_FLY)
+        return replace(_on_the_fly(net, rest, names, weak, strong, share), by=ON_THE_FLY)
 
     def ask_goal(condition: Formula, share: Budget) -> Outcome:
-        way = find_marking(net, Not(condition), names, share)
+        way = find_marking(net, Not(condition), names, share, is_shortest=False)
         if way.trace is None:
             return replace(way, status={"unreachable": "holds"}.get(way.status, "unknown"))
         run = _going_on(net, way, names, weak, strong, share)
@@ -119,7 +120,7 @@ def verify_branching(
         goal = goal_of(part)
         assert goal is not None
         condition, value_if_met = goal
-        way = find_marking(net, condition, names, share)
+        way = find_marking(net, condition, names, share, is_shortest=False)
         if way.status == "unknown":
             return way
         is_met = way.trace is not None
@@ -150,6 +151,30 @@ def _all_of(asked: list[Callable[[Budget], Outcome]], budget: Budget) -> Outcome
     return replace(worst, seconds=budget.spent, by=by, states=max(states, default=None))
 
 
+def _on_the_fly(
+    net: CompiledNet,
+    formula: Formula,
+    names: Names,
+    weak: tuple[str, ...],
+    strong: tuple[str, ...],
+    budget: Budget,
+) -> Outcome:
+    """Search the product with an automaton, without what the outside may change at will."""
+    bound, strongly = BoundAtoms(net, formula, names), all_resolved(names, strong)
+    weakly = [t for t in all_resolved(names, weak) if t not in strongly]
+    smaller = without_free_parts(net, formula, bound, names, weakly, strongly)
+    if smaller is None:
+        return verify_ltl(net, formula, names, weak, strong, budget)
+    answer = verify_ltl(smaller.net, formula, smaller.names, smaller.weak, smaller.strong, budget)
+    if answer.status != "violated":
+        return answer
+    lasso = smaller.lift(answer.stem, answer.loop)
+    if lasso is None:
+        return verify_ltl(net, formula, names, weak, strong, budget)
+    check_counterexample(net, formula, bound, *lasso, weakly, strongly)
+    return replace(answer, trace=lasso[0], loop=lasso[1])
+
+
 def _going_on(
     net: CompiledNet,
     way: Outcome,
@@ -162,7 +187,7 @@ def _going_on(
     assert way.trace is not None
     last = replay(net, way.trace)[-1]
     there = net.with_initial(dict(zip(net.places, last, strict=True)))
-    run = verify_ltl(there, FALSE, names, weak, strong, budget)
+    run = _on_the_fly(there, FALSE, names, weak, strong, budget)
     if run.status == "violated":
         return replace(way, status="violated", trace=(*way.trace, *run.stem), loop=run.loop)
     reason = f"every fair run that goes on from here violates it; none that repeats was found: {run.reason}"

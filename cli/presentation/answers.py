@@ -40,8 +40,8 @@ def say_verdict(
     is_linear: bool,
 ) -> None:
     """Print whether a formula holds, and the run that shows it unless that was written to a file."""
-    spent = f"{counted(verdict.states or 0, 'state')}, {verdict.seconds:.1f} s"
-    say(f"{verdict.status}: {formula}{_reason(verdict)}; {spent}")
+    seen = f"{counted(verdict.states, 'state')}, " if verdict.states is not None else ""
+    say(f"{verdict.status}: {formula}{_reason(verdict)}; {seen}{verdict.seconds:.1f} s")
     _note_who(verdict)
     if output is not None and not witness:
         warn(f"{output} is not written: there is no run to show")
