@@ -148,6 +148,7 @@ def check_ctl(
     budget: Budget = UNLIMITED,
     engine: Engine = "auto",
     orders: OrderCache | None = None,
+    seed: int = 1,
 ) -> Outcome:
     """Decide whether the initial marking of a net satisfies a CTL formula.
 
@@ -166,6 +167,8 @@ def check_ctl(
         ``auto`` begins explicitly and takes diagrams where there are many markings.
     orders : OrderCache, optional
         Where orders of levels are kept for the symbolic engine.
+    seed : int
+        Of its search for an order.
 
     Returns
     -------
@@ -196,7 +199,7 @@ def check_ctl(
             return answer
     elif engine == "auto":
         return _explicitly(net, tree, atoms, budget)
-    found = _symbolically(net, tree, atoms, budget, orders)
+    found = _symbolically(net, tree, atoms, budget, orders, seed)
     if found is None and engine == "auto":
         from dineros.analysis.logic.ctl.endless import decide_endless
 
@@ -231,6 +234,7 @@ def _symbolically(
     atoms: BoundAtoms,
     budget: Budget,
     orders: OrderCache | None,
+    seed: int,
 ) -> Outcome | None:
     """Decide with decision diagrams; None where bounds of places are not known, or too large for levels."""
     from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
@@ -240,7 +244,7 @@ def _symbolically(
 
     try:
         budget.check_time()
-        space = symbolic_state_space(net, budget, orders=orders)
+        space = symbolic_state_space(net, budget, seed, orders=orders)
     except (UnknownBoundError, LevelSizeError):
         return None
     except BudgetExceededError as limit:
