@@ -44,6 +44,7 @@ def check(
     report: Report | None = None,
     at_any_cost: bool = False,
     orders: OrderCache | None = None,
+    questions: Sequence[Question] | None = None,
 ) -> Report:
     """Ask everything that can be asked of any model.
 
@@ -59,11 +60,13 @@ def check(
         Whether to decide liveness, reversibility and home markings also where that takes long.
     orders : OrderCache, optional
         Where orders of levels are kept for the symbolic engine.
+    questions : sequence of Question, optional
+        Which ones, in their order, `Boundedness` among them; all by default.
     """
     report = Report() if report is None else report
     work = None if at_any_cost else CHEAP
     checked = Checked(model, report, budget.begun(), work, orders)
-    for question in QUESTIONS:
+    for question in QUESTIONS if questions is None else questions:
         question.ask(checked)
         if checked.is_closed:
             break

@@ -1,26 +1,34 @@
-"""Workers of a Dask cluster (dask.distributed): what `dineros sweep --scheduler` uses."""
+"""Workers of a Dask cluster (dask.distributed): what ``--scheduler`` uses."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import closing, contextmanager, suppress
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from dineros.analysis.sweeps.grid import SweepError
+from dineros.analysis.sweeps.parts import Part
 from dineros.analysis.sweeps.point import Figures, Job
 from dineros.analysis.sweeps.workers import PointProcesses
 
 if TYPE_CHECKING:
     from distributed import Client
 
+J = TypeVar("J", bound=Job | Part)
+
 PATIENCE = 60
 """Seconds to wait for the scheduler, and for the first worker."""
 
 
-def count_on_worker(job: Job) -> Figures:
-    """Count a point; runs on a worker of the cluster, which starts processes of its own for this."""
-    return _processes().count(job)
+def answer_on_worker(job: Job | Part) -> dict[str, Any]:
+    """Answer a job; runs on a worker of the cluster, which starts processes of its own for this."""
+    return _processes().answer(job)
+
+
+def end_on_worker(work: str) -> None:
+    """End the parts of a work that nobody waits for; runs on a worker."""
+    _processes().end_work(work)
 
 
 @cache
@@ -29,15 +37,38 @@ def _processes() -> PointProcesses:
 
 
 def cluster_figures(jobs: Iterable[Job], address: str) -> Generator[tuple[Job, Figures], None, None]:
-    """Count points on a Dask cluster; yield each when it is done.
+    """Count points on a Dask cluster; yield each when it is done. As `cluster_answers`."""
+    with closing(cluster_answers(jobs, address)) as answers:
+        for job, answer in answers:
+            yield job, Figures(**answer)
 
-    Points of a worker that dies are given to others by the scheduler; one that several die of is given up
+
+def first_known(
+    parts: Sequence[Part], address: str, is_known: Callable[[dict[str, Any]], bool]
+) -> dict[str, Any]:
+    """Return the first answer of some parts that is known, and end the others; the last one where none is.
+
+    Raises as `cluster_answers`.
+    """
+    answer: dict[str, Any] = {}
+    with closing(cluster_answers(parts, address)) as answers:
+        for _, answer in answers:
+            if is_known(answer):
+                break
+    return answer
+
+
+def cluster_answers(jobs: Iterable[J], address: str) -> Generator[tuple[J, dict[str, Any]], None, None]:
+    """Answer jobs on a Dask cluster; yield each with its answer, or with an error, when it is done.
+
+    Whoever closes the generator ends what is still worked on, where these are parts of a work.
+
+    Jobs of a worker that dies are given to others by the scheduler; one that several die of is given up
     (``distributed.scheduler.allowed-failures``).
 
     Parameters
     ----------
-    jobs : iterable of Job
-        The points.
+    jobs : iterable of Job or of Part
     address : str
         Of the scheduler, such as ``tcp://10.0.0.1:8786``.
 
@@ -55,38 +86,45 @@ def cluster_figures(jobs: Iterable[Job], address: str) -> Generator[tuple[Job, F
 
     waiting = iter(jobs)
     with _connected(address) as client:
-        running: dict[Any, Job] = {}
+        running: dict[Any, J] = {}
         completed = as_completed(loop=client.loop)
 
         def submit_some() -> None:
             # Enough to keep the workers busy, and no more: every point carries its model.
             most = 2 * sum(client.nthreads().values()) + 2
             while len(running) < most and (job := next(waiting, None)) is not None:
-                future = client.submit(count_on_worker, job, pure=False)
+                future = client.submit(answer_on_worker, job, pure=False)
                 running[future.key] = job
                 completed.add(future)
 
-        submit_some()
-        for future in completed:
-            if future.status not in ("finished", "error"):
-                raise SweepError(
-                    f"the scheduler at {address} went away", hint="run the same command again to go on"
-                )
-            job = running.pop(future.key)
-            error = future.exception()
-            if error is None:
-                yield job, future.result()
-            elif isinstance(error, KilledWorker):
-                yield job, Figures(error=f"its workers died: {' '.join(str(error).split())}")
-            elif isinstance(error, SweepError):
-                raise SweepError(f"a worker of {address}: {error.message}", hint=error.hint)
-            else:
-                reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
-                raise SweepError(
-                    f"a worker of {address} cannot count: {reason}",
-                    hint="install the same dineros[analysis] on all workers",
-                )
+        try:
             submit_some()
+            for future in completed:
+                if future.status not in ("finished", "error"):
+                    raise SweepError(
+                        f"the scheduler at {address} went away", hint="run the same command again to go on"
+                    )
+                job = running.pop(future.key)
+                error = future.exception()
+                if error is None:
+                    yield job, future.result()
+                elif isinstance(error, KilledWorker):
+                    yield job, {"error": f"its workers died: {' '.join(str(error).split())}"}
+                elif isinstance(error, SweepError):
+                    raise SweepError(f"a worker of {address}: {error.message}", hint=error.hint)
+                else:
+                    reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+                    raise SweepError(
+                        f"a worker of {address} cannot count: {reason}",
+                        hint="install the same dineros[analysis] on all workers",
+                    )
+                submit_some()
+        finally:
+            works = {job.work for job in running.values() if isinstance(job, Part)}
+            with suppress(Exception):  # the answers that count are there; a worker that is away ends alone
+                client.cancel(list(completed.futures))
+                for work in works:
+                    client.run(end_on_worker, work)
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from typing import Any, BinaryIO, get_type_hints
 
 from dineros.analysis.answers.budget import DEFAULT_MEMORY, Budget
 from dineros.analysis.sweeps.grid import Point, model_of
+from dineros.analysis.sweeps.parts import Part, answer_part
 from dineros.metamodel.errors import BudgetError, DinerosError
 
 
@@ -109,6 +110,11 @@ class Figures:
         return cls(**found) if all(fit) else None
 
 
+def read_job(line: str | bytes) -> Job | Part:
+    """Read what either's `to_json` wrote."""
+    return Part.from_json(line) if "task" in json.loads(line) else Job.from_json(line)
+
+
 def count(job: Job) -> Figures:
     """Count the state space of a point in this process."""
     from dineros.analysis.nets.memory import OWN_MEMORY, watched_memory
@@ -164,11 +170,11 @@ def _load_engine(engine: str) -> None:
     state_space(net, engine)  # type: ignore[arg-type]
 
 
-def _answer(job: Job) -> dict[str, Any]:
+def _answer(job: Job | Part) -> dict[str, Any]:
     from dineros.analysis.nets.memory import peak_memory
 
     try:
-        return asdict(count(job))
+        return answer_part(job) if isinstance(job, Part) else asdict(count(job))
     except (MemoryError, BudgetError):
         return asdict(Figures(peak_memory_bytes=peak_memory(), error="memory ran out"))
     except DinerosError as error:
@@ -177,7 +183,7 @@ def _answer(job: Job) -> dict[str, Any]:
         return asdict(Figures(error=f"unexpected {type(error).__name__}: {' '.join(str(error).split())}"))
 
 
-def _answer_in_a_fork(job: Job) -> dict[str, Any]:
+def _answer_in_a_fork(job: Job | Part) -> dict[str, Any]:
     parent = os.getpid()
     reading, writing = os.pipe()
     child = os.fork()
@@ -212,7 +218,7 @@ def serve(jobs: BinaryIO, answers: BinaryIO) -> None:
         answers.flush()
 
     for line in jobs:
-        job = Job.from_json(line)
+        job = read_job(line)
         try:
             _load_engine(job.engine)
         except Exception as error:  # such as a library that is not installed

@@ -16,6 +16,7 @@ from contextlib import suppress
 from typing import Any
 
 from dineros.analysis.sweeps.grid import SweepError
+from dineros.analysis.sweeps.parts import Part
 from dineros.analysis.sweeps.point import Figures, Job
 
 ATTEMPTS = 3
@@ -37,8 +38,8 @@ class PointProcess:
         self._process: subprocess.Popen[bytes] | None = None
         self._read = b""
 
-    def start(self, job: Job) -> None:
-        """Begin to count a point; wait until the engines are loaded, which may mean compiled.
+    def start(self, job: Job | Part) -> None:
+        """Begin to count a point, or to answer a part; wait until the engines are loaded or compiled.
 
         Raises
         ------
@@ -61,7 +62,11 @@ class PointProcess:
             )
 
     def finish(self, timeout: float | None) -> Figures:
-        """Return the figures of the point that was begun.
+        """Return the figures of the point that was begun; raises as `answer`."""
+        return Figures(**self.answer(timeout))
+
+    def answer(self, timeout: float | None) -> dict[str, Any]:
+        """Return what was answered to the job that was begun.
 
         Raises
         ------
@@ -73,7 +78,7 @@ class PointProcess:
         answer = self._line(timeout)
         if "died" in answer:
             raise PointDiedError(_cause(answer["died"]))
-        return Figures(**answer)
+        return answer
 
     def kill(self) -> None:
         """End the process, and the point in it; the next point starts a new one."""
@@ -141,6 +146,8 @@ class PointProcesses:
         self._all: list[PointProcess] = []
         self._first = threading.Lock()
         self._warm = False
+        self._busy: dict[PointProcess, str] = {}
+        self._ended: set[str] = set()
         self.closed = False
 
     def count(self, job: Job) -> Figures:
@@ -151,25 +158,41 @@ class PointProcesses:
         SweepError
             The engines cannot be loaded.
         """
-        cause = ""
+        return Figures(**self.answer(job))
+
+    def answer(self, job: Job | Part) -> dict[str, Any]:
+        """Return what is answered to a job, or an error; raises as `count`."""
+        cause, work = "", job.work if isinstance(job, Part) else ""
         for _ in range(ATTEMPTS):
-            if self.closed:
+            if self.closed or work in self._ended:
                 break
             process = self._take()
+            self._busy[process] = work
             try:
                 self._start(process, job)
-                return process.finish(job.timeout)
+                if work in self._ended:  # while there was no process to end yet
+                    process.kill()
+                    break
+                return process.answer(job.patience if isinstance(job, Part) else job.timeout)
             except PointDiedError as died:
                 cause = str(died)
                 process.kill()
             except PointTimeoutError:
                 process.kill()
-                return Figures(seconds=job.timeout, error=f"timeout after {job.timeout:g} s")
+                return {"seconds": job.timeout, "error": f"timeout after {job.timeout:g} s"}
             finally:
+                del self._busy[process]
                 self._idle.put(process)
-        return Figures(error=f"its process died {ATTEMPTS} times: {cause}")
+        return {"error": f"its process died {ATTEMPTS} times: {cause}"}
 
-    def _start(self, process: PointProcess, job: Job) -> None:
+    def end_work(self, work: str) -> None:
+        """End the parts of a work, from another thread; those that come later do not begin."""
+        self._ended.add(work)
+        for process, busy_with in list(self._busy.items()):
+            if busy_with == work:
+                process.end()
+
+    def _start(self, process: PointProcess, job: Job | Part) -> None:
         if self._warm:
             process.start(job)
             return

@@ -150,6 +150,7 @@ def check_ctl(
     budget: Budget = UNLIMITED,
     engine: Engine = "auto",
     orders: OrderCache | None = None,
+    seed: int = 1,
 ) -> Outcome:
     """Decide whether the initial marking of a net satisfies a CTL formula.
 
@@ -168,6 +169,8 @@ def check_ctl(
         ``auto`` begins explicitly, and goes on with both by turns where there are many markings.
     orders : OrderCache, optional
         Where orders of levels are kept for the symbolic engine.
+    seed : int
+        Of its search for an order.
 
     Returns
     -------
@@ -199,13 +202,13 @@ def check_ctl(
     elif engine == "auto":
         return _explicitly(net, tree, atoms, budget)
     if engine == "symbolic":
-        found = _symbolically(net, tree, atoms, budget, orders)
+        found = _symbolically(net, tree, atoms, budget, orders, seed)
         return found or _unknown(budget, 0, "the places have no known bounds")
     has_bounds = True
 
     def by_diagrams(share: Budget) -> Outcome | None:
         nonlocal has_bounds
-        found = _symbolically(net, tree, atoms, share, orders)
+        found = _symbolically(net, tree, atoms, share, orders, seed)
         has_bounds = found is not None
         return found if has_bounds else _unknown(share, 0, "the places have no known bounds")
 
@@ -248,6 +251,7 @@ def _symbolically(
     atoms: BoundAtoms,
     budget: Budget,
     orders: OrderCache | None,
+    seed: int,
 ) -> Outcome | None:
     """Decide with decision diagrams; None where bounds of places are not known, or too large for levels."""
     from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
@@ -257,7 +261,7 @@ def _symbolically(
 
     try:
         budget.check_time()
-        space = symbolic_state_space(net, budget, orders=orders)
+        space = symbolic_state_space(net, budget, seed, orders=orders)
     except (UnknownBoundError, LevelSizeError):
         return None
     except BudgetExceededError as limit:

@@ -21,6 +21,7 @@ from dineros.cli.options import ModelPath, command, json_option, model_argument,
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.evidence import confirm_option, confirmed_report, say_confirmation
 from dineros.cli.presentation.findings import print_report, say_capacities, write_witnesses
+from dineros.cli.presentation.scheduling import check_on_workers, scheduler_option
 from dineros.cli.quick_start import start_quickly
 
 if TYPE_CHECKING:
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
     help="Write a report (.html); or how the findings come about to OUT, OUT with .2, .3 ... (JSON Lines).",
 )
 @confirm_option
+@scheduler_option
 @memory_option
 @cache_option
 @settings_option
@@ -73,6 +75,7 @@ def check(
     witnesses: bool,
     output: Path | None,
     confirm: bool,
+    scheduler: str | None,
     memory: int | None,
     no_cache: bool,
     settings: tuple[str, ...],
@@ -92,6 +95,8 @@ def check(
         raise click.UsageError(f"capacities are no findings: there is no --format {format} of them")
     if suggest_capacities and output is not None:
         raise click.UsageError("capacities are no findings: -o does not go with --suggest-capacities")
+    if scheduler is not None and (confirm or suggest_capacities):
+        raise click.UsageError("--scheduler goes with neither --confirm nor --suggest-capacities")
     net = load_valid(model, settings)
     if suggest_capacities:
         return _suggest(net, model, memory, format == "json", witnesses)
@@ -99,7 +104,10 @@ def check(
     try:
         with exploring() as progress:
             budget = budget_of(memory, progress=progress)
-            check_model(net, budget, report, behaviour, orders_beside(model, no_cache))
+            if scheduler is None:
+                check_model(net, budget, report, behaviour, orders_beside(model, no_cache))
+            else:
+                check_on_workers(net, scheduler, report, at_any_cost=behaviour, memory=memory)
             confirmation = confirmed_report(report, budget) if confirm else None
     except KeyboardInterrupt:
         report.unknown.append(Unknown("everything else", "interrupted"))

@@ -30,6 +30,7 @@ from dineros.cli.presentation.evidence import (
     say_certificate,
     say_confirmation,
 )
+from dineros.cli.presentation.scheduling import answer_on_workers, scheduler_option
 from dineros.cli.quick_start import start_quickly
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
 )
 @certificate_option
 @confirm_option
+@scheduler_option
 @question_options
 def find(
     model: Path,
@@ -70,6 +72,7 @@ def find(
     timeout: float | None,
     certificate: Path | None,
     confirm: bool,
+    scheduler: str | None,
     output: Path | None,
     signals: str,
     overflow: str,
@@ -88,6 +91,8 @@ def find(
 
     if (enabled is None) == (marking is None):
         raise click.UsageError("give either --enabled or --marking")
+    if scheduler is not None and engine == "tina":
+        raise click.UsageError("workers of a scheduler do not ask TINA")
     subject = load_subject(model, settings, signals, overflow)
     question: Question
     if enabled is not None:
@@ -97,13 +102,20 @@ def find(
         question = Marking(subject.net, subject.names, marking, order)
     with exploring() as progress, reading_formula("--marking" if enabled is None else "--enabled"):
         budget, proved = budget_of(memory, timeout, progress).begun(), None
+        kind, text = ("enabled", enabled) if enabled is not None else ("marking", str(marking))
         if certificate is not None:
             from dineros.analysis.evidence.proving import Asked
 
-            kind, text = ("enabled", enabled) if enabled is not None else ("marking", str(marking))
             asked = Asked(subject, kind, text, signals, overflow, settings)
             proved = certified(asked, certificate, budget)
-        answer, confirmation = proved or ENGINES[engine].answer(question, budget), None
+        if proved is not None:
+            answer = proved
+        elif scheduler is not None:
+            asked_of = {"kind": kind, "text": text, "signals": signals, "overflow": overflow, "order": order}
+            answer = answer_on_workers(subject, scheduler, asked_of, memory, timeout)
+        else:
+            answer = ENGINES[engine].answer(question, budget)
+        confirmation = None
         if confirm and proved is None:
             answer, confirmation = confirmed(question, answer, budget)
     witness = witness_of(subject, answer.trace) if answer.trace is not None else None

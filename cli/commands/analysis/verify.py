@@ -31,6 +31,7 @@ from dineros.cli.presentation.evidence import (
     say_confirmation,
 )
 from dineros.cli.presentation.property_files import answer_properties, write_formula, write_properties
+from dineros.cli.presentation.scheduling import answer_on_workers, scheduler_option
 from dineros.cli.quick_start import start_quickly
 
 
@@ -79,6 +80,7 @@ from dineros.cli.quick_start import start_quickly
 @question_engine_option
 @certificate_option
 @confirm_option
+@scheduler_option
 @question_options
 def verify(
     model: Path,
@@ -92,6 +94,7 @@ def verify(
     engine: str,
     certificate: Path | None,
     confirm: bool,
+    scheduler: str | None,
     output: Path | None,
     signals: str,
     overflow: str,
@@ -117,14 +120,16 @@ def verify(
     from dineros.metamodel.errors import DinerosError
 
     if properties:
-        others = (ltl, ctl, weak, strong, output, certificate, confirm or None)
+        others = (ltl, ctl, weak, strong, output, certificate, confirm or None, scheduler)
         if engine == "tina" or any(other not in (None, ()) for other in others):
-            alone = "--ltl, --ctl, --fair, --engine tina, --certificate, --confirm and -o"
+            alone = "--ltl, --ctl, --fair, --engine tina, --certificate, --confirm, --scheduler and -o"
             raise click.UsageError(f"--properties goes with none of {alone}")
         subject = load_subject(model, settings, signals, overflow)
         if written is not None:
             return write_properties(subject, properties, written)
         return answer_properties(subject, model, properties, budget_of(memory, timeout), as_json)
+    if scheduler is not None and engine == "tina":
+        raise click.UsageError("workers of a scheduler do not ask TINA")
     if (ltl is None) == (ctl is None):
         raise click.UsageError("give either --ltl or --ctl, or --properties")
     if ctl is not None and (weak or strong):
@@ -150,12 +155,20 @@ def verify(
         question = Branching(subject.net, subject.names, ctl, orders)
     with exploring() as progress, reading_formula("--ltl" if ctl is None else "--ctl"):
         budget, proved = budget_of(memory, timeout, progress).begun(), None
+        kind, text = ("ltl", ltl) if ltl is not None else ("ctl", str(ctl))
         if certificate is not None:
             from dineros.analysis.evidence.proving import Asked
 
-            kind, text = ("ltl", ltl) if ltl is not None else ("ctl", str(ctl))
             proved = certified(Asked(subject, kind, text, signals, overflow, settings), certificate, budget)
-        verdict, confirmation = proved or ENGINES[engine].answer(question, budget), None
+        if proved is not None:
+            verdict = proved
+        elif scheduler is not None:
+            asked_of: dict[str, object] = {"kind": kind, "text": text, "weak": weak, "strong": strong}
+            asked_of |= {"signals": signals, "overflow": overflow}
+            verdict = answer_on_workers(subject, scheduler, asked_of, memory, timeout)
+        else:
+            verdict = ENGINES[engine].answer(question, budget)
+        confirmation = None
         if confirm and proved is None:
             verdict, confirmation = confirmed(question, verdict, budget)
     witness = unfair = None

@@ -7,12 +7,15 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from case_study.build import build
 from dineros.analysis.sweeps import Axis, Figures, Grid
+from dineros.analysis.sweeps.parts import Part
 from dineros.analysis.sweeps.point import Job, count
 from dineros.analysis.sweeps.workers import (
     ATTEMPTS,
@@ -138,14 +141,14 @@ class Fragile(PointProcess):
 
     deaths = 0
 
-    def start(self, job: Job) -> None:
+    def start(self, job: Job | Part) -> None:
         pass
 
-    def finish(self, timeout: float | None) -> Figures:
+    def answer(self, timeout: float | None) -> dict[str, Any]:
         if type(self).deaths:
             type(self).deaths -= 1
             raise PointDiedError("it was killed by SIGKILL")
-        return Figures(states=1, complete=True)
+        return asdict(Figures(states=1, complete=True))
 
 
 @pytest.mark.parametrize("deaths", range(ATTEMPTS + 1))

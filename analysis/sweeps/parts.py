@@ -1,0 +1,247 @@
+"""Parts of questions for other machines: who answers what, as lines of JSON, and the answers together.
+
+A question about a net goes to several who may answer it: all engines by their own turns, and decision
+diagrams whose orders of levels are searched for from other starts. The first who knows ends the rest. The
+questions of a check go to several, each of whom makes the state space, and are answered side by side.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from dineros.analysis.answers.budget import DEFAULT_MEMORY, Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.sweeps.grid import parse_model
+
+if TYPE_CHECKING:
+    from dineros.analysis.model.subject import Subject
+    from dineros.analysis.nets.compiled import CompiledNet
+    from dineros.analysis.questions.engines import Question
+    from dineros.analysis.witnesses.findings import Finding, Report
+    from dineros.metamodel import pn
+
+STARTS = 3
+"""Starts of the search for an order that are tried at the same time."""
+
+TOGETHER = (("Clauses", "Boundedness", "Overflow", "Use"), ("Deadlock",), ("Repetition",))
+"""Questions of a check that one worker answers, by the names of their classes."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """What a worker needs for its part.
+
+    Attributes
+    ----------
+    model : str
+        The model, as XMI.
+    task : {"question", "check"}
+    asked : dict
+        Of a question: kind, text, signals, overflow, may be weak, strong and order; and start, 0 for all
+        engines and else that of the order search. Of a check: questions, and at_any_cost.
+    memory : int or None
+        Bytes that engines may take.
+    timeout : float or None
+        Seconds after which it is given up.
+    work : str
+        What it is a part of: ended together.
+    """
+
+    model: str
+    task: str
+    asked: dict[str, Any] = field(default_factory=dict)
+    memory: int | None = None
+    timeout: float | None = None
+    work: str = ""
+    engine: str = "auto"
+
+    @property
+    def questions(self) -> tuple[str, ...]:
+        """Names of the questions of a check; none of another task."""
+        return tuple(self.asked.get("questions", ()))
+
+    @property
+    def patience(self) -> float | None:
+        """Seconds after which its process is killed, if it has not given up by itself."""
+        return None if self.timeout is None else 1.1 * self.timeout + 2
+
+    def to_json(self) -> str:
+        """Return it in one line."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, line: str | bytes) -> Part:
+        """Read what `to_json` wrote."""
+        return cls(**json.loads(line))
+
+
+def answer_part(part: Part) -> dict[str, Any]:
+    """Answer a part in this process; the answer is a value of JSON."""
+    from dineros.analysis.nets.memory import OWN_MEMORY, watched_memory
+
+    budget = Budget(part.memory or DEFAULT_MEMORY, seconds=part.timeout).begun()
+    with watched_memory(budget.memory + OWN_MEMORY):
+        model = parse_model(part.model)
+        return (_question if part.task == "question" else _check)(model, part.asked, budget)
+
+
+def question_parts(
+    model: str, asked: dict[str, Any], memory: int | None, timeout: float | None, work: str
+) -> list[Part]:
+    """Return who is asked one question: all engines, and diagrams from several starts where they know it."""
+    starts = range(1 if asked["kind"] == "ltl" else STARTS)
+    return [Part(model, "question", {**asked, "start": n}, memory, timeout, work) for n in starts]
+
+
+def check_parts(model: str, at_any_cost: bool, memory: int | None, work: str) -> list[Part]:
+    """Return who is asked which questions of a check."""
+    return [
+        Part(model, "check", {"questions": list(names), "at_any_cost": at_any_cost}, memory, None, work)
+        for names in TOGETHER
+    ]
+
+
+def check_names(subject: Subject, kind: str, text: str) -> None:
+    """Find out before anybody is asked whether a question can be read.
+
+    Raises
+    ------
+    FormulaError
+        It cannot, or names something unknown.
+    """
+    from dineros.analysis.logic.language.atoms import BoundAtoms
+    from dineros.analysis.logic.language.parser import parse
+    from dineros.analysis.logic.language.syntax import Enabled, Name
+
+    logic: Any = {"marking": "state"}.get(kind, kind)
+    BoundAtoms(subject.net, Enabled(Name(text)) if kind == "enabled" else parse(text, logic), subject.names)
+
+
+def outcome_of(net: CompiledNet, answer: dict[str, Any]) -> Outcome:
+    """Return what a worker answered to a question; its run is replayed by whoever shows it."""
+    if "status" not in answer:
+        return Outcome("unknown", reason=str(answer.get("error") or "no answer"))
+    index = {name: number for number, name in enumerate(net.transitions)}
+    trace = None if answer["trace"] is None else tuple(index[name] for name in answer["trace"])
+    loop = tuple(index[name] for name in answer["loop"])
+    rest = {name: answer[name] for name in ("states", "seconds", "reason", "by")}
+    return Outcome(answer["status"], trace, loop, **rest)
+
+
+def add_report(report: Report, subject: Subject, part: Part, answer: dict[str, Any]) -> None:
+    """Put what a worker answered to its questions of a check into a report.
+
+    What several found out on their way, such as whether the net is bounded, is taken once.
+    """
+    from dineros.analysis.witnesses.findings import Finding, witness_of
+
+    if "findings" not in answer:
+        names = ", ".join(name.lower() for name in part.questions)
+        report.unknown.append(Outcome.left_open(names, str(answer.get("error") or "no answer")))
+        return
+    index = subject.transition_index
+    seen = {_key(finding) for finding in report.findings}
+    for found in answer["findings"]:
+        steps, loop = found.pop("trace"), found.pop("loop")
+        made = Finding(**{**found, "elements": tuple(found["elements"])})
+        if steps is not None:
+            witness = witness_of(subject, [index[name] for name in steps], loop)
+            made = Finding(made.rule, made.severity, made.elements, made.message, witness)
+        if _key(made) not in seen:
+            report.findings.append(made)
+    report.proved += [text for text in answer["proved"] if text not in report.proved]
+    known = {str(unknown) for unknown in report.unknown}
+    left = (Outcome.left_open(**unknown) for unknown in answer["unknown"])
+    report.unknown += [unknown for unknown in left if str(unknown) not in known]
+
+
+def _key(finding: Finding) -> tuple[str, tuple[str, ...], str]:
+    return finding.rule, finding.elements, finding.message
+
+
+def _check(model: pn.Net, asked: dict[str, Any], budget: Budget) -> dict[str, Any]:
+    from dineros.analysis.questions.check import QUESTIONS, check
+
+    wanted = {"Boundedness", *asked["questions"]}
+    chosen = [question for question in QUESTIONS if type(question).__name__ in wanted]
+    report = check(model, budget, at_any_cost=asked["at_any_cost"], questions=chosen)
+    return {
+        "findings": [
+            {
+                "rule": finding.rule,
+                "severity": finding.severity,
+                "elements": list(finding.elements),
+                "message": finding.message,
+                "trace": None if witness is None else [step.transition for step in witness.steps],
+                "loop": None if witness is None else witness.loop,
+            }
+            for finding in report.findings
+            for witness in [finding.witness]
+        ],
+        "proved": report.proved,
+        "unknown": [
+            {name: getattr(unknown, name) for name in ("question", "reason", "hint", "may_be_fault")}
+            for unknown in report.unknown
+        ],
+    }
+
+
+def _question(model: pn.Net, asked: dict[str, Any], budget: Budget) -> dict[str, Any]:
+    from dineros.analysis.model.subject import subject_of
+
+    subject = subject_of(model, asked["signals"], asked["overflow"])
+    question = _read(subject, asked)
+    start = asked["start"]
+    answer = question.decided(budget) if start == 0 else _drawn(subject, question, asked, start, budget)
+    names = subject.net.transitions
+    return {
+        "status": answer.status,
+        "trace": None if answer.trace is None else [names[t] for t in answer.trace],
+        "loop": [names[t] for t in answer.loop],
+        **{name: getattr(answer, name) for name in ("states", "seconds", "reason", "by")},
+    }
+
+
+def _read(subject: Subject, asked: dict[str, Any]) -> Question:
+    from dineros.analysis.questions.engines import Branching, Enabled, Linear, Marking
+
+    net, names, text = subject.net, subject.names, asked["text"]
+    match asked["kind"]:
+        case "enabled":
+            return Enabled(net, names, text, asked.get("order", "breadth-first"))
+        case "marking":
+            return Marking(net, names, text, asked.get("order", "breadth-first"))
+        case "ltl":
+            return Linear(net, names, text, tuple(asked.get("weak", ())), tuple(asked.get("strong", ())))
+    return Branching(net, names, text)
+
+
+def _drawn(
+    subject: Subject, question: Question, asked: dict[str, Any], start: int, budget: Budget
+) -> Outcome:
+    """Ask diagrams whose order of levels is searched for from another start."""
+    from dataclasses import replace
+
+    from dineros.analysis.logic.ctl.checking import check_ctl
+    from dineros.analysis.logic.language.parser import parse
+    from dineros.analysis.logic.language.syntax import Enabled, Exists, Finally, Name
+
+    net, names, text = subject.net, subject.names, asked["text"]
+    if asked["kind"] == "ctl":
+        return check_ctl(net, text, names, budget, engine="symbolic", seed=1 + start)
+    goal = Enabled(Name(text)) if asked["kind"] == "enabled" else parse(text, "state")
+    found = check_ctl(net, Exists(Finally(goal)), names, budget, engine="symbolic", seed=1 + start)
+    found = replace(found, by="decision diagrams")
+    if found.status == "violated":
+        return replace(found, status="unreachable", reason="")
+    if found.status != "holds" or found.reason.startswith("a run"):
+        return replace(found, status="unknown")
+    trace = found.trace or ()
+    if asked["kind"] == "enabled":
+        marking = net.initial.tolist()
+        for transition in trace:
+            marking = net.fire(transition, marking)
+        trace = (*trace, next(t for t in names.transitions(text) if net.is_enabled(t, marking)))
+    return replace(found, status="reachable", trace=trace, reason="")
