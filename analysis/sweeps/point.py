@@ -7,10 +7,8 @@ It answers ``{"started": true}`` when it has all it needs, and then the figures,
 
 from __future__ import annotations
 
-import ctypes
 import json
 import os
-import signal
 import sys
 import time
 from dataclasses import asdict, dataclass
@@ -18,6 +16,7 @@ from functools import cache
 from typing import Any, BinaryIO, get_type_hints
 
 from dineros.analysis.answers.budget import DEFAULT_MEMORY, Budget
+from dineros.analysis.answers.processes import die_with
 from dineros.analysis.sweeps.grid import Point, model_of
 from dineros.metamodel.errors import BudgetError, DinerosError
 
@@ -190,14 +189,6 @@ def _answer_in_a_fork(job: Job) -> dict[str, Any]:
     _, status = os.waitpid(child, 0)
     answer: dict[str, Any] = json.loads(text) if text else {"died": os.waitstatus_to_exitcode(status)}
     return answer
-
-
-def die_with(parent: int) -> None:
-    """Have the kernel end this process when the one that started it ends, however that happens (Linux)."""
-    set_parent_death_signal = 1  # PR_SET_PDEATHSIG of prctl(2)
-    ctypes.CDLL(None).prctl(set_parent_death_signal, int(signal.SIGKILL), 0, 0, 0)
-    if os.getppid() != parent:  # it ended before
-        os._exit(1)
 
 
 def serve(jobs: BinaryIO, answers: BinaryIO) -> None:
