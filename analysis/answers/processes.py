@@ -94,3 +94,11 @@ def _share(process: int) -> int:
             if line.startswith(b"Pss:"):
                 return int(line.split()[1]) * 1024
     return _resident(process)
+
+
+def running_seconds() -> float:
+    """Return the seconds since this process was started."""
+    with suppress(OSError, ValueError, IndexError, AttributeError):
+        words = (PROCESSES / "self/stat").read_bytes().rpartition(b")")[2].split()
+        return time.clock_gettime(time.CLOCK_BOOTTIME) - int(words[19]) / os.sysconf("SC_CLK_TCK")
+    return time.process_time()

@@ -8,6 +8,7 @@ from functools import cached_property
 from itertools import product
 from math import prod
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet, NetError
 from dineros.analysis.reductions.agglomerations import PostAgglomeration, PreAgglomeration
 from dineros.analysis.reductions.components import IndependentComponent, UnreadableTransition
@@ -177,8 +178,9 @@ def reduce(
     observed_places: Iterable[str] = (),
     observed_transitions: Iterable[str] = (),
     rules: Sequence[Rule] = RULES,
+    budget: Budget = UNLIMITED,
 ) -> Reduction:
-    """Apply reduction rules until none applies any more.
+    """Apply reduction rules until none applies any more, or time is up.
 
     Parameters
     ----------
@@ -191,11 +193,13 @@ def reduce(
         places around it.
     rules
         The rules, in the order in which they are tried.
+    budget
+        Its time; where that runs out, the net is what the rules have made of it until then.
 
     Returns
     -------
     Reduction
-        The same for the same input, whatever the hash seed.
+        The same for the same input, whatever the hash seed, if there is time enough.
 
     Raises
     ------
@@ -212,26 +216,30 @@ def reduce(
     >>> reduction.net.places, [str(equation) for equation in reduction.equations]
     (('wait', 'copy'), ['run = 0 + copy'])
     """
-    question = _question(net, preserve, observed_places, observed_transitions)
+    question, budget = _question(net, preserve, observed_places, observed_transitions), budget.begun()
     current = MutableNet.of(net)
     steps: list[Step] = []
     usable = [rule for rule in rules if question.preserve <= rule.preserves]
     cheap, costly = ([rule for rule in usable if rule.is_costly is flag] for flag in (False, True))
     while True:
-        while sum(_exhaust(rule, current, question, steps) for rule in cheap):
+        while sum(_exhaust(rule, current, question, steps, budget) for rule in cheap):
             pass
-        if not any(_exhaust(rule, current, question, steps) for rule in costly):
+        if not any(_exhaust(rule, current, question, steps, budget) for rule in costly):
             break
     return Reduction(net, current.compile(), question, tuple(steps))
 
 
-def _exhaust(rule: Rule, net: MutableNet, question: Question, steps: list[Step]) -> int:
-    """Apply one rule wherever it applies in one pass; return how often."""
+def _exhaust(rule: Rule, net: MutableNet, question: Question, steps: list[Step], budget: Budget) -> int:
+    """Apply one rule wherever it applies in one pass, while there is time; return how often."""
     before = len(steps)
+    if budget.left == 0:
+        return 0
     for step in rule.steps(net, question):
         if question.preserve <= step.preserves:
             net.apply(step.change)
             steps.append(step)
+            if budget.is_over:
+                break
     return len(steps) - before
 
 

@@ -129,7 +129,6 @@ def _count(job: Job, budget: Budget) -> Figures:
     if point.reduced:
         net = reduce(net, {"state_space_size"}).net
     space = state_space(net, job.engine, budget)  # type: ignore[arg-type]
-    reason = "memory ran out" if space.reason == "memory" else space.reason
     return Figures(
         places=space.places,
         transitions=space.transitions,
@@ -140,7 +139,7 @@ def _count(job: Job, budget: Budget) -> Figures:
         peak_memory_bytes=peak_memory(),
         engine=space.engine,
         complete=space.complete,
-        error=reason,
+        error=space.reason,
     )
 
 

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from functools import reduce
 from typing import TYPE_CHECKING, Literal
 
-from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.ctl.state_sets import Run, States, StateSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
@@ -215,11 +215,13 @@ def _explicitly(net: CompiledNet, tree: Formula, atoms: BoundAtoms, budget: Budg
 
     states = 0
     try:
+        budget.stage("the graph of markings")
         graph = StateGraph(net, list(atoms.conditions.items()), budget)
         try:
             graph.explore()
         finally:
             states = graph.size
+        budget.stage("sets of markings")
         return _decided(tree, ExplicitSets(graph), states, budget)
     except BudgetExceededError as limit:
         return _unknown(budget, states, limit)
@@ -250,9 +252,11 @@ def _symbolically(
         if not space.complete:
             raise DiagramMemoryError
         budget.check_time()
+        budget.stage("sets of markings as decision diagrams")
         return _decided(tree, SymbolicSets(space, atoms, budget), states, budget)
     except DiagramMemoryError:
-        return _unknown(budget, states, f"memory: more than {budget.memory / 2**20:.0f} MiB needed")
+        more = f"more than {budget.memory / 2**20:.0f} MiB needed"
+        return _unknown(budget, states, f"{RAN_OUT['memory']}: {more}")
     except BudgetExceededError as limit:
         return _unknown(budget, states, limit)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,8 +12,6 @@ from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
     VIOLATED,
-    budget_of,
-    exploring,
     load_subject,
     question_engine_option,
     question_options,
@@ -20,14 +19,17 @@ from dineros.cli.analysing import (
     write_witness,
 )
 from dineros.cli.console import say_json
-from dineros.cli.options import command, model_argument
+from dineros.cli.options import model_argument
 from dineros.cli.presentation.answers import say_way
+from dineros.cli.searching import search
+from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:
+    from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.explicit import Order
 
 
-@command(
+@search_command(
     "dineros find sorting.sym.xmi --enabled TShowResult",
     "dineros find sorting.sym.xmi --signals none --marking 'Shown >= 1 & StateGet >= 1'",
 )
@@ -43,12 +45,6 @@ if TYPE_CHECKING:
     help="Breadth first finds a shortest way, depth first often a long one sooner.",
 )
 @question_engine_option
-@click.option(
-    "--timeout",
-    type=click.FloatRange(min=0, min_open=True),
-    metavar="SECONDS",
-    help="Give up after so long.",
-)
 @question_options
 def find(
     model: Path,
@@ -74,28 +70,36 @@ def find(
 
     if (enabled is None) == (marking is None):
         raise click.UsageError("give either --enabled or --marking")
+    run, goal = search(), f"enabled({enabled})" if enabled is not None else str(marking)
+
+    def say(answer: Outcome) -> int:
+        answer = replace(answer, reason=run.reason(answer.reason))
+        witness = witness_of(subject, answer.trace) if answer.trace is not None else None
+        if output is not None and witness is not None:
+            write_witness(witness, output, model, settings, goal, answer.status)
+        if as_json:
+            say_json(
+                {
+                    "model": str(model),
+                    "goal": goal,
+                    "status": answer.status,
+                    "reason": answer.reason,
+                    "states": answer.states,
+                    "witness": witness.to_dict() if witness else None,
+                }
+            )
+        else:
+            say_way(answer, goal, witness, model, output)
+        return {"reachable": HOLDS, "unreachable": VIOLATED, "unknown": UNKNOWN}[answer.status]
+
+    run.draft(lambda ending: say(run.unknown(ending)))
     subject = load_subject(model, settings, signals, overflow)
     question: Question
     if enabled is not None:
         question = Enabled(subject.net, subject.names, enabled, order)
     else:
-        assert marking is not None
-        question = Marking(subject.net, subject.names, marking, order)
-    with exploring() as progress, reading_formula("--marking" if enabled is None else "--enabled"):
-        answer = ENGINES[engine].answer(question, budget_of(memory, timeout, progress))
-    witness = witness_of(subject, answer.trace) if answer.trace is not None else None
-    report = {
-        "model": str(model),
-        "goal": f"enabled({enabled})" if enabled is not None else marking,
-        "status": answer.status,
-        "reason": answer.reason,
-        "states": answer.states,
-        "witness": witness.to_dict() if witness else None,
-    }
-    if output is not None and witness is not None:
-        write_witness(witness, output, model, settings, str(report["goal"]), answer.status)
-    if as_json:
-        say_json(report)
-    else:
-        say_way(answer, str(report["goal"]), witness, model, output)
-    return {"reachable": HOLDS, "unreachable": VIOLATED, "unknown": UNKNOWN}[answer.status]
+        question = Marking(subject.net, subject.names, goal, order)
+    with reading_formula("--marking" if enabled is None else "--enabled"):
+        answer = ENGINES[engine].answer(question, run.budget())
+    with run.answer():
+        return say(answer)

@@ -4,26 +4,30 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
-    budget_of,
-    exploring,
+    budget_options,
     load_subject,
-    memory_option,
     say_witness,
     variant_options,
 )
 from dineros.cli.console import say, say_json
-from dineros.cli.options import command, json_option, model_argument, settings_option
+from dineros.cli.options import json_option, model_argument, settings_option
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.quick_start import start_quickly
+from dineros.cli.searching import search
+from dineros.cli.supervising import search_command
+
+if TYPE_CHECKING:
+    from dineros.analysis.questions.state_space import StateSpace
 
 
-@command(
+@search_command(
     "dineros statespace sorting.sym.xmi --signals none",
     "dineros statespace sorting.sym.xmi --set BlueObjects.tokens=0 --engine symbolic --json",
 )
@@ -45,7 +49,7 @@ from dineros.cli.quick_start import start_quickly
     show_default=True,
     help="How the explicit engine goes; counts are the same.",
 )
-@memory_option
+@budget_options
 @cache_option
 @settings_option
 @json_option
@@ -56,6 +60,7 @@ def statespace(
     reduce: bool,
     engine: str,
     order: str,
+    timeout: float | None,
     memory: int | None,
     no_cache: bool,
     settings: tuple[str, ...],
@@ -63,44 +68,38 @@ def statespace(
 ) -> int:
     """Count the complete state space of a model, exactly.
 
-    Exit status 3 where memory ran out, and what was seen is printed, or where the net is unbounded: then the
-    firings are printed that make places grow for ever.
+    Exit status 3 where time or memory ran out, and what was seen is printed, or where the net is unbounded:
+    then the firings are printed that make places grow for ever.
     """
     if order == "depth-first" and engine != "explicit":
         raise click.UsageError("--search depth-first goes with --engine explicit")
     start_quickly()
     orders = orders_beside(model, no_cache)
-    from dineros.analysis.questions.state_space import state_space
+    from dineros.analysis.questions.state_space import state_space, unfinished
 
-    subject = load_subject(model, settings, signals, overflow)
+    subject, run = load_subject(model, settings, signals, overflow), search()
     net, factor = subject.net, 1
-    if reduce:
-        from dineros.analysis.reductions import reduce as reduce_net
 
-        reduction = reduce_net(net, {"state_space_size"})
-        net, factor = reduction.net, reduction.count_factor
-    with exploring() as progress:
-        budget = budget_of(memory, progress=progress)
-        space = state_space(net, engine, budget, orders, order)  # type: ignore[arg-type]
-    if reduce:
-        space = replace(space, deadlocks=None)  # those of the reduced net tell nothing about the model
-    flattened = subject.flattened is not None
-    report = {
-        "model": str(model),
-        "signals": signals if flattened else None,
-        "overflow": overflow if flattened else None,
-        "reduced": reduce,
-        **space.to_dict(),
-    }
-    pumping = None
-    if space.pumping is not None and not reduce:
-        from dineros.analysis.witnesses.findings import pumping_witness
+    def say_space(space: StateSpace) -> int:
+        if reduce:
+            space = replace(space, deadlocks=None)  # those of the reduced net tell nothing about the model
+        flattened = subject.flattened is not None
+        report = {
+            "model": str(model),
+            "signals": signals if flattened else None,
+            "overflow": overflow if flattened else None,
+            "reduced": reduce,
+            **replace(space, reason=run.reason(space.reason)).to_dict(),
+        }
+        pumping = None
+        if space.pumping is not None and not reduce:
+            from dineros.analysis.witnesses.findings import pumping_witness
 
-        pumping = pumping_witness(subject, space.pumping)
-        report["pumping"] = pumping.to_dict()
-    if as_json:
-        say_json(report)
-    else:
+            pumping = pumping_witness(subject, space.pumping)
+            report["pumping"] = pumping.to_dict()
+        if as_json:
+            say_json(report)
+            return HOLDS if space.complete else UNKNOWN
         for name, value in report.items():
             if value not in (None, "") and name != "pumping":
                 say(f"{name.replace('_', ' '):22} {_shown(name, value)}")
@@ -108,7 +107,22 @@ def statespace(
                 say(f"{'states of the model':22} {space.states * factor:,}")
         if pumping is not None:
             say_witness(pumping)
-    return HOLDS if space.complete else UNKNOWN
+        return HOLDS if space.complete else UNKNOWN
+
+    def so_far(ending: str) -> int:
+        seen = run.last.count if run.last is not None and run.last.unit == "markings" else None
+        return say_space(unfinished(net, engine, seen, ending, run.limits.spent))
+
+    run.draft(so_far)
+    if reduce:
+        from dineros.analysis.reductions import reduce as reduce_net
+
+        run.stage("reducing the net")
+        reduction = reduce_net(net, {"state_space_size"})
+        net, factor = reduction.net, reduction.count_factor
+    space = state_space(net, engine, run.budget(), orders, order)  # type: ignore[arg-type]
+    with run.answer():
+        return say_space(space)
 
 
 def _shown(name: str, value: object) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,8 +12,6 @@ from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
     VIOLATED,
-    budget_of,
-    exploring,
     load_subject,
     question_engine_option,
     question_options,
@@ -19,14 +19,19 @@ from dineros.cli.analysing import (
     write_witness,
 )
 from dineros.cli.console import say_json
-from dineros.cli.options import ModelPath, command, model_argument
+from dineros.cli.options import ModelPath, model_argument
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.answers import say_unfairness, say_verdict
 from dineros.cli.presentation.property_files import answer_properties, write_formula, write_properties
 from dineros.cli.quick_start import start_quickly
+from dineros.cli.searching import search
+from dineros.cli.supervising import search_command
+
+if TYPE_CHECKING:
+    from dineros.analysis.answers.outcome import Outcome
 
 
-@command(
+@search_command(
     "dineros verify sorting.sym.xmi --signals none --ctl 'AG EF (Shown >= 3)'",
     "dineros verify sorting.sym.xmi --signals none --ltl 'G F fired(TSense)'",
     "dineros verify sorting.sym.xmi --ctl 'AG EF (Shown >= 3)' --write-properties questions.xml",
@@ -60,12 +65,6 @@ from dineros.cli.quick_start import start_quickly
     type=ModelPath(),
     metavar="FILE.xml",
     help="Write what is asked as a property file of the contest, instead of answering it.",
-)
-@click.option(
-    "--timeout",
-    type=click.FloatRange(min=0, min_open=True),
-    metavar="SECONDS",
-    help="Give up after so long; with --properties, so long for each of them, all together.",
 )
 @cache_option
 @question_engine_option
@@ -112,7 +111,7 @@ def verify(
         subject = load_subject(model, settings, signals, overflow)
         if written is not None:
             return write_properties(subject, properties, written)
-        return answer_properties(subject, model, properties, budget_of(memory, timeout), as_json)
+        return answer_properties(subject, model, properties, as_json)
     if (ltl is None) == (ctl is None):
         raise click.UsageError("give either --ltl or --ctl, or --properties")
     if ctl is not None and (weak or strong):
@@ -122,9 +121,41 @@ def verify(
             "--ctl cannot go with --engine tina: its program selt verifies LTL only",
             hint="leave out --engine, or say it in LTL",
         )
+    run, formula = search(), str(ltl or ctl)
+
+    def say(verdict: Outcome) -> int:
+        verdict = replace(verdict, reason=run.reason(verdict.reason))
+        witness = unfair = None
+        if verdict.status == "violated" and verdict.loop and ltl is not None:
+            unfair = unfairness(subject, verdict.stem, verdict.loop)
+        if verdict.stem or verdict.loop:
+            loop = len(verdict.stem) if verdict.loop else None
+            witness = witness_of(subject, [*verdict.stem, *verdict.loop], loop)
+        if output is not None and witness is not None:
+            write_witness(witness, output, model, settings, formula, verdict.status)
+        if as_json:
+            say_json(
+                {
+                    "model": str(model),
+                    "formula": formula,
+                    "status": verdict.status,
+                    "reason": verdict.reason,
+                    "states": verdict.states,
+                    "seconds": verdict.seconds,
+                    "witness": witness.to_dict() if witness else None,
+                    "unfair": unfair.to_dict(subject.net.transitions) if unfair else None,
+                }
+            )
+        else:
+            say_verdict(verdict, formula, witness, model, output, is_linear=ltl is not None)
+            if unfair is not None and output is None:
+                say_unfairness(unfair, subject.net.transitions)
+        return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
+
+    run.draft(lambda ending: say(run.unknown(ending)))
     subject = load_subject(model, settings, signals, overflow)
     if written is not None:
-        with reading_formula("--ltl" if ctl is None else "--ctl"):
+        with run.answer(), reading_formula("--ltl" if ctl is None else "--ctl"):
             return write_formula(subject, model, ltl, ctl, written)
     with reading_formula("--fair"):
         weak = fair_transitions(subject, weak)
@@ -136,30 +167,7 @@ def verify(
     else:
         assert ctl is not None
         question = Branching(subject.net, subject.names, ctl, orders)
-    with exploring() as progress, reading_formula("--ltl" if ctl is None else "--ctl"):
-        verdict = ENGINES[engine].answer(question, budget_of(memory, timeout, progress))
-    witness = unfair = None
-    if verdict.status == "violated" and verdict.loop and ltl is not None:
-        unfair = unfairness(subject, verdict.stem, verdict.loop)
-    if verdict.stem or verdict.loop:
-        loop = len(verdict.stem) if verdict.loop else None
-        witness = witness_of(subject, [*verdict.stem, *verdict.loop], loop)
-    report = {
-        "model": str(model),
-        "formula": ltl or ctl,
-        "status": verdict.status,
-        "reason": verdict.reason,
-        "states": verdict.states,
-        "seconds": verdict.seconds,
-        "witness": witness.to_dict() if witness else None,
-        "unfair": unfair.to_dict(subject.net.transitions) if unfair else None,
-    }
-    if output is not None and witness is not None:
-        write_witness(witness, output, model, settings, str(ltl or ctl), verdict.status)
-    if as_json:
-        say_json(report)
-    else:
-        say_verdict(verdict, str(ltl or ctl), witness, model, output, is_linear=ltl is not None)
-        if unfair is not None and output is None:
-            say_unfairness(unfair, subject.net.transitions)
-    return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
+    with reading_formula("--ltl" if ctl is None else "--ctl"):
+        verdict = ENGINES[engine].answer(question, run.budget())
+    with run.answer():
+        return say(verdict)

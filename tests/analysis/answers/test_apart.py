@@ -8,6 +8,7 @@ import subprocess
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -24,8 +25,13 @@ def is_running(process: int) -> bool:
         return False
 
 
-def first(apart: Apart) -> object:
+def first(apart: Apart) -> Any:
     return next(apart.messages())
+
+
+def sleeping(tell: Tell) -> None:
+    tell("begun")
+    time.sleep(FOR_EVER)
 
 
 def ends(process: int) -> bool:
@@ -58,10 +64,11 @@ def test_what_is_told_and_returned_arrives_in_order() -> None:
 
 def test_threads_of_the_work_do_not_tear_what_is_told() -> None:
     def work(tell: Tell) -> None:
-        threads = [
-            threading.Thread(target=lambda sign=sign: [tell(sign * 70_000) for _ in range(20)])
-            for sign in "abc"
-        ]
+        def say(sign: str) -> None:
+            for _ in range(20):
+                tell(sign * 70_000)
+
+        threads = [threading.Thread(target=say, args=sign) for sign in "abc"]
         for thread in threads:
             thread.start()
         for thread in threads:
@@ -132,7 +139,7 @@ def test_ended_it_is_gone_with_all_it_started_and_what_it_told_is_there() -> Non
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         own = subprocess.Popen(["sleep", str(FOR_EVER)], start_new_session=True)
         tell(own.pid)
-        with Apart(lambda inner: [inner("in"), time.sleep(FOR_EVER)]) as nested:
+        with Apart(sleeping) as nested:
             tell(nested.process)
             time.sleep(FOR_EVER)
 
@@ -149,7 +156,7 @@ def test_ended_it_is_gone_with_all_it_started_and_what_it_told_is_there() -> Non
 
 
 def test_leaving_the_context_ends_it() -> None:
-    with Apart(lambda tell: [tell("begun"), time.sleep(FOR_EVER)]) as apart:
+    with Apart(sleeping) as apart:
         assert first(apart) == "begun"
         with pytest.raises(ValueError, match="still runs"):
             apart.value()
@@ -158,12 +165,12 @@ def test_leaving_the_context_ends_it() -> None:
 
 def test_it_ends_with_the_process_that_started_it() -> None:
     def parent(tell: Tell) -> None:
-        with Apart(lambda inner: [inner("begun"), time.sleep(FOR_EVER)]) as apart:
+        with Apart(sleeping) as apart:
             tell((first(apart), apart.process))
             os.kill(os.getpid(), signal.SIGKILL)
 
     with Apart(parent) as apart:
-        said, process = first(apart)  # type: ignore[misc]
+        said, process = first(apart)
         assert said == "begun"
         assert ends(process)
 
@@ -180,7 +187,10 @@ def test_interrupts_from_the_terminal_are_for_the_parent() -> None:
 
 
 def test_of_several_the_first_that_knows_is_ready() -> None:
-    with Apart(lambda _: time.sleep(FOR_EVER)) as slow, Apart(lambda _: 1) as quick:
+    def silent(_: Tell) -> None:
+        time.sleep(FOR_EVER)
+
+    with Apart(silent) as slow, Apart(lambda _: 1) as quick:
         assert ready([slow, quick]) == [quick]
         assert list(quick.messages()) == [] and quick.value() == 1
 
