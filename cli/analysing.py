@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,12 +9,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from dineros.cli.console import say, warn
+from dineros.cli.console import say
 from dineros.cli.models import load, refuse_invalid
-from dineros.cli.options import invocation, json_option, settings_option, trace_option
+from dineros.cli.options import json_option, settings_option, trace_option
+from dineros.cli.searching import search
 
 if TYPE_CHECKING:
-    from dineros.analysis.answers.budget import Budget, Progress, ProgressCallback
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.witnesses.findings import Witness
     from dineros.analysis.witnesses.first_cause import Cause
@@ -25,16 +22,9 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-WATCHED_SHARE = 0.9
-"""Part of the free memory that a process may take unless told otherwise, of which engines take less."""
-
 HOLDS, VIOLATED, UNKNOWN = 0, 1, 3
 SIGNALS = ("none", "fully-enabled", "input-enabled", "io-enabled")
 OVERFLOW = ("weighted", "inhibitor")
-QUIET_COMPILATION = "DINEROS_QUIET_COMPILATION"
-"""Environment variable that keeps the line away which says that engines are compiled."""
-
-_CLEAR = "\r\033[K"
 _UNITS = {"k": 1 << 10, "m": 1 << 20, "g": 1 << 30}
 
 
@@ -84,39 +74,24 @@ def variant_options(function: F) -> F:
     return function
 
 
-def memory_option(function: F) -> F:
-    """Add `--memory`, in bytes; by default 70 % of what is free. The process is kept within it."""
-    option = click.option(
-        "--memory",
-        type=Memory(),
-        metavar="SIZE",
-        callback=_keep_within,
-        help="Memory that the process may use, such as 4G; default: 70 % of what is free.",
-    )
-    return option(function)
-
-
-def _keep_within(context: click.Context, _: click.Parameter, given: int | None) -> int | None:
-    """Watch over the memory of the process until the command ends; also over what no engine counts."""
-    from dineros.analysis.nets.memory import (
-        OWN_ADDRESSES,
-        free_memory,
-        mappable_memory,
-        resident_memory,
-        watched_memory,
-    )
-    from dineros.metamodel.errors import BudgetError
-
-    if not context.resilient_parsing:
-        if mappable_memory() < OWN_ADDRESSES:
-            raise BudgetError(
-                f"the limits of this process leave {mappable_memory() >> 20} MiB to map, "
-                f"and the program itself needs {OWN_ADDRESSES >> 20} MiB",
-                hint="raise the limit, see 'ulimit -a'",
-            )
-        budget = given if given is not None else resident_memory() + int(free_memory() * WATCHED_SHARE)
-        context.with_resource(watched_memory(budget))
-    return given
+def budget_options(function: F) -> F:
+    """Add `--timeout`, in seconds, and `--memory`, in bytes: what `dineros.cli.supervising` keeps."""
+    for option in (
+        click.option(
+            "--memory",
+            type=Memory(),
+            metavar="SIZE",
+            help="Memory that all processes may use, such as 4G; default: 70 % of what is free.",
+        ),
+        click.option(
+            "--timeout",
+            type=click.FloatRange(min=0, min_open=True),
+            metavar="SECONDS",
+            help="End after so long, with what is answered until then.",
+        ),
+    ):
+        function = option(function)
+    return function
 
 
 def question_engine_option(function: F) -> F:
@@ -133,48 +108,9 @@ def question_engine_option(function: F) -> F:
 
 def question_options(function: F) -> F:
     """Add the options of commands that ask one question about a net and show how it comes about."""
-    for option in (json_option, settings_option, memory_option, variant_options, trace_option):
+    for option in (json_option, settings_option, budget_options, variant_options, trace_option):
         function = option(function)
     return function
-
-
-def budget_of(
-    memory: int | None, seconds: float | None = None, progress: ProgressCallback | None = None
-) -> Budget:
-    """Return what a question may cost."""
-    from dineros.analysis.answers.budget import Budget
-
-    return Budget(memory_budget(memory), seconds=seconds, progress=progress)
-
-
-def memory_budget(given: int | None) -> int:
-    """Return the bytes an engine may use: of what is given, what the process itself does not need.
-
-    Raises
-    ------
-    MemoryBudgetError
-        The model has taken it all.
-    """
-    from dineros.analysis.nets.memory import (
-        DEFAULT_SHARE,
-        ENGINE_ADDRESSES,
-        ENGINE_MEMORY,
-        LEAST_FOR_SEARCH,
-        OWN_MEMORY,
-        MemoryBudgetError,
-        free_memory,
-        mappable_memory,
-        resident_memory,
-    )
-
-    if given is None:
-        budget, left = resident_memory() + free_memory(), int(free_memory() * DEFAULT_SHARE)
-    else:
-        budget, left = given, given - max(OWN_MEMORY, resident_memory() + ENGINE_MEMORY)
-    left = min(left, mappable_memory() - ENGINE_ADDRESSES)
-    if left < LEAST_FOR_SEARCH:
-        raise MemoryBudgetError(budget)
-    return left
 
 
 def load_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> Subject:
@@ -183,6 +119,7 @@ def load_subject(path: Path, settings: Sequence[str], signals: str, overflow: st
     from dineros.metamodel.errors import DinerosError, Location
 
     model = load_valid(path, settings)
+    search().stage("flattening")
     try:
         return subject_of(model, signals, overflow)  # type: ignore[arg-type]
     except DinerosError as error:
@@ -192,6 +129,7 @@ def load_subject(path: Path, settings: Sequence[str], signals: str, overflow: st
 
 def load_valid(path: Path, settings: Sequence[str]) -> pn.Net:
     """Read a model, change it, and refuse it where it is not valid."""
+    search().stage("reading the model")
     model = load(path, settings)
     refuse_invalid(model, path)
     return model
@@ -214,62 +152,6 @@ def reading_formula(option: str) -> Iterator[None]:
     except FormulaError as error:
         where = f"{option}, column {error.column}" if error.column else option
         raise DinerosError(f"{where}: {error.message}", hint=error.hint) from None
-
-
-@contextmanager
-def exploring() -> Iterator[Callable[[Progress], None]]:
-    """Show how far an engine is, on terminals only, and what was seen when it is interrupted.
-
-    The value is the callback for the engine. A first run, which compiles the engines, says so.
-    """
-    shown = sys.stderr.isatty() and invocation().verbosity >= 0
-    began = time.monotonic()
-    last: list[Any] = [None, began]
-
-    def tell(progress: Progress) -> None:
-        last[0], now = progress, time.monotonic()
-        if shown and now - last[1] >= 0.5:
-            last[1] = now
-            sys.stderr.write(f"\r\033[K{progress}")
-            sys.stderr.flush()
-
-    try:
-        with _announcing_compilation():
-            yield tell
-    except KeyboardInterrupt:
-        after = f"interrupted after {time.monotonic() - began:.1f} s"
-        click.echo(f"{_CLEAR if shown else ''}{after}: {last[0] or 'nothing seen yet'}", err=True)
-        raise
-    finally:
-        if shown:
-            sys.stderr.write(_CLEAR)
-            sys.stderr.flush()
-
-
-@contextmanager
-def _announcing_compilation() -> Iterator[None]:
-    """Say once, unless `-q` is given, that kernels are compiled, as soon as the first one is.
-
-    Numba keeps them for later runs. Who compares what is printed sets `QUIET_COMPILATION`.
-    """
-    if invocation().verbosity < 0 or os.environ.get(QUIET_COMPILATION):
-        yield
-        return
-    from numba.core import event
-
-    class Announcer(event.Listener):
-        said = False
-
-        def on_start(self, _: event.Event) -> None:
-            if not self.said:
-                warn("compiling the engines, once after an installation; this takes up to a minute")
-            Announcer.said = True
-
-        def on_end(self, _: event.Event) -> None:
-            """Nothing to say."""
-
-    with event.install_listener("numba:compile", Announcer()):
-        yield
 
 
 def say_witness(witness: Witness) -> None:

@@ -1,7 +1,7 @@
 """The command ``dineros``: finds the subcommands, and turns every error into one line and an exit status.
 
 Exit statuses: 0 fine, 1 a property is violated or a check found something, 2 wrong use or bad input,
-3 unknown (a budget was hit); 130 interrupted, 141 nobody reads the output any more.
+3 unknown (a budget was hit, or a search interrupted); 130 interrupted, 141 nobody reads the output any more.
 """
 
 from __future__ import annotations
@@ -18,15 +18,11 @@ from typing import Any
 import click
 
 from dineros.cli import commands
+from dineros.cli.failures import failed
 from dineros.cli.options import COMPLETION_VARIABLE, Invocation, show_version, standard_options
-from dineros.metamodel.errors import BudgetError, DinerosError, near_matches, without_middle
+from dineros.metamodel.errors import near_matches
 
-WRONG_USE = 2
-UNKNOWN = 3
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
-NO_READER = 141  # 128 + SIGPIPE
-
-REPORT_AT = "please report it, with the model and what --debug adds"
 
 
 class Subcommands(click.Group):
@@ -68,7 +64,8 @@ class Subcommands(click.Group):
         """Run the command line and exit; see `click.Command.main`."""
         if not standalone_mode or COMPLETION_VARIABLE in os.environ:
             return super().main(args, "dineros", complete_var, standalone_mode, **extra)
-        sys.exit(self._status(sys.argv[1:] if args is None else list(args)))
+        is_alone = args is None  # else somebody calls, whose process this is
+        sys.exit(self._status(sys.argv[1:] if args is None else list(args), is_alone))
 
     def _run(self, arguments: list[str], invocation: Invocation) -> int:
         try:
@@ -77,9 +74,10 @@ class Subcommands(click.Group):
         except click.exceptions.Exit as finished:  # --help and --version
             return finished.exit_code
 
-    def _status(self, arguments: list[str]) -> int:
+    def _status(self, arguments: list[str], is_alone: bool) -> int:
         """Run the command line; print at most one line where that fails."""
-        invocation = Invocation(debug=os.environ.get("DINEROS_DEBUG", "") not in ("", "0"))
+        debug = os.environ.get("DINEROS_DEBUG", "") not in ("", "0")
+        invocation = Invocation(debug=debug, is_alone=is_alone)
         if isinstance(sys.stdout, TextIOWrapper):  # names of files and elements that no terminal can show
             sys.stdout.reconfigure(errors="backslashreplace")
         try:
@@ -88,15 +86,8 @@ class Subcommands(click.Group):
             return status
         except (KeyboardInterrupt, EOFError, click.Abort):
             return INTERRUPTED
-        except BrokenPipeError:
-            return _no_reader()
         except Exception as error:
-            if invocation.debug:
-                import traceback
-
-                traceback.print_exc()
-            _complain(without_middle(_one_line(error)))
-            return UNKNOWN if isinstance(error, BudgetError) else WRONG_USE
+            return failed(error, invocation.debug)
 
 
 @cache
@@ -105,42 +96,6 @@ def _modules() -> dict[str, str]:
     found = pkgutil.walk_packages(commands.__path__, f"{commands.__name__}.")
     names = [module.name for module in found if not module.ispkg]
     return {name.rpartition(".")[2].replace("_", "-"): name for name in names}
-
-
-def _one_line(error: Exception) -> str:
-    """Say what went wrong, without a stack trace."""
-    if isinstance(error, click.ClickException):
-        context = getattr(error, "ctx", None)
-        path = context.command_path if context else "dineros"
-        message = " ".join(error.format_message().split()).rstrip(".")
-        message = message[:1].lower() + message[1:] if message[1:2].islower() else message
-        return f"{path}: {message} (see {path} --help)"
-    if isinstance(error, DinerosError):
-        located = error.location is not None and str(error.location)
-        return str(error) if located else f"dineros: {error}"
-    if isinstance(error, OSError) and error.strerror:
-        named = isinstance(error.filename, str)  # it may be the number of a descriptor
-        return f"{error.filename if named else 'dineros'}: {error.strerror}"
-    text = " ".join(str(error).split())
-    return f"dineros: unexpected {type(error).__name__}{': ' if text else ''}{text} ({REPORT_AT})"
-
-
-def _complain(line: str) -> None:
-    try:
-        click.echo(line, err=True)
-    except BrokenPipeError:
-        _no_reader()
-
-
-def _no_reader() -> int:
-    """Keep Python from failing once more when it closes the streams."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    for stream in (sys.stdout, sys.stderr):
-        try:
-            stream.flush()
-        except BrokenPipeError:
-            os.dup2(nowhere, stream.fileno())
-    return NO_READER
 
 
 @click.group(

@@ -19,10 +19,24 @@ COMPLETION_VARIABLE = "_DINEROS_COMPLETE"
 
 @dataclass
 class Invocation:
-    """What holds for one run of the command line, whatever the subcommand."""
+    """What holds for one run of the command line, whatever the subcommand.
+
+    Attributes
+    ----------
+    debug : bool
+        Whether stack traces are shown.
+    verbosity : int
+        1 with `-v`, -1 with `-q`.
+    is_alone : bool
+        Whether the process is there for this run only; else it is that of a program which calls the command.
+    is_watched : bool
+        Whether another process shows how far this one is.
+    """
 
     debug: bool = False
     verbosity: int = 0
+    is_alone: bool = False
+    is_watched: bool = False
 
 
 def invocation() -> Invocation:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from dineros.cli.analysing import QUIET_COMPILATION
+from dineros.cli.searching import QUIET_COMPILATION
 
 WORKSPACE = Path(__file__).resolve().parents[1] / "case_study/workspace"
 

@@ -11,6 +11,10 @@ DEFAULT_MEMORY = 2 << 30
 """Bytes that diagrams may take where nobody says how many."""
 
 
+RAN_OUT = {"time": "time ran out", "memory": "memory ran out"}
+"""Why an answer is not known, as reports say it, by what engines call it."""
+
+
 @dataclass(frozen=True)
 class Progress:
     """How far an engine is.
@@ -38,6 +42,7 @@ class Progress:
 
 
 ProgressCallback = Callable[[Progress], None]
+StageCallback = Callable[[str], None]
 
 
 class BudgetExceededError(Exception):
@@ -62,6 +67,8 @@ class Budget:
     progress : callable
         Called a few times a second; an exception raised in it ends the work, KeyboardInterrupt with an answer
         where the engine has one.
+    stages : callable
+        Told the name of each stage of the work as it begins; see `stage`.
     started, deadline : float or None
         Where `time.perf_counter` stood at the beginning, and where time is up.
 
@@ -77,6 +84,7 @@ class Budget:
     states: int | None = None
     seconds: float | None = None
     progress: ProgressCallback | None = field(default=None, compare=False, repr=False)
+    stages: StageCallback | None = field(default=None, compare=False, repr=False)
     started: float | None = field(default=None, compare=False, repr=False)
     deadline: float | None = field(default=None, compare=False, repr=False)
 
@@ -141,12 +149,18 @@ class Budget:
     def check_time(self) -> None:
         """Raise `BudgetExceededError` when time is up."""
         if self.is_over:
-            raise BudgetExceededError(f"time: more than {self.seconds:g} s")
+            raise BudgetExceededError(RAN_OUT["time"])
 
     def check_memory(self, needed: int) -> None:
         """Raise `BudgetExceededError` when tables of `needed` bytes would be too large."""
         if self.memory_bytes is not None and needed > self.memory_bytes:
-            raise BudgetExceededError(f"memory: more than {self.memory_bytes / 2**20:.0f} MiB needed")
+            more = f"more than {self.memory_bytes / 2**20:.0f} MiB needed"
+            raise BudgetExceededError(f"{RAN_OUT['memory']}: {more}")
+
+    def stage(self, name: str) -> None:
+        """Tell what is done now, such as ``bounds of places``."""
+        if self.stages is not None:
+            self.stages(name)
 
     def report(self, progress: Progress) -> None:
         """Tell how far an engine is; raise `BudgetExceededError` when time is up or states are too many."""

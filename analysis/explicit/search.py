@@ -96,6 +96,7 @@ class Search:
     def __post_init__(self) -> None:
         self._started = time.perf_counter()
         self._told = self._started
+        self.budget.stage("the layout of markings")
         self.layout = layout(self.net)
         self._is_guarded = any(cell.has_guard for cell in self.layout.cells)
         if self._is_guarded or self.is_depth_first:
@@ -183,6 +184,7 @@ class Search:
 
     def run(self) -> None:
         """Search until all is seen, all goals are found or a limit is hit."""
+        self.budget.stage("explicit search")
         try:
             self._run()
         except KeyboardInterrupt:
@@ -193,6 +195,7 @@ class Search:
             if self._pool is not None:
                 self._pool.shutdown(wait=True)
         if self.reason in ("memory", "states", "time") and self._is_guarded and self.pumping is None:
+            self.budget.stage("coverability")
             self.pumping = coverability(self.net, COVERABILITY_NODES).pumping
         if self.pumping is not None and self.reason not in (None, "goal"):
             self.reason = "unbounded"

@@ -16,6 +16,8 @@ from dineros.metamodel.errors import BudgetError
 ROOT = Path("/")
 #: Part of the free memory that a search may take unless told otherwise.
 DEFAULT_SHARE = 0.7
+WATCHED_SHARE = 0.9
+"""Part of the free memory that all processes together may take unless told otherwise."""
 #: Limits from here on are none: version 1 of control groups writes a number of pages that fills a word.
 NO_LIMIT = 1 << 60
 OWN_MEMORY = 320 << 20
@@ -68,11 +70,44 @@ class MemoryBudgetError(BudgetError):
     def __init__(self, budget: int) -> None:
         is_limited = mappable_memory() < NO_LIMIT
         more = "allow more with --memory" if not is_limited else "allow more with --memory and 'ulimit'"
-        super().__init__(
-            f"memory ran out: the process may use {budget >> 20} MiB",
-            hint=f"{more}, or make the model smaller",
-        )
+        self.limit = f"the process may use {budget >> 20} MiB"
+        super().__init__(f"memory ran out: {self.limit}", hint=f"{more}, or make the model smaller")
         self.budget = budget
+
+
+def memory_of_process(given: int | None) -> int:
+    """Return the bytes that this process and all that it starts may have: by default most of what is free.
+
+    Raises
+    ------
+    BudgetError
+        The limits of the process leave less than it needs.
+    """
+    if mappable_memory() < OWN_ADDRESSES:
+        raise BudgetError(
+            f"the limits of this process leave {mappable_memory() >> 20} MiB to map, "
+            f"and the program itself needs {OWN_ADDRESSES >> 20} MiB",
+            hint="raise the limit, see 'ulimit -a'",
+        )
+    return given if given is not None else resident_memory() + int(free_memory() * WATCHED_SHARE)
+
+
+def memory_for_engines(given: int | None) -> int:
+    """Return the bytes an engine may use: of what is given, what the process itself does not need.
+
+    Raises
+    ------
+    MemoryBudgetError
+        The model has taken it all.
+    """
+    if given is None:
+        budget, left = resident_memory() + free_memory(), int(free_memory() * DEFAULT_SHARE)
+    else:
+        budget, left = given, given - max(OWN_MEMORY, resident_memory() + ENGINE_MEMORY)
+    left = min(left, mappable_memory() - ENGINE_ADDRESSES)
+    if left < LEAST_FOR_SEARCH:
+        raise MemoryBudgetError(budget)
+    return left
 
 
 @contextmanager

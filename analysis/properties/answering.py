@@ -129,22 +129,22 @@ class _Work:
 
     def run(self) -> None:
         """Go through the stages until everything is answered."""
-        for stage, share in (
-            (self._few, 0.02),
-            (self._walk, 0.03),
-            (self._bound, 0.05),
-            (self._exclude, 0.08),
-            (self._many, 0.08),
-            (self._probe, 0.05),
-            (self._induce, 0.05),
-            (self._draw, 0.25),
-            (self._alone, 1.0),
-            (self._again, 1.0),
+        for stage, share, name in (
+            (self._few, 0.02, "the first markings"),
+            (self._walk, 0.03, "random walks"),
+            (self._bound, 0.05, "bounds of places"),
+            (self._exclude, 0.08, "the state equation"),
+            (self._many, 0.08, "many markings"),
+            (self._probe, 0.05, "markings far away"),
+            (self._induce, 0.05, "induction"),
+            (self._draw, 0.25, "decision diagrams"),
+            (self._alone, 1.0, "each question alone"),
+            (self._again, 1.0, "what is left"),
         ):
             if self.sheet.is_done or self.clock.is_over():
                 return
             if not self.has_all or stage in (self._many, self._alone, self._again):
-                self._stage(stage.__name__.lstrip("_"))
+                self._stage(name)
                 stage(Clock(min(self.clock.left, share * self.seconds * len(self.sheet.properties))))
 
     @property

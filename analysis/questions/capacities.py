@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.model.queues import Queue, queues
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.compiled import CompiledNet, Transition
@@ -50,7 +50,9 @@ class Capacity:
     witness: Witness | None = None
 
 
-def suggest_capacities(model: sym.SystemModel, budget: Budget = UNLIMITED) -> list[Capacity]:
+def suggest_capacities(
+    model: sym.SystemModel, budget: Budget = UNLIMITED, found: list[Capacity] | None = None
+) -> list[Capacity]:
     """Return the smallest capacity at which each queue loses no message, all others left as they are.
 
     Parameters
@@ -58,17 +60,22 @@ def suggest_capacities(model: sym.SystemModel, budget: Budget = UNLIMITED) -> li
     model : sym.SystemModel
         The model; it is not changed.
     budget : Budget, optional
-        Of all searches; its memory is that of each.
-
-    Raises
-    ------
-    BudgetExceededError
-        If time runs out.
+        Of all searches; its memory is that of each. Where its time runs out, a queue has no number.
+    found : list of Capacity, optional
+        Where to put the answers as they come, for those who want them after an interruption.
     """
+    found = [] if found is None else found
     # With inhibitor arcs (T5a) the capacity is an initial marking and nothing else.
     subject = base_subject(model, overflow="inhibitor")
-    search = _Search(subject, budget.begun())
-    return [search.needed(queue) for queue in queues(subject)]
+    budget = budget.begun()
+    search = _Search(subject, budget)
+    for queue in queues(subject):
+        try:
+            budget.stage(f"the capacity of {queue}")
+            found.append(search.needed(queue))
+        except BudgetExceededError as limit:
+            found.append(Capacity(queue, search.limit(queue), None, str(limit)))
+    return found
 
 
 class _Search:
@@ -82,7 +89,7 @@ class _Search:
     def _space(self, net: CompiledNet) -> SymbolicStateSpace | None:
         try:
             space = symbolic_state_space(net, self._budget)
-        except (UnknownBoundError, LevelSizeError):
+        except (UnknownBoundError, LevelSizeError, BudgetExceededError):
             return None
         return space if space.complete else None
 
@@ -90,8 +97,8 @@ class _Search:
         """Find the smallest sufficient capacity of one queue."""
         net = self._subject.net
         if not queue.drops:  # a publisher on a server page without instances
-            return Capacity(queue, self._limit(queue), 1)
-        limit = self._limit(queue)
+            return Capacity(queue, self.limit(queue), 1)
+        limit = self.limit(queue)
         if self._own is not None and _never_loses(self._own, queue):
             return self._least(queue, limit, self._own)
         growth = coverability(_without_limit(net, queue.drops, queue.capacity))
@@ -109,7 +116,8 @@ class _Search:
                 return self._least(queue, limit, space)
         return Capacity(queue, limit, None, f"a capacity of {large} is not enough")
 
-    def _limit(self, queue: Queue) -> int:
+    def limit(self, queue: Queue) -> int:
+        """Return the capacity that a queue has in the model."""
         net = self._subject.net
         return int(net.initial[net.places.index(queue.capacity)])
 

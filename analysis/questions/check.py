@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.covering.firings import Firings, firings
 from dineros.analysis.covering.growth import growth_of, remedy_of
@@ -35,7 +35,9 @@ NEAR = 64 << 20
 """Bytes for the search for a shortest way to a fault; one that is further off is found by the state space."""
 
 BEHAVIOUR = "liveness, reversibility, home markings"
-OUT_OF_MEMORY = "memory ran out"
+OUT_OF_MEMORY = RAN_OUT["memory"]
+SPACE_SHARE = 0.6
+"""Part of the time in which the state space is made; the rest is for what can be answered without it."""
 
 
 def check(
@@ -53,7 +55,7 @@ def check(
     model : pn.Net
         A system model, or any place/transition net.
     budget : Budget, optional
-        What it may cost; running out of memory leaves questions unknown.
+        What it may cost; running out of time or memory leaves questions unknown.
     report : Report, optional
         Where to put the answers as they come, for those who want them after an interruption.
     at_any_cost : bool
@@ -67,7 +69,12 @@ def check(
     work = None if at_any_cost else CHEAP
     checked = Checked(model, report, budget.begun(), work, orders)
     for question in QUESTIONS if questions is None else questions:
-        question.ask(checked)
+        checked.budget.stage(question.asks)
+        try:
+            checked.budget.check_time()
+            question.ask(checked)
+        except BudgetExceededError as limit:
+            question.leave_open(checked, str(limit))
         if checked.is_closed:
             break
     return report
@@ -131,9 +138,16 @@ class Question(ABC):
     ----------
     faults : tuple of Fault
         What it may find.
+    asks : str
+        What is not known where it is left open.
     """
 
     faults: ClassVar[Sequence[Fault]]
+    asks: ClassVar[str]
+
+    def leave_open(self, checked: Checked, reason: str) -> None:
+        """Leave it, or what is left of it, undecided."""
+        checked.leave_open(self.asks, reason)
 
     @abstractmethod
     def ask(self, checked: Checked) -> None:
@@ -150,6 +164,7 @@ class Clauses(Question):
         "{clause}",
     )
     faults = (UNSATISFIABLE,)
+    asks = "whether every clause can be true"
 
     def ask(self, checked: Checked) -> None:
         """Ask a SAT solver."""
@@ -170,31 +185,41 @@ class Boundedness(Question):
         "unbounded", "error", "Tokens can grow without bound.", "tokens grow without bound: {places}"
     )
     faults = (UNBOUNDED,)
+    asks = "all questions on the state space"
+
+    def leave_open(self, checked: Checked, reason: str) -> None:
+        """End, as the others are asked of what is made here."""
+        checked.close(self.asks, reason)
 
     def ask(self, checked: Checked) -> None:
-        """Make the state space."""
+        """Make the state space, or find out what is known without it."""
         subject = checked.subject = base_subject(checked.model)
-        everything = "all questions on the state space"
+        share = checked.budget.share(SPACE_SHARE)
         try:
-            space = checked.space = symbolic_state_space(subject.net, checked.budget, orders=checked.orders)
+            space = symbolic_state_space(subject.net, share, orders=checked.orders)
         except UnknownBoundError as error:
             pumping = growth_of(subject.net, checked.budget.share(0.3))
             if pumping is None:
                 checked.leave_open("whether the net is bounded", str(error))
             else:
                 self._grows(checked, pumping)
-            checked.firings = firings(subject.net, checked.budget)
         except LevelSizeError as error:
-            checked.close(everything, error.message)
+            checked.close(self.asks, error.message)
+            return
+        except BudgetExceededError as limit:
+            checked.leave_open("whether the net is bounded", str(limit))
         else:
-            if not space.complete:
-                checked.close(everything, f"{space.reason} ran out")
+            if space.complete:
+                checked.space = checked.report.space = space
+                checked.report.proved.append(
+                    f"the net is bounded: {space.markings} markings without signals, "
+                    f"at most {max(space.largest_place(), default=0)} tokens in a place"
+                )
                 return
-            checked.report.space = space
-            checked.report.proved.append(
-                f"the net is bounded: {space.markings} markings without signals, "
-                f"at most {max(space.largest_place(), default=0)} tokens in a place"
-            )
+            checked.leave_open("whether the net is bounded", RAN_OUT[space.reason])
+            del space  # its memory is needed
+        checked.budget.stage("what can happen without bounds")
+        checked.firings = firings(subject.net, checked.budget)
 
     def _grows(self, checked: Checked, pumping: Pumping) -> None:
         subject, report = checked.subject, checked.report
@@ -216,6 +241,7 @@ class Overflow(Question):
         "{queue} can overflow: a message is lost",
     )
     faults = (LOSES,)
+    asks = "which queues can overflow"
 
     def ask(self, checked: Checked) -> None:
         """Look for a marking in which a message would be lost."""
@@ -268,6 +294,7 @@ class Use(Question):
     """Whether everything is used."""
 
     faults = unused.FAULTS
+    asks = "what can never happen"
 
     def ask(self, checked: Checked) -> None:
         """Look for transitions that no marking enables."""
@@ -291,6 +318,7 @@ class Deadlock(Question):
 
     STUCK = Fault("deadlock", "warning", "A marking can be reached that enables nothing.", "{markings}")
     faults = (STUCK,)
+    asks = "whether there is a deadlock"
 
     def ask(self, checked: Checked) -> None:
         """Group the markings that enable nothing."""
@@ -353,13 +381,18 @@ class Repetition(Question):
         "no marking can always be reached",
     )
     faults = (NOT_LIVE, NOT_REVERSIBLE, NO_HOME_MARKING)
+    asks = BEHAVIOUR
+
+    def leave_open(self, checked: Checked, reason: str) -> None:
+        """Leave it undecided, which matters only where it was asked for."""
+        checked.leave_open(self.asks, reason, may_be_fault=checked.work is None)
 
     def ask(self, checked: Checked) -> None:
         """Look at the terminal parts of the state space."""
         from dineros.analysis.properties.behaviour import TooMuchWorkError, behaviour
 
         if checked.firings is not None:
-            checked.leave_open(BEHAVIOUR, checked.firings.why_open, may_be_fault=checked.work is None)
+            self.leave_open(checked, checked.firings.why_open)
             return
         try:
             answer = behaviour(checked.space, checked.budget, checked.work)
@@ -368,7 +401,7 @@ class Repetition(Question):
             checked.leave_open(BEHAVIOUR, reason, "--behaviour decides it", may_be_fault=False)
             return
         except DiagramMemoryError:
-            checked.leave_open(BEHAVIOUR, OUT_OF_MEMORY, may_be_fault=checked.work is None)
+            self.leave_open(checked, OUT_OF_MEMORY)
             return
         subject, found, proved = checked.subject, checked.report.findings, checked.report.proved
         drops = {subject.transition_index[drop] for queue in queues(subject) for drop in queue.drops}

@@ -6,7 +6,7 @@ import time
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
-from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.turns import Member, first_answer
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.memory import peak_memory
@@ -108,8 +108,6 @@ def state_space(
         TINA is not there, or failed.
     BudgetError
         Memory ran out before there was anything to count.
-    BudgetExceededError
-        Time ran out before there was anything to count.
     """
     from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 
@@ -138,6 +136,12 @@ def state_space(
         budget.check_time()
         raise BudgetExceededError("no engine has answered")
     return found
+
+
+def unfinished(net: CompiledNet, engine: str, states: int | None, reason: str, seconds: float) -> StateSpace:
+    """Return the figures of a state space whose count ended early, with the markings seen if known."""
+    began = time.perf_counter() - seconds
+    return figures_of(net, (states, None, None), (None, None), engine, reason, began)
 
 
 def differences(net: CompiledNet, counts: TinaCounts, budget: Budget = UNLIMITED) -> list[str]:
@@ -170,9 +174,13 @@ def differences(net: CompiledNet, counts: TinaCounts, budget: Budget = UNLIMITED
 def _symbolic(net: CompiledNet, budget: Budget, began: float, orders: OrderCache | None) -> StateSpace:
     from dineros.analysis.symbolic.engine import symbolic_state_space
 
-    space = symbolic_state_space(net, budget, orders=orders)
+    try:
+        space = symbolic_state_space(net, budget, orders=orders)
+    except BudgetExceededError as limit:
+        return _nothing(net, "symbolic", str(limit), began)
     if not space.complete:
-        return _nothing(net, "symbolic", space.reason, began)
+        return _nothing(net, "symbolic", RAN_OUT[space.reason], began)
+    budget.stage("counting arcs, deadlocks and tokens")
     counted = figures_of(
         net,
         (space.markings, space.arcs(), space.deadlocks()),
@@ -203,7 +211,7 @@ def _explicit(net: CompiledNet, budget: Budget, began: float, order: Order) -> S
         (space.markings, space.arcs, space.deadlocks),
         (max(space.largest_place, default=0), space.largest_total),
         "explicit",
-        "" if space.complete else space.reason or "unknown",
+        "" if space.complete else RAN_OUT.get(space.reason or "", space.reason or "unknown"),
         began,
     )
 

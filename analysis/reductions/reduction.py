@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import comb, prod
 
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet, NetError
 from dineros.analysis.reductions.agglomerations import PostAgglomeration, PreAgglomeration
 from dineros.analysis.reductions.components import IndependentComponent, UnreadableTransition
@@ -243,8 +244,9 @@ def reduce(
     observed_places: Iterable[str] = (),
     observed_transitions: Iterable[str] = (),
     rules: Sequence[Rule] = RULES,
+    budget: Budget = UNLIMITED,
 ) -> Reduction:
-    """Apply reduction rules until none applies any more.
+    """Apply reduction rules until none applies any more, or time is up.
 
     Parameters
     ----------
@@ -257,11 +259,13 @@ def reduce(
         places around it.
     rules
         The rules, in the order in which they are tried.
+    budget
+        Its time; where that runs out, the net is what the rules have made of it until then.
 
     Returns
     -------
     Reduction
-        The same for the same input, whatever the hash seed.
+        The same for the same input, whatever the hash seed, if there is time enough.
 
     Raises
     ------
@@ -278,25 +282,27 @@ def reduce(
     >>> reduction.net.places, [str(equation) for equation in reduction.equations]
     (('wait', 'copy'), ['run = 0 + copy'])
     """
-    question = _question(net, preserve, observed_places, observed_transitions)
+    question, budget = _question(net, preserve, observed_places, observed_transitions), budget.begun()
     current = MutableNet.of(net)
     steps: list[Step] = []
     merged: dict[str, int] = {}
     usable = [rule for rule in rules if question.preserve <= rule.preserves]
     cheap, costly = ([rule for rule in usable if rule.is_costly is flag] for flag in (False, True))
     while True:
-        while sum(_exhaust(rule, current, question, steps, merged) for rule in cheap):
+        while sum(_exhaust(rule, current, question, steps, merged, budget) for rule in cheap):
             pass
-        if not any(_exhaust(rule, current, question, steps, merged) for rule in costly):
+        if not any(_exhaust(rule, current, question, steps, merged, budget) for rule in costly):
             break
     return Reduction(net, current.compile(), question, tuple(steps))
 
 
 def _exhaust(
-    rule: Rule, net: MutableNet, question: Question, steps: list[Step], merged: dict[str, int]
+    rule: Rule, net: MutableNet, question: Question, steps: list[Step], merged: dict[str, int], budget: Budget
 ) -> int:
-    """Apply one rule wherever it applies in one pass; return how often."""
+    """Apply one rule wherever it applies in one pass, while there is time; return how often."""
     before = len(steps)
+    if budget.left == 0:
+        return 0
     for offered in rule.steps(net, question):
         step = offered
         if not step.is_split and not merged.keys().isdisjoint(step.change.removed_places):
@@ -306,6 +312,8 @@ def _exhaust(
             net.apply(step.change)
             steps.append(step)
             _merge(merged, step)
+            if budget.is_over:
+                break
     return len(steps) - before
 
 

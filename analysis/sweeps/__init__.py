@@ -6,6 +6,17 @@ stands in a journal beside the output at once, so that a killed worker or run lo
 
 from dineros.analysis.sweeps.grid import Axis, Grid, Point, SweepError
 from dineros.analysis.sweeps.point import Figures
-from dineros.analysis.sweeps.sweep import Outcome, Progress, SweepInterrupt, sweep
+from dineros.analysis.sweeps.sweep import Outcome, Progress, SweepInterrupt, share_of_memory, sweep
 
-__all__ = ["Axis", "Figures", "Grid", "Outcome", "Point", "Progress", "SweepError", "SweepInterrupt", "sweep"]
+__all__ = [
+    "Axis",
+    "Figures",
+    "Grid",
+    "Outcome",
+    "Point",
+    "Progress",
+    "SweepError",
+    "SweepInterrupt",
+    "share_of_memory",
+    "sweep",
+]

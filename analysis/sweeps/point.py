@@ -7,10 +7,8 @@ It answers ``{"started": true}`` when it has all it needs, and then the figures,
 
 from __future__ import annotations
 
-import ctypes
 import json
 import os
-import signal
 import sys
 import time
 from dataclasses import asdict, dataclass
@@ -18,6 +16,7 @@ from functools import cache
 from typing import Any, BinaryIO, get_type_hints
 
 from dineros.analysis.answers.budget import DEFAULT_MEMORY, Budget
+from dineros.analysis.answers.processes import die_with
 from dineros.analysis.sweeps.grid import Point, model_of
 from dineros.analysis.sweeps.parts import Part, answer_part
 from dineros.metamodel.errors import BudgetError, DinerosError
@@ -139,7 +138,6 @@ def _count(job: Job, budget: Budget) -> Figures:
     began = time.perf_counter()
     explore = reduced_state_space if point.reduced else state_space
     space = explore(net, job.engine, budget)  # type: ignore[arg-type]
-    reason = "memory ran out" if space.reason == "memory" else space.reason
     return Figures(
         places=space.places,
         transitions=space.transitions,
@@ -151,7 +149,7 @@ def _count(job: Job, budget: Budget) -> Figures:
         peak_memory_bytes=peak_memory(),
         engine=space.engine,
         complete=space.complete,
-        error=reason,
+        error=space.reason,
     )
 
 
@@ -200,14 +198,6 @@ def _answer_in_a_fork(job: Job | Part) -> dict[str, Any]:
     _, status = os.waitpid(child, 0)
     answer: dict[str, Any] = json.loads(text) if text else {"died": os.waitstatus_to_exitcode(status)}
     return answer
-
-
-def die_with(parent: int) -> None:
-    """Have the kernel end this process when the one that started it ends, however that happens (Linux)."""
-    set_parent_death_signal = 1  # PR_SET_PDEATHSIG of prctl(2)
-    ctypes.CDLL(None).prctl(set_parent_death_signal, int(signal.SIGKILL), 0, 0, 0)
-    if os.getppid() != parent:  # it ended before
-        os._exit(1)
 
 
 def serve(jobs: BinaryIO, answers: BinaryIO) -> None:

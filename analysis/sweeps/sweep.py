@@ -18,6 +18,11 @@ from dineros.analysis.sweeps.workers import local_figures
 from dineros.metamodel import pn
 from dineros.metamodel.errors import Location, ModelFileError
 
+ENOUGH = 64 << 20
+"""Bytes of an engine for one point; where there are less for each, fewer are counted at a time."""
+WATCHER = 32 << 20
+"""Bytes of a process that watches over this one."""
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -27,6 +32,10 @@ class Progress:
     points: int
     resumed: int
     unknown: int
+
+    def __str__(self) -> str:
+        unknown = f", {self.unknown} unknown" if self.unknown else ""
+        return f"{self.done} of {self.points} points{unknown}"
 
 
 class SweepInterrupt(KeyboardInterrupt):
@@ -170,6 +179,35 @@ def _interruptible(journal: Journal, points: list[Point]) -> Iterator[None]:
             raise
         kept = replace(_progress(journal.kept(), points), resumed=resumed)
         raise SweepInterrupt(kept) from None
+
+
+def share_of_memory(memory: int, workers: int) -> tuple[int, int]:
+    """Return how many points can be counted at a time, and the bytes that an engine may take for each.
+
+    Parameters
+    ----------
+    memory : int
+        Bytes of this process and of all that it starts.
+    workers : int
+        How many at most.
+
+    Raises
+    ------
+    MemoryBudgetError
+        There is not enough for one.
+    """
+    from dineros.analysis.nets.memory import (
+        LEAST_FOR_SEARCH,
+        OWN_MEMORY,
+        MemoryBudgetError,
+        resident_memory,
+    )
+
+    left = memory - max(OWN_MEMORY, resident_memory() + WATCHER)
+    fit = max(1, min(workers, left // (OWN_MEMORY + ENOUGH)))
+    if left // fit < OWN_MEMORY + LEAST_FOR_SEARCH:
+        raise MemoryBudgetError(memory)
+    return fit, left // fit - OWN_MEMORY
 
 
 def _share_of_memory(workers: int) -> int:

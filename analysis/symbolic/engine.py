@@ -291,9 +291,12 @@ def _with_bounds(
     gain = max((tokens for change in net.delta for tokens in change.values()), default=0)
     caps: list[int] | None = None
     while True:
+        budget.stage("bounds of places")
+        budget.check_time()
         try:
             encoding = encode(net, caps, budget.memory, keep)
         except UnknownBoundError:
+            budget.stage("coverability")
             covered = coverability(net, budget=budget, only_boundedness=True)
             if covered.pumping is not None:
                 raise UnknownBoundError([net.places[p] for p in covered.pumping.places]) from None
@@ -324,6 +327,8 @@ def _with_encoding(
     known: Sequence[Sequence[str]] | None,
 ) -> SymbolicStateSpace:
     began = time.perf_counter()
+    budget.stage("the order of levels")
+    budget.check_time()
     diagram = Diagram(encoding, range(len(encoding.levels)), budget.memory)
     search = OrderSearch(encoding, diagram.events, seed, budget.memory // 8, budget.report)
     searched = seconds = 0.0
@@ -332,13 +337,16 @@ def _with_encoding(
         started = time.perf_counter()
         searched += started - began
         diagram.restart(order)
+        budget.stage("saturation")
         is_complete = diagram.run(budget.report, limit)
         began = time.perf_counter()
         seconds = began - started
+        budget.stage("the order of levels")
         failures += diagram.out_of_memory
         if is_complete or failures == MEMORY_TRIES:
             break
     reason = "" if diagram.complete else "memory"
+    budget.stage("counting markings")
     return SymbolicStateSpace(
         net, diagram.complete, reason, encoding, diagram, search.work, searched, seconds
     )

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.explicit import Order
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step, all_resolved
@@ -124,7 +124,7 @@ def find_condition(
                 return Outcome("unknown", reason="sift stopped before it had seen all markings")
             trace, program = _path(net, place, printed, goal)
         except TinaTimeoutError:
-            return Outcome("unknown", reason=f"time: more than {budget.seconds:g} s")
+            return Outcome("unknown", reason=RAN_OUT["time"])
     return Outcome("reachable", to_goal(net, trace, is_goal, program))
 
 
@@ -179,7 +179,7 @@ def verify(
                 return verdict("holds")
             shown = _counterexample(place, "net.ktz", text)
         except TinaTimeoutError:
-            return verdict("unknown", reason=f"time: more than {budget.seconds:g} s")
+            return verdict("unknown", reason=RAN_OUT["time"])
     if shown is None:
         return verdict("violated", reason="selt shows no run")
     stem, loop = lasso(net, read_sequence(net, shown, "selt"), tree, atoms, weakly, strongly)

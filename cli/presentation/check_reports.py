@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dineros.cli.console import working
+from dineros.cli.searching import Limits, search
 
 if TYPE_CHECKING:
     from dineros.analysis.witnesses.findings import Finding, Report
@@ -16,28 +17,30 @@ if TYPE_CHECKING:
 
 SPACE_SECONDS = 20.0
 """Seconds that a state space may take in a report; what takes longer is unknown there."""
+LEAST_SECONDS, DRAWING_SECONDS = 0.01, 2.0
+"""What it may take at least, and what is left for the pictures where time is limited."""
 
 
 def write_check_report(
-    report: Report, net: pn.Net, output: Path, model: Path, settings: Sequence[str], memory: int | None
+    report: Report, net: pn.Net, output: Path, model: Path, settings: Sequence[str]
 ) -> None:
     """Write what a check found as a page, as a whole or not at all."""
     from dineros.metamodel.files.atomic import write_atomically
     from dineros.views.reports.check_report import CheckContent, check_page
 
-    with working("Counting the state spaces"):
-        spaces = _spaces(net, memory)
-    with working("Drawing"):
-        content = CheckContent(
-            title=net.name or net.id,
-            source=str(model),
-            findings=[_entry(finding, str(model)) for finding in report.findings],
-            proved=report.proved,
-            unknown=[str(unknown) for unknown in report.unknown],
-            spaces=spaces,
-            settings=tuple(settings),
-        )
-        write_atomically(output, check_page(content, net).encode())
+    search().stage("counting the state spaces")
+    spaces = _spaces(net, search().limits)
+    search().stage("drawing")
+    content = CheckContent(
+        title=net.name or net.id,
+        source=str(model),
+        findings=[_entry(finding, str(model)) for finding in report.findings],
+        proved=report.proved,
+        unknown=[str(unknown) for unknown in report.unknown],
+        spaces=spaces,
+        settings=tuple(settings),
+    )
+    write_atomically(output, check_page(content, net).encode())
 
 
 def _entry(finding: Finding, source: str) -> FindingEntry:
@@ -54,16 +57,23 @@ def _entry(finding: Finding, source: str) -> FindingEntry:
     return FindingEntry(finding.severity, finding.rule, finding.message, finding.elements, view, steps, loop)
 
 
-def _spaces(net: pn.Net, memory: int | None) -> list[dict[str, Any]]:
-    """Count the state space of each signal variant, each in a process of its own."""
-    from dineros.analysis.nets.memory import OWN_MEMORY
-    from dineros.analysis.sweeps import Grid, sweep
+def _spaces(net: pn.Net, limits: Limits) -> list[dict[str, Any]]:
+    """Count the state space of each signal variant, each in a process of its own, within what is left."""
+    from dineros.analysis.sweeps import Grid, share_of_memory, sweep
     from dineros.cli.analysing import SIGNALS
     from dineros.metamodel import sym
 
     is_system = isinstance(net, sym.SystemModel)
     grid = Grid((), SIGNALS if is_system else (None,), ("weighted",) if is_system else (None,), (False,))
-    budget = None if memory is None else memory - OWN_MEMORY
+    workers, memory = os.cpu_count() or 1, None
+    if limits.memory is not None:
+        workers, memory = share_of_memory(limits.memory, workers)
+    seconds = SPACE_SECONDS
+    if limits.left is not None:
+        rounds = -(-len(list(grid)) // workers)
+        seconds = max(LEAST_SECONDS, min(seconds, (limits.left - DRAWING_SECONDS) / rounds))
     with tempfile.TemporaryDirectory() as folder:
-        outcome = sweep(net, grid, Path(folder) / "spaces.csv", memory=budget, timeout=SPACE_SECONDS)
+        outcome = sweep(
+            net, grid, Path(folder) / "spaces.csv", memory=memory, timeout=seconds, workers=workers
+        )
     return [dict(row) for row in outcome.rows]

@@ -65,8 +65,10 @@ def _print_text(report: Report, model: Path, witnesses: bool) -> None:
     summarise(f"{model}: {counts}")
 
 
-def say_capacities(found: Sequence[Capacity], model: Path, as_json: bool, witnesses: bool) -> None:
-    """Print what capacity each queue has, and what it needs."""
+def say_capacities(
+    found: Sequence[Capacity], model: Path, as_json: bool, witnesses: bool, ending: str = ""
+) -> None:
+    """Print what capacity each queue has, and what it needs; and why there are no more of them, if so."""
     if as_json:
         rows = [
             {
@@ -79,11 +81,14 @@ def say_capacities(found: Sequence[Capacity], model: Path, as_json: bool, witnes
             }
             for capacity in found
         ]
-        say_json({"model": str(model), "capacities": rows})
+        report = {"model": str(model), "capacities": rows}
+        say_json({**report, "unknown": [f"all other queues: {ending}"]} if ending else report)
     else:
         for capacity in found:
             needed = f"needs {capacity.needed}" if capacity.needed is not None else f"none: {capacity.reason}"
             say(f"{capacity.queue}: has {capacity.limit}, {needed}")
             if witnesses and capacity.witness:
                 say_witness(capacity.witness)
+        if ending:
+            say(f"unknown: all other queues: {ending}", "magenta")
         summarise(f"{model}: {counted(len(found), 'queue')}")

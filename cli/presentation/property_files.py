@@ -9,47 +9,54 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, exploring
-from dineros.cli.console import note, say, say_json, summarise
+from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED
+from dineros.cli.console import say, say_json, summarise
+from dineros.cli.searching import search
 
 if TYPE_CHECKING:
-    from dineros.analysis.answers.budget import Budget
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
 
 
-def answer_properties(
-    subject: Subject,
-    model: Path,
-    wanted: Sequence[str],
-    budget: Budget,
-    as_json: bool,
-) -> int:
-    """Answer property files, and global questions by name; return the exit status."""
+def answer_properties(subject: Subject, model: Path, wanted: Sequence[str], as_json: bool) -> int:
+    """Answer property files, and global questions by name, each as soon as it is; return the exit status."""
     from dineros.analysis.properties import answering
+    from dineros.analysis.properties.property import PropertyAnswer
 
+    run = search()
     properties, names = _read(subject, wanted)
+    found: dict[str, PropertyAnswer] = {}
 
     def tell(answer: PropertyAnswer) -> None:
+        found[answer.id] = answer
         if not as_json:
             say(_line(answer))
+        run.refresh()
 
-    with exploring():
-        answers = answering.answer_properties(
-            subject.net, names, properties, budget.seconds or answering.SECONDS, budget.memory, tell, note
-        )
-    if as_json:
-        kinds = {one.id: one.kind for one in properties}
-        found = [{"kind": kinds[a.id], "status": _status(a.value), **asdict(a)} for a in answers]
-        say_json({"model": str(model), "properties": found})
-    else:
-        for answer in answers:
-            if answer.value is None:
-                say(_line(answer))
-    values = [answer.value for answer in answers]
-    if any(value is False for value in values):
-        return VIOLATED
-    return UNKNOWN if None in values else HOLDS
+    def say_rest(why: str) -> int:
+        spent = run.limits.spent
+        answers = [found.get(one.id) or PropertyAnswer(one.id, None, spent, reason=why) for one in properties]
+        if as_json:
+            rows = [
+                {"kind": one.kind, "status": _status(answer.value), **asdict(answer)}
+                for one, answer in zip(properties, answers, strict=True)
+            ]
+            say_json({"model": str(model), "properties": rows})
+        else:
+            for answer in answers:
+                if answer.value is None:
+                    say(_line(answer))
+        values = [answer.value for answer in answers]
+        if any(value is False for value in values):
+            return VIOLATED
+        return UNKNOWN if None in values else HOLDS
+
+    run.draft(say_rest)
+    budget = run.budget()
+    seconds = answering.SECONDS if budget.seconds is None else budget.seconds / max(1, len(properties))
+    answering.answer_properties(subject.net, names, properties, seconds, budget.memory, tell, run.stage)
+    with run.answer():
+        return say_rest("time or memory did not suffice")
 
 
 def write_properties(subject: Subject, wanted: Sequence[str], output: Path) -> int:

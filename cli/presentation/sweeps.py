@@ -1,15 +1,11 @@
-"""How far a sweep is, and what came of it, as text and as JSON."""
+"""What came of a sweep, as text and as JSON."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dineros.cli.console import say_json, summarise, warn
-from dineros.cli.options import invocation
+from dineros.cli.console import say, say_json, summarise
 
 if TYPE_CHECKING:
     from dineros.analysis.sweeps import Outcome, Progress
@@ -38,30 +34,22 @@ def say_sweep_as_json(outcome: Outcome, model: Path, output: Path, figures: Path
     )
 
 
-@contextmanager
-def sweep_progress() -> Iterator[Callable[[Progress], None]]:
-    """Show a bar on terminals; where the sweep is interrupted, say what is kept and how it goes on."""
-    from dineros.analysis.sweeps import SweepInterrupt
-
-    shown = sys.stderr.isatty() and invocation().verbosity >= 0
-    try:
-        if not shown:
-            yield lambda _: None
-            return
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
-        from rich.progress import Progress as Bar
-
-        columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-        with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-            task = bar.add_task("points", total=None)
-
-            def tell(progress: Progress) -> None:
-                unknown = f"points, {progress.unknown} unknown" if progress.unknown else "points"
-                bar.update(task, completed=progress.done, total=progress.points, description=unknown)
-
-            yield tell
-    except SweepInterrupt as interrupt:
-        done = f"{interrupt.progress.done} of {interrupt.progress.points} points done"
-        warn(f"interrupted: {done} and kept; run the same command again to go on")
-        raise
+def say_begun_sweep(progress: Progress, model: Path, journal: Path, ending: str, as_json: bool) -> None:
+    """Print what is counted of a sweep that has ended early, why it has, and how it goes on."""
+    if as_json:
+        say_json(
+            {
+                "model": str(model),
+                "output": None,
+                "journal": str(journal),
+                "points": progress.points,
+                "done": progress.done,
+                "resumed": progress.resumed,
+                "unknown": progress.points - progress.done + progress.unknown,
+                "reason": ending,
+            }
+        )
+        return
+    say(f"unknown: all other points: {ending}", "magenta")
+    kept = f"{progress.done} of {progress.points} points done and kept in {journal}"
+    summarise(f"{model}: {kept}; run the same command again to go on")

@@ -95,7 +95,8 @@ FOLDERS = {
         "wheels",
     ],
     "cli": [
-        *("options", "console", "models", "rule_files", "outputs", "orders", "quick_start"),
+        *("failures", "options", "console", "searching", "supervising"),
+        *("models", "rule_files", "outputs", "orders", "quick_start"),
         *("analysing", "running", "presentation", "commands", "main"),
     ],
     "views": ["policy", "javascript", "nets", "traces", "reports", "exports", "live"],

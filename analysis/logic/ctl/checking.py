@@ -15,7 +15,7 @@ from dataclasses import replace
 from functools import reduce
 from typing import TYPE_CHECKING, Literal
 
-from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.answers.turns import Member, first_answer
 from dineros.analysis.logic.ctl.state_sets import Run, States, StateSets
@@ -235,11 +235,13 @@ def _explicitly(net: CompiledNet, tree: Formula, atoms: BoundAtoms, budget: Budg
 
     states = 0
     try:
+        budget.stage("the graph of markings")
         graph = StateGraph(net, list(atoms.conditions.items()), budget)
         try:
             graph.explore()
         finally:
             states = graph.size
+        budget.stage("sets of markings")
         return replace(_decided(tree, ExplicitSets(graph), states, budget), by="explicit search")
     except BudgetExceededError as limit:
         return _unknown(budget, states, limit)
@@ -271,10 +273,12 @@ def _symbolically(
         if not space.complete:
             raise DiagramMemoryError
         budget.check_time()
+        budget.stage("sets of markings as decision diagrams")
         answer = _decided(tree, SymbolicSets(space, atoms, budget), states, budget)
         return replace(answer, by="decision diagrams")
     except DiagramMemoryError:
-        return _unknown(budget, states, f"memory: more than {budget.memory / 2**20:.0f} MiB needed")
+        more = f"more than {budget.memory / 2**20:.0f} MiB needed"
+        return _unknown(budget, states, f"{RAN_OUT['memory']}: {more}")
     except BudgetExceededError as limit:
         return _unknown(budget, states, limit)
 

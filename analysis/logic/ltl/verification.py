@@ -95,12 +95,14 @@ def verify_ltl(
     weakly, strongly = all_resolved(names, weak), all_resolved(names, strong)
     # A strongly fair run is weakly fair.
     weakly = [t for t in weakly if t not in strongly]
+    budget.stage("the automaton of the formula")
     automaton = translate(negated(combined(tree)))
     conditions = [condition_of(atom, atoms.conditions) for atom in automaton.atoms]
     states = 0
 
     def search(limits: Budget) -> tuple[Product, ProductRun | None]:
         nonlocal states
+        budget.stage("the product with the automaton")
         product = Product(net, automaton, conditions, weakly, strongly, limits)
         states = 1
         try:
@@ -113,6 +115,7 @@ def verify_ltl(
             product, run = search(watching(budget, net))
         except EndlessError as endless:
             fair = (*(("weakly", t) for t in weakly), *(("strongly", t) for t in strongly))
+            budget.stage("runs whose tokens grow")
             runs = EndlessRuns(net, tree, atoms, names, weak, strong, fair, verify_ltl)
             answer = runs.decide(budget.share(0.5))
             if answer is not None:
@@ -125,6 +128,7 @@ def verify_ltl(
         return Outcome("unknown", states=states, seconds=budget.spent, reason=str(limit))
     if run is None:
         return Outcome("holds", states=states, seconds=budget.spent)
+    budget.stage("a shorter run")
     nearby = min(max(FEWEST_NEARBY, states), MOST_NEARBY, budget.states or MOST_NEARBY)
     run = shortened(run, Product(net, automaton, conditions, weakly, strongly, budget, product.cells), nearby)
     check_counterexample(net, tree, atoms, run.stem, run.loop, weakly, strongly)

@@ -11,24 +11,25 @@ from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
     VIOLATED,
-    budget_of,
-    exploring,
+    budget_options,
     load_valid,
-    memory_option,
 )
-from dineros.cli.console import summarise
-from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
+from dineros.cli.console import summarise, warn
+from dineros.cli.options import ModelPath, json_option, model_argument, settings_option
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.evidence import confirm_option, confirmed_report, say_confirmation
 from dineros.cli.presentation.findings import print_report, say_capacities, write_witnesses
 from dineros.cli.presentation.scheduling import check_on_workers, scheduler_option
 from dineros.cli.quick_start import start_quickly
+from dineros.cli.searching import search
+from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:
+    from dineros.analysis.witnesses.findings import Report
     from dineros.metamodel import pn
 
 
-@command(
+@search_command(
     "dineros check sorting.sym.xmi",
     "dineros check sorting.sym.xmi --set RedObjects.tokens=2 --format junit > findings.xml",
     "dineros check sorting.sym.xmi --suggest-capacities",
@@ -63,7 +64,7 @@ if TYPE_CHECKING:
 )
 @confirm_option
 @scheduler_option
-@memory_option
+@budget_options
 @cache_option
 @settings_option
 @json_option
@@ -76,6 +77,7 @@ def check(
     output: Path | None,
     confirm: bool,
     scheduler: str | None,
+    timeout: float | None,
     memory: int | None,
     no_cache: bool,
     settings: tuple[str, ...],
@@ -99,48 +101,71 @@ def check(
         raise click.UsageError("--scheduler goes with neither --confirm nor --suggest-capacities")
     net = load_valid(model, settings)
     if suggest_capacities:
-        return _suggest(net, model, memory, format == "json", witnesses)
-    report = Report()
-    try:
-        with exploring() as progress:
-            budget = budget_of(memory, progress=progress)
-            if scheduler is None:
-                check_model(net, budget, report, behaviour, orders_beside(model, no_cache))
-            else:
-                check_on_workers(net, scheduler, report, at_any_cost=behaviour, memory=memory)
-            confirmation = confirmed_report(report, budget) if confirm else None
-    except KeyboardInterrupt:
-        report.unknown.append(Unknown("everything else", "interrupted"))
+        return _suggest(net, model, format == "json", witnesses)
+    run, report = search(), Report()
+
+    def so_far(ending: str) -> int:
+        rest = Report(report.findings, report.proved, [*report.unknown, Unknown("everything else", ending)])
+        print_report(rest, net, model, format, witnesses)
+        return _status(rest)
+
+    run.draft(so_far)
+    if scheduler is None:
+        check_model(net, run.budget(), report, behaviour, orders_beside(model, no_cache))
+    else:
+        run.stage(f"asking the workers of {scheduler}")
+        check_on_workers(net, scheduler, report, at_any_cost=behaviour, memory=memory)
+    confirmation = confirmed_report(report, run.budget()) if confirm else None
+    with run.answer():
         print_report(report, net, model, format, witnesses)
-        raise
-    print_report(report, net, model, format, witnesses)
+        if confirm:
+            say_confirmation(confirmation, format != "text")
+    status = _status(report)
+    if confirmation is not None and confirmation.agrees is False:
+        status = UNKNOWN
+
+    def not_written(ending: str) -> int:
+        warn(f"{output} is not written: {ending}")
+        return status or UNKNOWN
+
+    if output is not None:
+        run.draft(not_written)
+        run.stage(f"writing {output.name}")
     if output is not None and output.suffix.lower() == ".html":
         from dineros.cli.presentation.check_reports import write_check_report
 
-        write_check_report(report, net, output, model, settings, memory)
+        write_check_report(report, net, output, model, settings)
         if format == "text":
             summarise(f"{model} -> {output}")
     elif output is not None:
         write_witnesses(report, output, model, settings, say_files=format == "text")
-    if confirm:
-        say_confirmation(confirmation, format != "text")
-        if confirmation is not None and confirmation.agrees is False:
-            return UNKNOWN
+    return status
+
+
+def _status(report: Report) -> int:
     if any(finding.severity != "note" for finding in report.findings):
         return VIOLATED
     return UNKNOWN if any(unknown.may_be_fault for unknown in report.unknown) else HOLDS
 
 
-def _suggest(net: pn.Net, model: Path, memory: int | None, as_json: bool, witnesses: bool) -> int:
-    from dineros.analysis.questions.capacities import suggest_capacities
+def _suggest(net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> int:
+    from dineros.analysis.questions.capacities import Capacity, suggest_capacities
     from dineros.metamodel import sym
     from dineros.metamodel.errors import DinerosError, Location
 
     if not isinstance(net, sym.SystemModel):
         raise DinerosError("has no queues: it is no system model", location=Location(model))
-    with exploring() as progress:
-        found = suggest_capacities(net, budget_of(memory, progress=progress))
-    say_capacities(found, model, as_json, witnesses)
+    run = search()
+    found: list[Capacity] = []
+
+    def so_far(ending: str) -> int:
+        say_capacities(found, model, as_json, witnesses, ending)
+        return UNKNOWN
+
+    run.draft(so_far)
+    suggest_capacities(net, run.budget(), found)
+    with run.answer():
+        say_capacities(found, model, as_json, witnesses)
     if all(capacity.needed is not None and capacity.needed <= capacity.limit for capacity in found):
         return HOLDS
     return (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,33 +12,28 @@ from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
     VIOLATED,
-    budget_of,
-    exploring,
     load_subject,
     question_engine_option,
     question_options,
     reading_formula,
     write_witness,
 )
+from dineros.cli.asking import Backing, answered
 from dineros.cli.console import say_json
-from dineros.cli.options import command, model_argument
+from dineros.cli.options import model_argument
 from dineros.cli.presentation.answers import say_way
-from dineros.cli.presentation.evidence import (
-    certificate_option,
-    certified,
-    confirm_option,
-    confirmed,
-    say_certificate,
-    say_confirmation,
-)
-from dineros.cli.presentation.scheduling import answer_on_workers, scheduler_option
+from dineros.cli.presentation.evidence import certificate_option, confirm_option
+from dineros.cli.presentation.scheduling import scheduler_option
 from dineros.cli.quick_start import start_quickly
+from dineros.cli.searching import search
+from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:
+    from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.explicit import Order
 
 
-@command(
+@search_command(
     "dineros find sorting.sym.xmi --enabled TShowResult",
     "dineros find sorting.sym.xmi --signals none --marking 'Shown >= 1 & StateGet >= 1'",
 )
@@ -53,12 +49,6 @@ if TYPE_CHECKING:
     help="Breadth first finds a shortest way, depth first often a long one sooner.",
 )
 @question_engine_option
-@click.option(
-    "--timeout",
-    type=click.FloatRange(min=0, min_open=True),
-    metavar="SECONDS",
-    help="Give up after so long.",
-)
 @certificate_option
 @confirm_option
 @scheduler_option
@@ -86,60 +76,50 @@ def find(
     Exit status 0: found; 1: proved unreachable; 3: unknown.
     """
     start_quickly()
-    from dineros.analysis.questions.engines import ENGINES, Enabled, Marking, Question
+    from dineros.analysis.evidence.proving import Asked
+    from dineros.analysis.questions.engines import Enabled, Marking, Question
     from dineros.analysis.witnesses.findings import witness_of
 
     if (enabled is None) == (marking is None):
         raise click.UsageError("give either --enabled or --marking")
     if scheduler is not None and engine == "tina":
         raise click.UsageError("workers of a scheduler do not ask TINA")
+    run, goal = search(), f"enabled({enabled})" if enabled is not None else str(marking)
+    backing = Backing(certificate, confirm)
+
+    def say(answer: Outcome) -> int:
+        answer = replace(answer, reason=run.reason(answer.reason))
+        witness = witness_of(subject, answer.trace) if answer.trace is not None else None
+        if output is not None and witness is not None:
+            write_witness(witness, output, model, settings, goal, answer.status)
+        if as_json:
+            say_json(
+                {
+                    "model": str(model),
+                    "goal": goal,
+                    "status": answer.status,
+                    "reason": answer.reason,
+                    "by": answer.by,
+                    "states": answer.states,
+                    "witness": witness.to_dict() if witness else None,
+                    **backing.to_dict(),
+                }
+            )
+        else:
+            say_way(answer, goal, witness, model, output)
+        backing.say(answer, as_json)
+        return {"reachable": HOLDS, "unreachable": VIOLATED, "unknown": UNKNOWN}[answer.status]
+
+    run.draft(lambda ending: say(run.unknown(ending)))
     subject = load_subject(model, settings, signals, overflow)
     question: Question
     if enabled is not None:
         question = Enabled(subject.net, subject.names, enabled, order)
     else:
-        assert marking is not None
-        question = Marking(subject.net, subject.names, marking, order)
-    with exploring() as progress, reading_formula("--marking" if enabled is None else "--enabled"):
-        budget, proved = budget_of(memory, timeout, progress).begun(), None
-        kind, text = ("enabled", enabled) if enabled is not None else ("marking", str(marking))
-        if certificate is not None:
-            from dineros.analysis.evidence.proving import Asked
-
-            asked = Asked(subject, kind, text, signals, overflow, settings)
-            proved = certified(asked, certificate, budget)
-        if proved is not None:
-            answer = proved
-        elif scheduler is not None:
-            asked_of = {"kind": kind, "text": text, "signals": signals, "overflow": overflow, "order": order}
-            answer = answer_on_workers(subject, scheduler, asked_of, memory, timeout)
-        else:
-            answer = ENGINES[engine].answer(question, budget)
-        confirmation = None
-        if confirm and proved is None:
-            answer, confirmation = confirmed(question, answer, budget)
-    witness = witness_of(subject, answer.trace) if answer.trace is not None else None
-    report = {
-        "model": str(model),
-        "goal": f"enabled({enabled})" if enabled is not None else marking,
-        "status": answer.status,
-        "reason": answer.reason,
-        "by": answer.by,
-        "states": answer.states,
-        "witness": witness.to_dict() if witness else None,
-    }
-    if certificate is not None:
-        report["certificate"] = str(certificate) if proved else None
-    if confirm:
-        report["confirmation"] = confirmation.to_dict() if confirmation else None
-    if output is not None and witness is not None:
-        write_witness(witness, output, model, settings, str(report["goal"]), answer.status)
-    if as_json:
-        say_json(report)
-    else:
-        say_way(answer, str(report["goal"]), witness, model, output)
-    if certificate is not None:
-        say_certificate(certificate, answer, proved is not None, as_json)
-    if confirm:
-        say_confirmation(confirmation, as_json)
-    return {"reachable": HOLDS, "unreachable": VIOLATED, "unknown": UNKNOWN}[answer.status]
+        question = Marking(subject.net, subject.names, goal, order)
+    with reading_formula("--marking" if enabled is None else "--enabled"):
+        kind, text = ("enabled", enabled) if enabled is not None else ("marking", goal)
+        asked = Asked(subject, kind, text, signals, overflow, settings)
+        answer = answered(asked, question, run, backing, engine, scheduler, order=order)
+    with run.answer():
+        return say(answer)

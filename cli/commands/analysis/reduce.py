@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from dineros.cli.analysing import load_subject, variant_options
-from dineros.cli.console import say, say_json, summarise
-from dineros.cli.options import command, json_option, model_argument, output_option, settings_option
+from dineros.cli.analysing import HOLDS, UNKNOWN, budget_options, load_subject, variant_options
+from dineros.cli.console import say, say_json, summarise, warn
+from dineros.cli.options import json_option, model_argument, output_option, settings_option
+from dineros.cli.searching import TIME, search
+from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:
     from dineros.analysis.model.subject import Subject
@@ -26,7 +29,7 @@ PROPERTIES = (
 )
 
 
-@command(
+@search_command(
     "dineros reduce sorting.sym.xmi -o small.net",
     "dineros reduce sorting.sym.xmi --signals fully-enabled --preserve deadlocks -o small.pnml",
 )
@@ -43,6 +46,7 @@ PROPERTIES = (
 )
 @click.option("--keep", multiple=True, metavar="ELEMENT", help="A place or transition to keep; repeatable.")
 @variant_options
+@budget_options
 @settings_option
 @json_option
 def reduce(
@@ -52,18 +56,35 @@ def reduce(
     keep: tuple[str, ...],
     signals: str,
     overflow: str,
+    timeout: float | None,
+    memory: int | None,
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
-    """Reduce a net by structural rules; each names what it preserves, and only those that fit are applied."""
+    """Reduce a net by structural rules; each names what it preserves, and only those that fit are applied.
+
+    Exit status 3 where time ran out: the net that is written is then the smaller one of until then.
+    """
     from dineros.analysis.nets.models import to_model
     from dineros.analysis.reductions import reduce as reduce_net
     from dineros.metamodel.files import save
 
     subject = load_subject(model, settings, signals, overflow)
-    net = subject.net
+    net, run = subject.net, search()
     places, transitions = _kept(subject, keep)
-    reduction = reduce_net(net, set(preserve), observed_places=places, observed_transitions=transitions)
+
+    def not_written(ending: str) -> int:
+        warn(f"{output} is not written: {ending}")
+        return UNKNOWN
+
+    run.draft(not_written)
+    run.stage("reducing the net")
+    budget = run.time().begun()
+    reduction = reduce_net(
+        net, set(preserve), observed_places=places, observed_transitions=transitions, budget=budget
+    )
+    reason = run.reason(TIME) if budget.is_over else ""
+    run.stage(f"writing {output.name}")
     save(to_model(reduction.net, str(subject.model.id)), output)
     steps = [
         {
@@ -83,23 +104,24 @@ def reduce(
     merged = reduction.merged if "markings" in reduction.preserves else {}
     if "markings" in preserve:
         report["markings"] = {"factor": reduction.marking_factor, "merged": dict(merged)}
-    if as_json:
-        say_json(report)
-        return 0
-    counts: dict[str, int] = {}
-    for step in reduction.steps:
-        counts[str(step.rule)] = counts.get(str(step.rule), 0) + 1
-    for rule, number in counts.items():
-        say(f"{number:4} x {rule}")
-    if "markings" in preserve:
-        say(f"a marking stands for {reduction.marking_factor}, times the ways to share the tokens of")
-        for place, parts in merged.items():
-            say(f"{parts:4} places: {place}")
-    summarise(
-        f"{model} -> {output}: {len(net.places)} -> {len(small.places)} places, "
-        f"{len(net.transitions)} -> {len(small.transitions)} transitions"
-    )
-    return 0
+    with run.answer():
+        if as_json:
+            say_json({**report, "reason": reason})
+        else:
+            counts = Counter(str(step.rule) for step in reduction.steps)
+            for rule, number in counts.items():
+                say(f"{number:4} x {rule}")
+            if "markings" in preserve:
+                say(f"a marking stands for {reduction.marking_factor}, times the ways to share the tokens of")
+                for place, parts in merged.items():
+                    say(f"{parts:4} places: {place}")
+            if reason:
+                say(f"unknown: whether more can be left out: {reason}", "magenta")
+            summarise(
+                f"{model} -> {output}: {len(net.places)} -> {len(small.places)} places, "
+                f"{len(net.transitions)} -> {len(small.transitions)} transitions"
+            )
+    return UNKNOWN if reason else HOLDS
 
 
 def _kept(subject: Subject, names: Sequence[str]) -> tuple[list[str], list[str]]:

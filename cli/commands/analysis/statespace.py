@@ -4,29 +4,34 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
-    budget_of,
-    exploring,
+    budget_options,
     load_subject,
-    memory_option,
     say_witness,
     variant_options,
 )
 from dineros.cli.console import say, say_json
-from dineros.cli.options import command, json_option, model_argument, settings_option
+from dineros.cli.options import json_option, model_argument, settings_option
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.evidence import confirm_option, say_confirmation
 from dineros.cli.quick_start import start_quickly
+from dineros.cli.searching import search
+from dineros.cli.supervising import search_command
+
+if TYPE_CHECKING:
+    from dineros.analysis.evidence.confirmation import Confirmation
+    from dineros.analysis.questions.state_space import StateSpace
 
 _OF_THE_REDUCED_NET = ("places", "transitions")
 
 
-@command(
+@search_command(
     "dineros statespace sorting.sym.xmi --signals none",
     "dineros statespace sorting.sym.xmi --set BlueObjects.tokens=0 --engine symbolic --json",
 )
@@ -49,7 +54,7 @@ _OF_THE_REDUCED_NET = ("places", "transitions")
     help="How the explicit engine goes; counts are the same.",
 )
 @confirm_option
-@memory_option
+@budget_options
 @cache_option
 @settings_option
 @json_option
@@ -61,6 +66,7 @@ def statespace(
     engine: str,
     order: str,
     confirm: bool,
+    timeout: float | None,
     memory: int | None,
     no_cache: bool,
     settings: tuple[str, ...],
@@ -68,57 +74,67 @@ def statespace(
 ) -> int:
     """Count the complete state space of a model, exactly.
 
-    Exit status 3 where memory ran out, and what was seen is printed, or where the net is unbounded: then the
-    firings are printed that make places grow for ever.
+    Exit status 3 where time or memory ran out, and what was seen is printed, or where the net is unbounded:
+    then the firings are printed that make places grow for ever.
     """
     if order == "depth-first" and engine != "explicit":
         raise click.UsageError("--search depth-first goes with --engine explicit")
     start_quickly()
     orders = orders_beside(model, no_cache)
     from dineros.analysis.questions.reduced_space import reduced_state_space
-    from dineros.analysis.questions.state_space import state_space
+    from dineros.analysis.questions.state_space import state_space, unfinished
 
-    subject = load_subject(model, settings, signals, overflow)
+    subject, run = load_subject(model, settings, signals, overflow), search()
+    net = subject.net
+    confirmation: Confirmation | None = None
     count = reduced_state_space if reduce else state_space
-    with exploring() as progress:
-        budget = budget_of(memory, progress=progress)
-        space = count(subject.net, engine, budget, orders, order)  # type: ignore[arg-type]
-        confirmation = None
-        if confirm and space.complete:
-            from dineros.analysis.evidence.confirmation import confirm_counts
 
-            confirmation = confirm_counts(subject.net, space, budget)
-            if confirmation.agrees is False:
-                space = replace(space, complete=False, reason=str(confirmation))
-    flattened = subject.flattened is not None
-    report = {
-        "model": str(model),
-        "signals": signals if flattened else None,
-        "overflow": overflow if flattened else None,
-        "reduced": reduce,
-        **space.to_dict(),
-        **({"reduced_states": space.reduced_states} if reduce else {}),
-    }
-    if confirm:
-        report["confirmation"] = confirmation.to_dict() if confirmation else None
-    pumping = None
-    if space.pumping is not None:
-        from dineros.analysis.witnesses.findings import pumping_witness
+    def say_space(space: StateSpace) -> int:
+        flattened = subject.flattened is not None
+        report = {
+            "model": str(model),
+            "signals": signals if flattened else None,
+            "overflow": overflow if flattened else None,
+            "reduced": reduce,
+            **replace(space, reason=run.reason(space.reason)).to_dict(),
+            **({"reduced_states": space.reduced_states} if reduce else {}),
+        }
+        if confirm:
+            report["confirmation"] = confirmation.to_dict() if confirmation else None
+        pumping = None
+        if space.pumping is not None:
+            from dineros.analysis.witnesses.findings import pumping_witness
 
-        pumping = pumping_witness(subject, space.pumping)
-        report["pumping"] = pumping.to_dict()
-    if as_json:
-        say_json(report)
-    else:
-        for name, value in report.items():
+            pumping = pumping_witness(subject, space.pumping)
+            report["pumping"] = pumping.to_dict()
+        if as_json:
+            say_json(report)
+        for name, value in report.items() if not as_json else ():
             if value not in (None, "") and name not in ("pumping", "confirmation"):
                 of_which = " (of the reduced net)" if reduce and name in _OF_THE_REDUCED_NET else ""
                 say(f"{name.replace('_', ' '):22} {_shown(name, value)}{of_which}")
-        if pumping is not None:
+        if pumping is not None and not as_json:
             say_witness(pumping)
-    if confirm:
-        say_confirmation(confirmation, as_json)
-    return HOLDS if space.complete else UNKNOWN
+        if confirmation is not None:
+            say_confirmation(confirmation, as_json)
+        return HOLDS if space.complete else UNKNOWN
+
+    def so_far(ending: str) -> int:
+        seen = run.last.count if run.last is not None and run.last.unit == "markings" else None
+        return say_space(unfinished(net, engine, seen, ending, run.limits.spent))
+
+    run.draft(so_far)
+    budget = run.budget()
+    space = count(net, engine, budget, orders, order)  # type: ignore[arg-type]
+    if confirm and space.complete:
+        from dineros.analysis.evidence.confirmation import confirm_counts
+
+        run.stage("confirming the counts")
+        confirmation = confirm_counts(net, space, budget)
+        if confirmation.agrees is False:
+            space = replace(space, complete=False, reason=str(confirmation))
+    with run.answer():
+        return say_space(space)
 
 
 def _shown(name: str, value: object) -> str:

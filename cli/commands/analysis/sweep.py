@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from dineros.cli.analysing import HOLDS, OVERFLOW, SIGNALS, UNKNOWN, load_valid, memory_option
-from dineros.cli.options import (
-    command,
-    json_option,
-    model_argument,
-    output_option,
-    settings_option,
-)
-from dineros.cli.presentation.sweeps import say_sweep, say_sweep_as_json, sweep_progress
+from dineros.cli.analysing import HOLDS, OVERFLOW, SIGNALS, UNKNOWN, budget_options, load_valid
+from dineros.cli.options import json_option, model_argument, output_option, settings_option
+from dineros.cli.presentation.sweeps import say_begun_sweep, say_sweep, say_sweep_as_json
+from dineros.cli.searching import search
+from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn
@@ -40,7 +37,7 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
     return read
 
 
-@command(
+@search_command(
     "dineros sweep sorting.sym.xmi --vary RedObjects.tokens=0..1 --signals none -o red.csv",
     "dineros sweep sorting.sym.xmi --vary RedObjects.tokens,BlueObjects.tokens=0,1 -o two.parquet",
     "dineros sweep sorting.sym.xmi --vary RedObjects.tokens=0..1 --signals none -o figures.svg",
@@ -98,12 +95,12 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
     help="Use the workers of this Dask scheduler, such as tcp://10.0.0.1:8786.",
 )
 @click.option(
-    "--timeout",
+    "--point-timeout",
     type=click.FloatRange(0, min_open=True),
     metavar="SECONDS",
     help="Give up a point after so long.",
 )
-@memory_option
+@budget_options
 @settings_option
 @json_option
 def sweep(
@@ -116,6 +113,7 @@ def sweep(
     output: Path,
     workers: int | None,
     scheduler: str | None,
+    point_timeout: float | None,
     timeout: float | None,
     memory: int | None,
     settings: tuple[str, ...],
@@ -123,13 +121,15 @@ def sweep(
 ) -> int:
     """Count the state spaces of a grid of models, and write a table with a row for each.
 
-    Finished points stand in OUT.partial.jsonl at once: run the same command again after an interruption, and
-    it goes on. Exit status 3 when some point stays unknown; the column `error` says why. Without --memory,
-    points at a time share 70 % of what is free, and on a cluster each may take 2G.
+    Finished points stand in OUT.partial.jsonl at once: run the same command again after an interruption, or
+    when --timeout has ended it, and it goes on. Exit status 3 when some point stays unknown; the column
+    `error` says why. Points at a time share the memory; where --memory leaves too little for each, there are
+    fewer. With --scheduler it is the memory of one point, by default 2G.
     """
     from dineros.analysis.nets.memory import OWN_MEMORY
-    from dineros.analysis.sweeps import Axis, Grid, SweepError
+    from dineros.analysis.sweeps import Axis, Grid, Progress, SweepError, SweepInterrupt, share_of_memory
     from dineros.analysis.sweeps import sweep as run_sweep
+    from dineros.analysis.sweeps.sweep import journal_path
     from dineros.metamodel.errors import DinerosError, Location
 
     if workers is not None and scheduler is not None:
@@ -145,23 +145,45 @@ def sweep(
                 location=Location(output),
                 hint="name the figures otherwise, or move it away",
             )
-    with sweep_progress() as progress:
-        try:
-            outcome = run_sweep(
-                net,
-                Grid(axes, *_variants(net, signals, overflow), _REDUCED[reduced]),
-                output,
-                engine=engine,
-                memory=None if memory is None else memory - OWN_MEMORY,
-                timeout=timeout,
-                workers=workers,
-                scheduler=scheduler,
-                progress=progress,
-            )
-        except DinerosError as error:
-            if not isinstance(error, SweepError):  # a setting stands in no file; its model does
-                error.location = error.location or Location(model)
-            raise
+    run = search()
+    run.stage("counting")
+    far = Progress(0, 0, 0, 0)
+
+    def so_far(ending: str) -> int:
+        say_begun_sweep(far, model, journal_path(output), ending, as_json)
+        return UNKNOWN
+
+    def tell(progress: Progress) -> None:
+        nonlocal far
+        if not far.points:
+            run.draft(so_far)
+        far = progress
+        run.far(str(progress))
+
+    of_point = None
+    if scheduler is not None:
+        of_point = None if memory is None else memory - OWN_MEMORY
+    elif memory is not None:
+        workers, of_point = share_of_memory(memory, workers or os.cpu_count() or 1)
+    try:
+        outcome = run_sweep(
+            net,
+            Grid(axes, *_variants(net, signals, overflow), _REDUCED[reduced]),
+            output,
+            engine=engine,
+            memory=of_point,
+            timeout=point_timeout,
+            workers=workers,
+            scheduler=scheduler,
+            progress=tell,
+        )
+    except DinerosError as error:
+        if not isinstance(error, SweepError):  # a setting stands in no file; its model does
+            error.location = error.location or Location(model)
+        raise
+    except SweepInterrupt as interrupt:
+        far = interrupt.progress
+        raise
     if figures is not None:
         from dineros.metamodel.files.atomic import write_atomically
         from dineros.views.reports.sweep_figures import sweep_figures
@@ -169,7 +191,8 @@ def sweep(
         write_atomically(
             figures, sweep_figures(outcome.rows, figures.suffix.lower(), title=net.name or net.id)
         )
-    (say_sweep_as_json if as_json else say_sweep)(outcome, model, output, figures)
+    with run.answer():
+        (say_sweep_as_json if as_json else say_sweep)(outcome, model, output, figures)
     return UNKNOWN if outcome.unknown else HOLDS
 
 

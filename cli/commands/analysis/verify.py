@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,32 +12,29 @@ from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
     VIOLATED,
-    budget_of,
-    exploring,
     load_subject,
     question_engine_option,
     question_options,
     reading_formula,
     write_witness,
 )
+from dineros.cli.asking import Backing, answered
 from dineros.cli.console import say_json
-from dineros.cli.options import ModelPath, command, model_argument
+from dineros.cli.options import ModelPath, model_argument
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.answers import say_unfairness, say_verdict
-from dineros.cli.presentation.evidence import (
-    certificate_option,
-    certified,
-    confirm_option,
-    confirmed,
-    say_certificate,
-    say_confirmation,
-)
+from dineros.cli.presentation.evidence import certificate_option, confirm_option
 from dineros.cli.presentation.property_files import answer_properties, write_formula, write_properties
-from dineros.cli.presentation.scheduling import answer_on_workers, scheduler_option
+from dineros.cli.presentation.scheduling import scheduler_option
 from dineros.cli.quick_start import start_quickly
+from dineros.cli.searching import search
+from dineros.cli.supervising import search_command
+
+if TYPE_CHECKING:
+    from dineros.analysis.answers.outcome import Outcome
 
 
-@command(
+@search_command(
     "dineros verify sorting.sym.xmi --signals none --ctl 'AG EF (Shown >= 3)'",
     "dineros verify sorting.sym.xmi --signals none --ltl 'G F fired(TSense)'",
     "dineros verify sorting.sym.xmi --ctl 'AG EF (Shown >= 3)' --write-properties questions.xml",
@@ -69,12 +68,6 @@ from dineros.cli.quick_start import start_quickly
     type=ModelPath(),
     metavar="FILE.xml",
     help="Write what is asked as a property file of the contest, instead of answering it.",
-)
-@click.option(
-    "--timeout",
-    type=click.FloatRange(min=0, min_open=True),
-    metavar="SECONDS",
-    help="Give up after so long; with --properties, so long for each of them, all together.",
 )
 @cache_option
 @question_engine_option
@@ -114,8 +107,9 @@ def verify(
     """
     start_quickly()
     orders = orders_beside(model, no_cache)
+    from dineros.analysis.evidence.proving import Asked
     from dineros.analysis.model.fairness import fair_transitions, unfairness
-    from dineros.analysis.questions.engines import ENGINES, Branching, Linear, Question
+    from dineros.analysis.questions.engines import Branching, Linear, Question
     from dineros.analysis.witnesses.findings import witness_of
     from dineros.metamodel.errors import DinerosError
 
@@ -127,7 +121,7 @@ def verify(
         subject = load_subject(model, settings, signals, overflow)
         if written is not None:
             return write_properties(subject, properties, written)
-        return answer_properties(subject, model, properties, budget_of(memory, timeout), as_json)
+        return answer_properties(subject, model, properties, as_json)
     if scheduler is not None and engine == "tina":
         raise click.UsageError("workers of a scheduler do not ask TINA")
     if (ltl is None) == (ctl is None):
@@ -139,9 +133,44 @@ def verify(
             "--ctl cannot go with --engine tina: its program selt verifies LTL only",
             hint="leave out --engine, or say it in LTL",
         )
+    run, formula, backing = search(), str(ltl or ctl), Backing(certificate, confirm)
+
+    def say(verdict: Outcome) -> int:
+        verdict = replace(verdict, reason=run.reason(verdict.reason))
+        witness = unfair = None
+        if verdict.status == "violated" and verdict.loop and ltl is not None:
+            unfair = unfairness(subject, verdict.stem, verdict.loop)
+        if verdict.stem or verdict.loop:
+            loop = len(verdict.stem) if verdict.loop else None
+            witness = witness_of(subject, [*verdict.stem, *verdict.loop], loop)
+        if output is not None and witness is not None:
+            write_witness(witness, output, model, settings, formula, verdict.status)
+        if as_json:
+            say_json(
+                {
+                    "model": str(model),
+                    "formula": formula,
+                    "status": verdict.status,
+                    "reason": verdict.reason,
+                    "by": verdict.by,
+                    "states": verdict.states,
+                    "seconds": verdict.seconds,
+                    "witness": witness.to_dict() if witness else None,
+                    "unfair": unfair.to_dict(subject.net.transitions) if unfair else None,
+                    **backing.to_dict(),
+                }
+            )
+        else:
+            say_verdict(verdict, formula, witness, model, output, is_linear=ltl is not None)
+            if unfair is not None and output is None:
+                say_unfairness(unfair, subject.net.transitions)
+        backing.say(verdict, as_json)
+        return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
+
+    run.draft(lambda ending: say(run.unknown(ending)))
     subject = load_subject(model, settings, signals, overflow)
     if written is not None:
-        with reading_formula("--ltl" if ctl is None else "--ctl"):
+        with run.answer(), reading_formula("--ltl" if ctl is None else "--ctl"):
             return write_formula(subject, model, ltl, ctl, written)
     with reading_formula("--fair"):
         weak = fair_transitions(subject, weak)
@@ -153,55 +182,9 @@ def verify(
     else:
         assert ctl is not None
         question = Branching(subject.net, subject.names, ctl, orders)
-    with exploring() as progress, reading_formula("--ltl" if ctl is None else "--ctl"):
-        budget, proved = budget_of(memory, timeout, progress).begun(), None
-        kind, text = ("ltl", ltl) if ltl is not None else ("ctl", str(ctl))
-        if certificate is not None:
-            from dineros.analysis.evidence.proving import Asked
-
-            proved = certified(Asked(subject, kind, text, signals, overflow, settings), certificate, budget)
-        if proved is not None:
-            verdict = proved
-        elif scheduler is not None:
-            asked_of: dict[str, object] = {"kind": kind, "text": text, "weak": weak, "strong": strong}
-            asked_of |= {"signals": signals, "overflow": overflow}
-            verdict = answer_on_workers(subject, scheduler, asked_of, memory, timeout)
-        else:
-            verdict = ENGINES[engine].answer(question, budget)
-        confirmation = None
-        if confirm and proved is None:
-            verdict, confirmation = confirmed(question, verdict, budget)
-    witness = unfair = None
-    if verdict.status == "violated" and verdict.loop and ltl is not None:
-        unfair = unfairness(subject, verdict.stem, verdict.loop)
-    if verdict.stem or verdict.loop:
-        loop = len(verdict.stem) if verdict.loop else None
-        witness = witness_of(subject, [*verdict.stem, *verdict.loop], loop)
-    report = {
-        "model": str(model),
-        "formula": ltl or ctl,
-        "status": verdict.status,
-        "reason": verdict.reason,
-        "by": verdict.by,
-        "states": verdict.states,
-        "seconds": verdict.seconds,
-        "witness": witness.to_dict() if witness else None,
-        "unfair": unfair.to_dict(subject.net.transitions) if unfair else None,
-    }
-    if certificate is not None:
-        report["certificate"] = str(certificate) if proved else None
-    if confirm:
-        report["confirmation"] = confirmation.to_dict() if confirmation else None
-    if output is not None and witness is not None:
-        write_witness(witness, output, model, settings, str(ltl or ctl), verdict.status)
-    if as_json:
-        say_json(report)
-    else:
-        say_verdict(verdict, str(ltl or ctl), witness, model, output, is_linear=ltl is not None)
-        if unfair is not None and output is None:
-            say_unfairness(unfair, subject.net.transitions)
-    if certificate is not None:
-        say_certificate(certificate, verdict, proved is not None, as_json)
-    if confirm:
-        say_confirmation(confirmation, as_json)
-    return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
+    with reading_formula("--ltl" if ctl is None else "--ctl"):
+        asked = Asked(subject, "ltl" if ltl is not None else "ctl", formula, signals, overflow, settings)
+        more = {"weak": weak, "strong": strong}
+        verdict = answered(asked, question, run, backing, engine, scheduler, **more)
+    with run.answer():
+        return say(verdict)

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, write_witness
-from dineros.cli.console import note, say, say_json, summarise, working
+from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, budget_options, write_witness
+from dineros.cli.console import note, say, say_json, summarise
 from dineros.cli.models import load_system, refuse_invalid
-from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
+from dineros.cli.options import ModelPath, json_option, model_argument, settings_option
+from dineros.cli.searching import search
+from dineros.cli.supervising import search_command
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
     from dineros.metamodel import sym
 
 
-@command(
+@search_command(
     "dineros conform sorting.sym.xmi run/",
     "dineros conform sorting.sym.xmi run/ --invariant 'PickRun + PlaceRun <= 1' --json",
 )
@@ -48,6 +50,7 @@ if TYPE_CHECKING:
     metavar="EXPR",
     help="What has to hold all the time, such as 'PickRun + PlaceRun <= 1'; repeatable.",
 )
+@budget_options
 @settings_option
 @json_option
 def conform(
@@ -56,6 +59,8 @@ def conform(
     output: Path | None,
     orders: int,
     invariants: tuple[str, ...],
+    timeout: float | None,
+    memory: int | None,
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
@@ -70,6 +75,7 @@ def conform(
 
     Exit status 0: the run conforms; 1: a step is not allowed, or an invariant does not hold; 3: unknown.
     """
+    from dineros.analysis.conformance import Verdict
     from dineros.analysis.conformance import conform as conform_traces
     from dineros.metamodel.records import read_trace, traces_of_runs
 
@@ -77,29 +83,42 @@ def conform(
     settings = settings or _settings_of(parts.values())
     system = load_system(model, settings)
     refuse_invalid(system, model)
-    with working(f"Replaying the traces of {counted(len(parts), 'node')}"):
-        verdict = conform_traces(
-            system,
-            {node: partial(read_trace, files) for node, files in parts.items()},
-            attempts=orders,
-            firings=output is not None or bool(invariants),
-        )
+    run = search()
+
+    def so_far(ending: str) -> int:
+        if as_json:
+            none = Verdict("unknown").to_dict(str(model))
+            say_json({**none, "invariants": dict.fromkeys(invariants), "reason": ending})
+        else:
+            summarise(f"{model}: unknown: {ending}")
+        return UNKNOWN
+
+    run.draft(so_far)
+    run.stage(f"replaying the traces of {counted(len(parts), 'node')}")
+    verdict = conform_traces(
+        system,
+        {node: partial(read_trace, files) for node, files in parts.items()},
+        attempts=orders,
+        firings=output is not None or bool(invariants),
+    )
+    run.stage("checking invariants")
     broken = _broken(system, invariants, verdict)
     if output is not None:
+        run.stage(f"writing {output.name}")
         _write(verdict, system, output, model, settings, broken)
-    if as_json:
-        say_json(
-            {**verdict.to_dict(str(model)), "invariants": {text: text not in broken for text in invariants}}
-        )
-    else:
-        for text in invariants:
-            said = (
-                f"does not hold after {counted(broken[text], 'firing')}"
-                if text in broken
-                else "holds throughout"
-            )
-            say(f"{text}: {said}", "bold red" if text in broken else None)
-        _print(verdict, model, len(parts))
+    with run.answer():
+        if as_json:
+            report = verdict.to_dict(str(model))
+            say_json({**report, "invariants": {text: text not in broken for text in invariants}})
+        else:
+            for text in invariants:
+                said = (
+                    f"does not hold after {counted(broken[text], 'firing')}"
+                    if text in broken
+                    else "holds throughout"
+                )
+                say(f"{text}: {said}", "bold red" if text in broken else None)
+            _print(verdict, model, len(parts))
     status = {"conforms": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
     return VIOLATED if broken else status
 

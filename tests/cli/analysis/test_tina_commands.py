@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -93,7 +94,8 @@ class TestFind:
     @uses("grows")
     def test_time_ends_the_search_of_an_unbounded_net(self, run: Run, net: Path) -> None:
         result = run("find", net, "--marking", "a >= 2", *TINA, "--timeout", "1")
-        assert (result.exit_code, result.stdout) == (3, "unknown: a >= 2 (time: more than 1 s)\n")
+        assert result.exit_code == 3
+        assert re.fullmatch(r"unknown: a >= 2 \(time ran out after [0-9.]+ s, at .*\)\n", result.stdout)
 
     @uses("ends")
     def test_memory_bounds_the_programs(self, net: Path) -> None:
@@ -178,7 +180,7 @@ class TestVerify:
     def test_time_ends_it(self, run: Run, net: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv(FAULTS, "selt sleeps")
         result = run("verify", net, "--ltl", "G b <= 1", *TINA, "--timeout", "1")
-        assert (result.exit_code, "(time: more than 1 s)" in result.stdout) == (3, True)
+        assert (result.exit_code, "(time ran out after " in result.stdout) == (3, True)
 
     @uses("grows")
     def test_an_unbounded_net_is_unknown(self, run: Run, net: Path) -> None:

@@ -1,0 +1,248 @@
+"""Work in a process of its own, which tells what it finds and can be ended at any moment, wherever it is.
+
+A stage that never looks at its budget, such as a solver's or a compiler's, cannot be told to stop; a process
+can. So work that has to keep what was promised for it runs in a fork, and says through a pipe whatever should
+outlive it.
+
+>>> def work(tell):
+...     tell("half of it")
+...     return 42
+>>> with Apart(work) as apart:
+...     said = list(apart.messages())
+>>> said, apart.value()
+(['half of it'], 42)
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import select
+import signal
+import struct
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from types import FrameType, TracebackType
+from typing import Any, NoReturn, Self
+
+from dineros.analysis.answers.processes import Tree, die_with
+
+Tell = Callable[[object], None]
+Work = Callable[[Tell], object]
+
+PATIENCE = 0.05
+"""Seconds between two looks at whether a process still runs that says nothing."""
+_TOLD, _RETURNED, _RAISED = "told", "returned", "raised"
+_LENGTH = struct.Struct("!Q")
+_CHUNK = 1 << 20
+
+
+class ApartDiedError(Exception):
+    """The process of some work ended before the work did.
+
+    Attributes
+    ----------
+    signal : int or None
+        What ended it; None where it ended by itself.
+    """
+
+    def __init__(self, status: int) -> None:
+        self.signal = -status if status < 0 else None
+        cause = f"signal {-status}" if status < 0 else f"exit status {status}"
+        super().__init__(f"the process of the work ended before it: {cause}")
+
+
+class Apart:
+    """Work in a process of its own; a context that leaves no process behind.
+
+    The process is a fork: it has all that this one has, and what it changes is its own. Fork before threads,
+    kernels and solvers run here. It ends with the thread that started it, and leaves Ctrl-C to this process.
+
+    Parameters
+    ----------
+    work : callable
+        Gets a function that tells something, from any of its threads; what is told and returned goes through
+        `pickle`.
+    """
+
+    def __init__(self, work: Work) -> None:
+        self._read, writing = os.pipe()
+        self._bytes = bytearray()
+        self._outcome: tuple[str, Any] | None = None
+        self._status: int | None = None
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()  # else both would write what stands in it
+        parent = os.getpid()
+        self.process = os.fork()
+        if self.process == 0:
+            _run(work, parent, self._read, writing)
+        os.close(writing)
+        self.tree = Tree(self.process)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.end()
+        self._wait()
+        os.close(self._read)
+
+    def fileno(self) -> int:
+        """Return what is ready to be read when there is something new; for `ready`."""
+        return self._read
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing more comes."""
+        return self._outcome is not None or self._status is not None
+
+    def messages(self, seconds: float | None = None) -> Iterator[Any]:
+        """Yield what it tells as it comes, until it is over.
+
+        Parameters
+        ----------
+        seconds : float, optional
+            How long to wait for more.
+        """
+        end = None if seconds is None else time.monotonic() + seconds
+        yield from self._whole()  # who asked before may not have taken all that had come
+        while not self.is_over:
+            left = PATIENCE if end is None else max(0.0, min(PATIENCE, end - time.monotonic()))
+            if ready([self], left):
+                self._receive()
+                yield from self._whole()
+            elif end is not None and time.monotonic() >= end:
+                return
+            else:  # what it started may hold the pipe open
+                self._wait(os.WNOHANG)
+
+    def value(self) -> Any:
+        """Return what the work returned, or raise what it raised.
+
+        Raises
+        ------
+        ApartDiedError
+            The process ended before.
+        ValueError
+            It is not over.
+        """
+        if self._outcome is None:
+            if self._status is None:
+                raise ValueError("it still runs")
+            raise ApartDiedError(self._status)
+        kind, value = self._outcome
+        if kind == _RAISED:
+            raise value
+        return value
+
+    def ask_to_end(self) -> None:
+        """Raise KeyboardInterrupt in the work, once, as soon as Python itself runs there."""
+        if self._status is None:
+            os.kill(self.process, signal.SIGTERM)
+
+    def end(self) -> None:
+        """End the process and all that it started, if it still runs; what it has told can still be read."""
+        if self._status is None:
+            self.tree.end()
+
+    def _wait(self, options: int = 0) -> None:
+        if self._status is None:
+            process, status = os.waitpid(self.process, options)
+            if process:
+                self._status = os.waitstatus_to_exitcode(status)
+
+    def _receive(self) -> None:
+        read = os.read(self._read, _CHUNK)
+        self._bytes += read
+        if not read:
+            self._wait()
+
+    def _whole(self) -> Iterator[Any]:
+        """Yield what has come as a whole."""
+        while len(self._bytes) >= _LENGTH.size:
+            end = _LENGTH.size + _LENGTH.unpack_from(self._bytes)[0]
+            if len(self._bytes) < end:
+                return
+            kind, value = pickle.loads(memoryview(self._bytes)[_LENGTH.size : end])
+            del self._bytes[:end]
+            if kind == _TOLD:
+                yield value
+            else:
+                self._outcome = kind, value
+
+
+def ready(some: Sequence[Apart], seconds: float | None = None) -> list[Apart]:
+    """Return those of which something can be read, or which have ended; wait for the first so long."""
+    return list(select.select(some, [], [], seconds)[0])
+
+
+class _Teller:
+    """What writes to the pipe: one message at a time, and each as a whole, also where it is asked to end."""
+
+    def __init__(self, pipe: int) -> None:
+        self._pipe, self._turn = pipe, threading.Lock()
+        self._is_writing = self._is_asked = self._has_ended = False
+
+    def tell(self, value: object) -> None:
+        self.write(_TOLD, value)
+
+    def write(self, kind: str, value: object) -> None:
+        text = pickle.dumps((kind, value), pickle.HIGHEST_PROTOCOL)
+        is_main = threading.current_thread() is threading.main_thread()
+        if is_main:
+            self._is_writing = True
+        try:
+            with self._turn:
+                rest = memoryview(_LENGTH.pack(len(text)) + text)
+                while rest:
+                    rest = rest[os.write(self._pipe, rest) :]
+        finally:
+            if is_main:
+                self._is_writing = False
+        if is_main and self._is_asked:
+            self._end()
+
+    def asked(self, _: int, __: FrameType | None) -> None:
+        """End the work; the handler of SIGTERM."""
+        self._is_asked = True
+        if not self._is_writing:
+            self._end()
+
+    def _end(self) -> None:
+        if not self._has_ended:
+            self._has_ended = True
+            raise KeyboardInterrupt
+
+
+def _run(work: Work, parent: int, reading: int, writing: int) -> NoReturn:
+    """Do the work, in the new process."""
+    try:
+        die_with(parent)
+        os.close(reading)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        teller = _Teller(writing)
+        signal.signal(signal.SIGTERM, teller.asked)
+        try:
+            kind, value = _RETURNED, work(teller.tell)
+        except BaseException as error:
+            kind, value = _RAISED, _tellable(error)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        try:
+            teller.write(kind, value)
+        except Exception as error:  # it cannot be pickled
+            teller.write(_RAISED, RuntimeError(f"{type(value).__name__} cannot be told: {error}"))
+    finally:
+        os._exit(0)
+
+
+def _tellable(error: BaseException) -> BaseException:
+    """Return an error, or one that says the same where it cannot be told."""
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:
+        return RuntimeError(f"{type(error).__name__}: {error}")
+    return error

@@ -1,0 +1,104 @@
+"""Processes and what they started: what memory they have, and how all of them end (Linux, proc(5))."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import time
+from contextlib import suppress
+from pathlib import Path
+
+PROCESSES = Path("/proc")
+LOOK_SECONDS = 0.25
+"""How often it is looked for new processes of a tree; their memory is looked at whenever it is asked for."""
+
+_SET_PARENT_DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG of prctl(2)
+
+
+def die_with(parent: int) -> None:
+    """Have the kernel end this process when the thread that started it ends, however that happens (Linux)."""
+    ctypes.CDLL(None).prctl(_SET_PARENT_DEATH_SIGNAL, int(signal.SIGKILL), 0, 0, 0)
+    if os.getppid() != parent:  # it ended before
+        os._exit(1)
+
+
+class Tree:
+    """A process and all that it started, and these.
+
+    Parameters
+    ----------
+    root : int
+        Id of the process.
+    """
+
+    def __init__(self, root: int) -> None:
+        self.root = root
+        self._known = [root]
+        self._looked = 0.0
+
+    def memory(self, most: int) -> int:
+        """Return the bytes of the tree that are in memory; pages that several share count once if it matters.
+
+        Parameters
+        ----------
+        most : int
+            Where it matters. Pages are looked at one by one only if counting shared ones several times gives
+            more than that, and there are more than two processes: of two, the small one waits for the other.
+        """
+        if time.monotonic() - self._looked > LOOK_SECONDS:
+            self._look()
+        taken = sum(_resident(process) for process in self._known)
+        if taken <= most or len(self._known) == 1:
+            return taken
+        return sum(_share(process) for process in self._known)
+
+    def end(self) -> None:
+        """End all of them at once; the root stays to be waited for."""
+        with suppress(ProcessLookupError):
+            os.kill(self.root, signal.SIGSTOP)  # starts no others meanwhile
+        self._look()
+        for process in reversed(self._known):
+            with suppress(ProcessLookupError):
+                os.kill(process, signal.SIGKILL)
+
+    def _look(self) -> None:
+        self._looked = time.monotonic()
+        self._known = [self.root]
+        children = _children()
+        for process in self._known:  # grows meanwhile
+            self._known += children.get(process, ())
+
+
+def _children() -> dict[int, list[int]]:
+    found: dict[int, list[int]] = {}
+    for folder in PROCESSES.iterdir() if PROCESSES.is_dir() else ():
+        if folder.name.isdigit():
+            with suppress(OSError, ValueError, IndexError):
+                # The name of a program, in brackets, may hold anything.
+                words = (folder / "stat").read_bytes().rpartition(b")")[2].split()
+                found.setdefault(int(words[1]), []).append(int(folder.name))
+    return found
+
+
+def _resident(process: int) -> int:
+    with suppress(OSError, ValueError, IndexError):
+        return int((PROCESSES / str(process) / "statm").read_bytes().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    return 0
+
+
+def _share(process: int) -> int:
+    """Return its bytes in memory, of shared pages its part of each (smaps_rollup of proc(5))."""
+    with suppress(OSError, ValueError, IndexError):
+        for line in (PROCESSES / str(process) / "smaps_rollup").read_bytes().splitlines():
+            if line.startswith(b"Pss:"):
+                return int(line.split()[1]) * 1024
+    return _resident(process)
+
+
+def running_seconds() -> float:
+    """Return the seconds since this process was started."""
+    with suppress(OSError, ValueError, IndexError, AttributeError):
+        words = (PROCESSES / "self/stat").read_bytes().rpartition(b")")[2].split()
+        return time.clock_gettime(time.CLOCK_BOOTTIME) - int(words[19]) / os.sysconf("SC_CLK_TCK")
+    return time.process_time()

@@ -1,0 +1,329 @@
+"""What a command says while it searches: where it is, how far, and what to print if it has to end now."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self, TextIO
+
+import click
+
+from dineros.analysis.answers.budget import RAN_OUT
+from dineros.cli.console import warn
+from dineros.cli.options import invocation
+
+if TYPE_CHECKING:
+    from dineros.analysis.answers.budget import Budget, Progress
+    from dineros.analysis.answers.outcome import Outcome
+
+QUIET_COMPILATION = "DINEROS_QUIET_COMPILATION"
+"""Environment variable that keeps the line away which says that engines are compiled."""
+
+TIME, MEMORY, INTERRUPTED = RAN_OUT["time"], RAN_OUT["memory"], "interrupted"
+"""Why a search ends before it is done, as reports say it."""
+
+TELL_SECONDS = 0.2
+"""Between two messages on how far an engine is."""
+RENDERING = 0.02
+"""Part of the time that goes into what would be printed if the search had to end now."""
+
+_META = "dineros.search"
+_NO_STAGE = "the beginning"
+
+Pieces = list[tuple[bool, str]]
+"""What is printed, in order: whether on standard error, and the text."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What was promised: seconds, and bytes of all processes; and when it began (`time.monotonic`)."""
+
+    began: float
+    seconds: float | None
+    memory: int | None
+
+    @property
+    def spent(self) -> float:
+        """Seconds since the beginning."""
+        return time.monotonic() - self.began
+
+    @property
+    def left(self) -> float | None:
+        """Seconds that are left; None without a limit."""
+        return None if self.seconds is None else max(0.0, self.seconds - self.spent)
+
+
+@dataclass
+class Whereabouts:
+    """Where a search is: its stage, and how far it is there."""
+
+    stage: str = _NO_STAGE
+    progress: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.stage}{f' ({self.progress})' if self.progress else ''}"
+
+    def ending(self, cause: str, limits: Limits) -> str:
+        """Say why a search has ended, when and where."""
+        return f"{cause} after {limits.spent:.1f} s, at {self}"
+
+
+class Search:
+    """The search of a command, as the process sees it that searches.
+
+    Parameters
+    ----------
+    limits : Limits
+        What was promised.
+    tell : callable, optional
+        Gets messages, pairs of a kind and a value, for a process that watches; without it nobody does, and
+        what is printed is printed at once.
+
+    Attributes
+    ----------
+    at : Whereabouts
+        Where it is.
+    last : Progress or None
+        What an engine said last.
+    """
+
+    def __init__(self, limits: Limits, tell: Callable[[tuple[str, Any]], None] | None = None) -> None:
+        self.limits, self.at = limits, Whereabouts()
+        self._tell = tell
+        self.last: Progress | None = None
+        self._render: Callable[[str], int] | None = None
+        self._draft: tuple[Pieces, int] | None = None
+        self._told = self._rendering = 0.0
+        self._open = ExitStack()
+        self.relay = Relay(lambda pieces: self._say("printed", pieces))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._open.close()
+
+    # where it is
+
+    def budget(self) -> Budget:
+        """Return what the engines may cost; from here on a compilation of them is announced.
+
+        Raises
+        ------
+        MemoryBudgetError
+            The model has taken it all.
+        """
+        from dineros.analysis.answers.budget import Budget
+        from dineros.analysis.nets.memory import memory_for_engines
+
+        self._open.enter_context(_announcing_compilation(self.stage, lambda: self.at.stage))
+        memory = memory_for_engines(self.limits.memory)
+        return Budget(memory, seconds=self.limits.left, progress=self.progress, stages=self.stage)
+
+    def time(self) -> Budget:
+        """Return what work may cost that has no tables of its own: time."""
+        from dineros.analysis.answers.budget import Budget
+
+        return Budget(seconds=self.limits.left, progress=self.progress, stages=self.stage)
+
+    def stage(self, name: str) -> None:
+        """Say what is done now."""
+        self.at = Whereabouts(name)
+        self._say("stage", name)
+        self.refresh()
+
+    def progress(self, progress: Progress) -> None:
+        """Say how far an engine is."""
+        self.last = progress
+        self.far(str(progress))
+
+    def far(self, progress: str) -> None:
+        """Say how far the stage is, in words; not more often than anybody reads it."""
+        self.at.progress = progress
+        now = time.monotonic()
+        if now - self._told >= TELL_SECONDS:
+            self._told = now
+            self._say("progress", self.at.progress)
+            self.refresh()
+
+    def reason(self, why: str) -> str:
+        """Return why an answer is unknown: where it is what was promised, also when and where that was."""
+        return self.at.ending(why, self.limits) if why.startswith((TIME, MEMORY, INTERRUPTED)) else why
+
+    def unknown(self, ending: str) -> Outcome:
+        """Return the answer to a question whose search ended before it."""
+        from dineros.analysis.answers.outcome import Outcome
+
+        states = self.last.count if self.last is not None and self.last.unit != "nodes" else None
+        return Outcome("unknown", states=states, seconds=self.limits.spent, reason=ending)
+
+    # what is printed
+
+    def draft(self, render: Callable[[str], int]) -> None:
+        """Say what to print if the search ends before it has its answer.
+
+        Parameters
+        ----------
+        render : callable
+            Prints all that is answered by then; gets why the search ended, and returns the exit status.
+        """
+        self._render = render
+        self.refresh()
+
+    @contextmanager
+    def answer(self) -> Iterator[None]:
+        """Let what is printed within count as the answer: it is printed as a whole, and no draft after it."""
+        with self.relay.held() as pieces:
+            yield
+        self._render = self._draft = None
+        self._say("answer", pieces)
+
+    def refresh(self, *, is_last: bool = False) -> None:
+        """Tell the watching process what it is to print if the search ends here.
+
+        Parameters
+        ----------
+        is_last : bool
+            Whether it does; else the telling is left where it would take too much of the time.
+        """
+        if self._tell is None or self._render is None:
+            return
+        if not is_last and self._rendering > RENDERING * self.limits.spent:
+            return
+        began, why = time.monotonic(), f"ending-{os.getpid()}-{time.monotonic_ns()}"
+        with self.relay.held() as pieces:
+            status = self._render(why)
+        self._rendering += time.monotonic() - began
+        told = [(is_error, text.replace(why, WHY)) for is_error, text in pieces]
+        if (told, status) != self._draft:
+            self._draft = told, status
+            self._say("draft", self._draft)
+
+    def end(self, cause: str) -> int | None:
+        """Print what is answered so far, for a search that ends here; None where that is nothing."""
+        if self._render is None:
+            return None
+        render, self._render = self._render, None
+        return render(self.at.ending(cause, self.limits))
+
+    def _say(self, kind: str, value: Any) -> None:
+        if self._tell is not None:
+            self._tell((kind, value))
+
+
+WHY = "\N{OBJECT REPLACEMENT CHARACTER}"
+"""Stands in a draft for why the search has ended, which only the watching process knows."""
+
+
+class Relay:
+    """Standard output and standard error of a search that is watched: the watching process prints.
+
+    Parameters
+    ----------
+    tell : callable
+        Gets what was printed, in order.
+    """
+
+    def __init__(self, tell: Callable[[Pieces], None]) -> None:
+        self._tell = tell
+        self._held: Pieces | None = None
+        self._is_on = False
+
+    @contextmanager
+    def on(self) -> Iterator[None]:
+        """Take all that is printed."""
+        self._is_on = True
+        output, errors = _Stream(self, False, sys.stdout), _Stream(self, True, sys.stderr)
+        with redirect_stdout(output), redirect_stderr(errors):
+            yield
+
+    @contextmanager
+    def held(self) -> Iterator[Pieces]:
+        """Keep what is printed; it is the value. Prints as always where it is not on."""
+        if not self._is_on:
+            yield []
+            return
+        before, self._held = self._held, []
+        try:
+            yield self._held
+        finally:
+            self._held = before
+
+    def print(self, is_error: bool, text: str) -> None:
+        """Pass on a text."""
+        if self._held is not None:
+            self._held.append((is_error, text))
+        else:
+            self._tell([(is_error, text)])
+
+
+class _Stream(io.TextIOBase):
+    """A stream that passes on what is written."""
+
+    encoding = "utf-8"
+
+    def __init__(self, relay: Relay, is_error: bool, shown: TextIO) -> None:
+        self._relay, self._is_error, self._shown = relay, is_error, shown
+
+    def write(self, text: str) -> int:
+        if not isinstance(text, str):  # click asks by such a try whether a stream takes bytes
+            raise TypeError("takes text")
+        if text:
+            self._relay.print(self._is_error, text)
+        return len(text)
+
+    def isatty(self) -> bool:
+        return self._shown.isatty()
+
+    def fileno(self) -> int:
+        return self._shown.fileno()
+
+    def writable(self) -> bool:
+        return True
+
+
+def search() -> Search:
+    """Return the search of the command that runs."""
+    found: Search = click.get_current_context().meta[_META]
+    return found
+
+
+def use(one: Search) -> None:
+    """Let this be the search of the command that runs."""
+    click.get_current_context().meta[_META] = one
+
+
+@contextmanager
+def _announcing_compilation(tell: Callable[[str], None], now: Callable[[], str]) -> Iterator[None]:
+    """Say once, unless `-q` is given, that kernels are compiled, as soon as the first one is; it is a stage.
+
+    Numba keeps them for later runs. Who compares what is printed sets `QUIET_COMPILATION`.
+    """
+    from numba.core import event
+
+    is_quiet = invocation().verbosity < 0 or bool(os.environ.get(QUIET_COMPILATION))
+
+    class Announcer(event.Listener):
+        said, before = is_quiet, _NO_STAGE
+
+        def on_start(self, _: event.Event) -> None:
+            if now() != COMPILING:
+                self.before = now()
+                tell(COMPILING)
+            if not self.said:
+                warn("compiling the engines, once after an installation; this takes up to a minute")
+            Announcer.said = True
+
+        def on_end(self, _: event.Event) -> None:
+            tell(self.before)
+
+    with event.install_listener("numba:compile", Announcer()):
+        yield
+
+
+COMPILING = "compiling the engines"

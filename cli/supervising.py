@@ -1,0 +1,249 @@
+"""Budgets are promises: a search runs apart, and the process that was started keeps what was promised for it.
+
+It watches the clock, the memory of all processes together and Ctrl-C; where the search does not end by itself
+in time, it ends it, wherever it is, and prints what was answered until then.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from types import FrameType
+from typing import Any
+
+import click
+
+from dineros.analysis.answers.apart import Apart, ApartDiedError, Tell
+from dineros.analysis.answers.processes import PROCESSES, running_seconds
+from dineros.analysis.nets.memory import (
+    MemoryBudgetError,
+    memory_of_process,
+    resident_memory,
+    watched_memory,
+)
+from dineros.cli.failures import UNKNOWN, failed
+from dineros.cli.options import ExampleCommand, invocation
+from dineros.cli.searching import INTERRUPTED, MEMORY, TIME, WHY, Limits, Pieces, Search, Whereabouts, use
+from dineros.metamodel.errors import BudgetError
+
+LOOK_SECONDS = 0.02
+"""Between two looks at the memory."""
+SHOWN_SECONDS, SAID_SECONDS = 0.5, 10.0
+"""Between two looks at how far it is: on a terminal, and off it with `-v`."""
+ASKED, ENDED = (1.02, 0.3), (1.05, 1.0)
+"""When a search is asked to end that goes on, and when it is ended: times what it may take, plus seconds."""
+PATIENCE = 1.0
+"""Seconds that an interrupted search has to end by itself."""
+MARGIN = 0.02
+"""Part of the memory that is left for what is taken between two looks."""
+
+
+class SearchCommand(ExampleCommand):
+    """A command that searches: it keeps within `--timeout` and `--memory`, which it has."""
+
+    def invoke(self, ctx: click.Context) -> int:
+        """Run it, apart where the process is its own; where it ends early, print what is answered."""
+        is_alone = invocation().is_alone
+        began = time.monotonic() - (running_seconds() if is_alone else 0.0)
+        limits = Limits(began, ctx.params["timeout"], ctx.params["memory"])
+
+        def work(search: Search) -> int:
+            use(search)
+            try:
+                with search:
+                    return int(ExampleCommand.invoke(self, ctx) or 0)
+            except BudgetError as error:
+                status = search.end(error.message)
+                if status is None:
+                    raise
+                return status
+
+        return Watch(limits).run(work) if is_alone else _here(limits, work)
+
+
+def search_command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
+    """Make a function the subcommand of its name that searches; see `dineros.cli.options.command`."""
+
+    def decorate(function: Callable[..., Any]) -> ExampleCommand:
+        return click.command(cls=SearchCommand, examples=examples)(function)
+
+    return decorate
+
+
+def _here(limits: Limits, work: Callable[[Search], int]) -> int:
+    """Search in this process, which is somebody else's: stages keep the time as far as they look at it."""
+    search = Search(limits)
+    try:
+        with watched_memory(memory_of_process(limits.memory)):
+            return work(search)
+    except KeyboardInterrupt:
+        if search.end(INTERRUPTED) is None:
+            click.echo(f"dineros: {search.at.ending(INTERRUPTED, limits)}", err=True)
+        return UNKNOWN
+
+
+class Watch:
+    """What watches over a search.
+
+    Parameters
+    ----------
+    limits : Limits
+        What was promised.
+    """
+
+    def __init__(self, limits: Limits) -> None:
+        self.limits = limits
+        self.memory = memory_of_process(limits.memory)
+        self.at = Whereabouts()
+        self.cause = ""
+        self._draft: tuple[Pieces, int] | None = None
+        self._signals = 0
+        self._end_at: float | None = None
+        self._ask_at: float | None = None
+        if limits.seconds is not None:
+            self._ask_at, self._end_at = (limits.seconds * factor + more for factor, more in (ASKED, ENDED))
+        self._looked = 0.0
+        self._is_terminal = sys.stderr.isatty()
+        self._is_shown = invocation().verbosity >= (0 if self._is_terminal else 1)
+        self._shown = 0.0
+        self._has_line = False
+
+    def run(self, work: Callable[[Search], int]) -> int:
+        """Run a search apart, and print what it prints; return the exit status."""
+        debug = invocation().debug
+
+        def apart(tell: Tell) -> int:
+            invocation().is_watched = True
+            search = Search(self.limits, tell)
+            with search.relay.on(), nullcontext() if PROCESSES.is_dir() else watched_memory(self.memory):
+                try:
+                    return work(search)
+                except KeyboardInterrupt:
+                    search.refresh(is_last=True)
+                    raise KeyboardInterrupt from None
+                except click.exceptions.Exit as finished:
+                    return finished.exit_code
+                except Exception as error:
+                    return failed(error, debug)
+
+        with Apart(apart) as process, self._counting_signals():
+            while not process.is_over:
+                for kind, value in process.messages(LOOK_SECONDS):
+                    self._take(kind, value)
+                    self._look(process)
+                self._look(process)
+                self._show()
+            self._clear()
+            return self._status(process)
+
+    def _status(self, process: Apart) -> int:
+        try:
+            status = int(process.value())
+        except KeyboardInterrupt:
+            return self._print_draft(self.cause or INTERRUPTED)
+        except ApartDiedError as died:
+            if self.cause or died.signal == signal.SIGKILL:
+                return self._print_draft(self.cause or f"{MEMORY}, the system says,")
+            self._print_draft(str(died))
+            raise
+        return UNKNOWN if self.cause == INTERRUPTED else status
+
+    def _print_draft(self, cause: str) -> int:
+        """Print what is answered, for a search that has ended without its answer."""
+        ending = self.at.ending(cause, self.limits)
+        if self._draft is None:
+            error = MemoryBudgetError(self.memory)
+            more = f"; {error.limit} ({error.hint})" if cause == MEMORY else ""
+            self._print([(True, f"dineros: {ending}{more}\n")])
+            return UNKNOWN
+        pieces, status = self._draft
+        self._print([(is_error, text.replace(WHY, ending)) for is_error, text in pieces])
+        return UNKNOWN if cause == INTERRUPTED else status
+
+    def _take(self, kind: str, value: Any) -> None:
+        match kind:
+            case "stage":
+                self.at = Whereabouts(value)
+            case "progress":
+                self.at.progress = value
+            case "draft":
+                self._draft = value
+            case "printed":
+                self._print(value)
+            case "answer":
+                self._draft = None
+                self._print(value)
+
+    # what was promised
+
+    def _look(self, process: Apart) -> None:
+        """End the search, or ask it to end, where it would break what was promised."""
+        now = self.limits.spent
+        if now - self._looked >= LOOK_SECONDS:
+            self._looked = now
+            most = int(self.memory * (1 - MARGIN)) - resident_memory()
+            if process.tree.memory(most) > most:
+                self._end(process, MEMORY)
+        if self._signals and self.cause != INTERRUPTED:
+            self.cause = INTERRUPTED
+            self._ask_at, self._end_at = now, now + PATIENCE
+        if self._end_at is not None and (now >= self._end_at or self._signals > 1):
+            self._end(process, self.cause or TIME)
+        elif self._ask_at is not None and now >= self._ask_at:
+            self._ask_at, self.cause = None, self.cause or TIME
+            process.ask_to_end()
+
+    def _end(self, process: Apart, cause: str) -> None:
+        self.cause, self._ask_at, self._end_at = cause, None, None
+        process.end()
+
+    @contextmanager
+    def _counting_signals(self) -> Iterator[None]:
+        """Count Ctrl-C and SIGTERM, which `timeout` and the like send; a shell may have them ignored."""
+
+        def count(_: int, __: FrameType | None) -> None:
+            self._signals += 1
+
+        before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+        for number, handler in before.items():
+            if handler is not signal.SIG_IGN:
+                signal.signal(number, count)
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+    # what is seen of it
+
+    def _show(self) -> None:
+        """Show where the search is, again and again in one line on terminals, else in a line now and then."""
+        now = self.limits.spent
+        if not self._is_shown or now - self._shown < (SHOWN_SECONDS if self._is_terminal else SAID_SECONDS):
+            return
+        self._shown = now
+        if self._is_terminal:
+            sys.stderr.write(f"{_CLEAR}{self.at}")
+            self._has_line = True
+        else:
+            sys.stderr.write(f"{now:.0f} s: {self.at}\n")
+        sys.stderr.flush()
+
+    def _clear(self) -> None:
+        if self._has_line:
+            self._has_line = False
+            sys.stderr.write(_CLEAR)
+            sys.stderr.flush()
+
+    def _print(self, pieces: Pieces) -> None:
+        self._clear()
+        for is_error, text in pieces:
+            stream = sys.stderr if is_error else sys.stdout
+            stream.write(text)
+            stream.flush()
+
+
+_CLEAR = "\r\033[K"
