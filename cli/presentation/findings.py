@@ -74,6 +74,8 @@ def say_capacities(found: Sequence[Capacity], model: Path, as_json: bool, witnes
                 "limit": capacity.limit,
                 "needed": capacity.needed,
                 "reason": capacity.reason,
+                "grows": capacity.grows,
+                "fix": capacity.fix,
                 "witness": capacity.witness.to_dict() if capacity.witness else None,
             }
             for capacity in found
@@ -81,8 +83,11 @@ def say_capacities(found: Sequence[Capacity], model: Path, as_json: bool, witnes
         say_json({"model": str(model), "capacities": rows})
     else:
         for capacity in found:
-            needed = f"needs {capacity.needed}" if capacity.needed is not None else f"none: {capacity.reason}"
-            say(f"{capacity.queue}: has {capacity.limit}, {needed}")
+            needed = f"needs {capacity.needed}"
+            if capacity.needed is None:
+                needed = f"{'none' if capacity.grows else 'unknown'}: {capacity.reason}"
+            fix = f"; bounded with {capacity.fix}" if capacity.fix else ""
+            say(f"{capacity.queue}: has {capacity.limit}, {needed}{fix}")
             if witnesses and capacity.witness:
                 say_witness(capacity.witness)
         summarise(f"{model}: {count(len(found), 'queue')}")

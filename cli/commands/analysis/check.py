@@ -127,6 +127,5 @@ def _suggest(net: pn.Net, model: Path, memory: int | None, as_json: bool, witnes
     say_capacities(found, model, as_json, witnesses)
     if all(capacity.needed is not None and capacity.needed <= capacity.limit for capacity in found):
         return HOLDS
-    return (
-        UNKNOWN if any(capacity.needed is None and not capacity.witness for capacity in found) else VIOLATED
-    )
+    is_open = any(capacity.needed is None and not capacity.grows for capacity in found)
+    return UNKNOWN if is_open else VIOLATED
