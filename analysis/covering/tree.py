@@ -7,6 +7,7 @@ and what can may not.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import inf
 
@@ -37,6 +38,8 @@ class Tree:
         Transitions that can never fire, as far as the tree proves it.
     pumping : Pumping or None
         Where places are unbounded: the proof, which the net can repeat.
+    covered : tuple of OmegaMarking
+        Where it is too large: the largest markings of what was made of it.
     reason : str
         Why something is not known.
     """
@@ -45,6 +48,7 @@ class Tree:
     is_exact: bool
     dead: frozenset[int] = frozenset()
     pumping: Pumping | None = None
+    covered: tuple[OmegaMarking, ...] = ()
     reason: str = ""
 
     def unbounded(self) -> frozenset[int] | None:
@@ -75,7 +79,8 @@ def tree_of(net: CompiledNet, budget: Budget) -> Tree:
         places = tuple(p for p in range(len(net.places)) if same.place[p] in known.pumping.places)
         pumping = Pumping(same.back(known.pumping.prefix), same.back(known.pumping.suffix), places)
     if known.maximal is None:
-        return Tree(None, is_exact, pumping=pumping, reason=known.reason or "")
+        covered = _of_net(net, same, known.covered)
+        return Tree(None, is_exact, pumping=pumping, covered=covered, reason=known.reason or "")
     images, maximal = same.images(), known.maximal
     dead = {
         t
@@ -86,8 +91,12 @@ def tree_of(net: CompiledNet, budget: Budget) -> Tree:
             for marking in maximal
         )
     }
-    own = sorted({tuple(marking[same.place[p]] for p in range(len(net.places))) for marking in maximal})
-    return Tree(tuple(own), is_exact, frozenset(dead), pumping)
+    return Tree(_of_net(net, same, maximal), is_exact, frozenset(dead), pumping)
+
+
+def _of_net(net: CompiledNet, same: Limited, markings: Iterable[OmegaMarking]) -> tuple[OmegaMarking, ...]:
+    """Return markings without the complements."""
+    return tuple(sorted({tuple(m[same.place[p]] for p in range(len(net.places))) for m in markings}))
 
 
 def _with_complements(net: CompiledNet) -> Limited:

@@ -58,6 +58,8 @@ class Coverability:
         Where unbounded: the proof.
     maximal : tuple of tuples of float, optional
         The minimal coverability set: the largest markings, with `inf` for omega. None if not known.
+    covered : tuple of tuples of float
+        Where the tree was not finished: the largest of its markings, `inf` for omega as in `maximal`.
     reason : str, optional
         Why something is not known.
     """
@@ -66,6 +68,7 @@ class Coverability:
     bounds: tuple[float, ...] | None = None
     pumping: Pumping | None = None
     maximal: tuple[OmegaMarking, ...] | None = None
+    covered: tuple[OmegaMarking, ...] = ()
     reason: str | None = None
 
     @property
@@ -110,7 +113,8 @@ def coverability(
             reason = "only boundedness was asked for"
         elif tree.budget.is_over:
             reason = f"time ran out after {tree.nodes} nodes of the coverability tree"
-        return Coverability(None if pumping is None else False, pumping=pumping, reason=reason)
+        is_bounded = None if pumping is None else False
+        return Coverability(is_bounded, pumping=pumping, covered=tree.maximal(), reason=reason)
     maximal = tree.maximal()
     bounds = tuple(max(column) for column in zip(*maximal, strict=True))
     if has_inhibitors:

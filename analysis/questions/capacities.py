@@ -1,20 +1,29 @@
 """The smallest capacity at which a queue loses no message (beyond the paper).
 
 A queue of capacity l loses a message when one arrives while it holds l. So where the queue is large enough
-for ever, the smallest sufficient capacity is the largest load at which a message arrives, plus one.
+for ever, the smallest sufficient capacity is the largest load at which a message arrives, plus one. Until it
+first is full, a queue does what a larger one does: what is enough stays enough when it grows.
+
+Each queue has an answer of its own, also where markings have no end: then capacities are tried, each a
+question whether a transition can fire, or the tree of Karp and Miller tells the largest load.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.covering.firings import firings
+from dineros.analysis.covering.growth import remedy_of
+from dineros.analysis.covering.largest import largest_beside, loop_raising
 from dineros.analysis.model.queues import Queue, queues
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.compiled import CompiledNet, Transition
-from dineros.analysis.nets.coverability import coverability
+from dineros.analysis.nets.coverability import Pumping, coverability
 from dineros.analysis.questions.reachability import find_firing
+from dineros.analysis.questions.remedies import remedy_text
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.witnesses.findings import Witness, pumping_witness, witness_of
@@ -22,6 +31,11 @@ from dineros.metamodel import sym
 
 LARGEST = 1 << 12
 """Capacity at which the search gives up."""
+
+LARGEST_TRIED = 1 << 6
+"""The same where markings have no end, and each capacity that is tried costs a search."""
+
+GROWS = "its load grows without bound"
 
 
 @dataclass(frozen=True)
@@ -38,9 +52,13 @@ class Capacity:
         The smallest capacity at which no message is lost; None where there is none, or none was found.
     reason : str
         Why there is none.
+    grows : bool
+        Whether it is proved that there is none.
+    fix : str
+        What would bound the load, where it grows.
     witness : Witness or None
         How a message is lost with a capacity of one less; without any capacity that suffices, how the load
-        grows without bound.
+        grows without bound, where a loop is near.
     """
 
     queue: Queue
@@ -48,6 +66,8 @@ class Capacity:
     needed: int | None
     reason: str = ""
     witness: Witness | None = None
+    grows: bool = False
+    fix: str = ""
 
 
 def suggest_capacities(
@@ -60,21 +80,18 @@ def suggest_capacities(
     model : sym.SystemModel
         The model; it is not changed.
     budget : Budget, optional
-        Of all searches; its memory is that of each. Where its time runs out, a queue has no number.
+        Of all searches; its memory is that of each. Of a queue for which it is not enough the answer is not
+        known, for the reason that is given.
     found : list of Capacity, optional
         Where to put the answers as they come, for those who want them after an interruption.
     """
     found = [] if found is None else found
     # With inhibitor arcs (T5a) the capacity is an initial marking and nothing else.
     subject = base_subject(model, overflow="inhibitor")
-    budget = budget.begun()
-    search = _Search(subject, budget)
+    search = _Search(subject, budget.begun())
     for queue in queues(subject):
-        try:
-            budget.stage(f"the capacity of {queue}")
-            found.append(search.needed(queue))
-        except BudgetExceededError as limit:
-            found.append(Capacity(queue, search.limit(queue), None, str(limit)))
+        budget.stage(f"the capacity of {queue}")
+        found.append(search.answer(queue))
     return found
 
 
@@ -93,30 +110,102 @@ class _Search:
             return None
         return space if space.complete else None
 
+    def answer(self, queue: Queue) -> Capacity:
+        """Find the smallest sufficient capacity of one queue, or say why it is not known."""
+        try:
+            return self.needed(queue)
+        except BudgetExceededError as limit:
+            return Capacity(queue, self._limit(queue), None, str(limit))
+
     def needed(self, queue: Queue) -> Capacity:
         """Find the smallest sufficient capacity of one queue."""
         net = self._subject.net
         if not queue.drops:  # a publisher on a server page without instances
-            return Capacity(queue, self.limit(queue), 1)
-        limit = self.limit(queue)
+            return Capacity(queue, self._limit(queue), 1)
+        limit = self._limit(queue)
         if self._own is not None and _never_loses(self._own, queue):
             return self._least(queue, limit, self._own)
-        growth = coverability(_without_limit(net, queue.drops, queue.capacity))
-        load = net.places.index(queue.load)
-        if growth.pumping is not None and load in growth.pumping.places:
-            lasso = pumping_witness(self._subject, growth.pumping)
-            return Capacity(queue, limit, None, "its load grows without bound", lasso)
+        endless = _without_limit(net, queue.drops, queue.capacity)
+        if self._own is None:
+            return self._on_the_way(queue, endless)
+        growth = coverability(endless, budget=self._budget.share(0.1))
+        if growth.pumping is not None and net.places.index(queue.load) in growth.pumping.places:
+            return self._grows(queue, endless, growth.pumping)
         large = limit
         while large < LARGEST:
             large *= 2
             space = self._space(net.with_initial({queue.capacity: large}))
             if space is None:
-                return Capacity(queue, limit, None, "memory ran out, or another place is unbounded")
+                return self._on_the_way(queue, endless)
             if _never_loses(space, queue):
                 return self._least(queue, limit, space)
         return Capacity(queue, limit, None, f"a capacity of {large} is not enough")
 
-    def limit(self, queue: Queue) -> int:
+    def _grows(self, queue: Queue, endless: CompiledNet, pumping: Pumping | None) -> Capacity:
+        witness = None if pumping is None else pumping_witness(self._subject, pumping)
+        remedy = remedy_of(endless)
+        fix = "" if remedy is None else remedy_text(self._subject, remedy)
+        return Capacity(queue, self._limit(queue), None, GROWS, witness, True, fix)
+
+    def _on_the_way(self, queue: Queue, endless: CompiledNet) -> Capacity:
+        """Find it without all markings: a loop is near as a rule, and the tree can be large."""
+        net = self._subject.net
+        load = net.places.index(queue.load)
+        loop = loop_raising(endless, load, self._budget.share(0.1))
+        if loop is not None:
+            return self._grows(queue, endless, loop)
+        tried = self._tried(queue)
+        if tried.needed is not None:
+            return tried
+        # A message that arrives at a queue that holds any number is lost at any capacity.
+        sources = {place for drop in self._drops(queue) for place, _ in net.pre.row(drop)}
+        largest = largest_beside(endless, load, sources, self._budget.share(0.3))
+        if largest == inf:
+            return self._grows(queue, endless, None)
+        if largest is None:
+            return tried
+        needed = max(int(largest) + 1, 1)
+        way = self._ways(queue, needed - 1)[0] if needed > 1 else None
+        return replace(tried, needed=needed, reason="", witness=self._lost(queue, needed - 1, way))
+
+    def _tried(self, queue: Queue) -> Capacity:
+        """Try capacities: twice as large until one is enough, then between the two."""
+        too_small, enough = 0, 0
+        way: tuple[int, ...] | None = None
+        while not enough or enough - too_small > 1:
+            capacity = (too_small + enough) // 2 if enough else max(1, 2 * too_small)
+            if capacity > LARGEST_TRIED:
+                reason = f"a capacity of {too_small} is not enough, and no larger one was tried"
+                return Capacity(queue, self._limit(queue), None, reason)
+            found, reason = self._ways(queue, capacity)
+            if found is not None:
+                too_small, way = capacity, found
+            elif reason:
+                return Capacity(queue, self._limit(queue), None, f"whether {capacity} is enough: {reason}")
+            else:
+                enough = capacity
+        return Capacity(queue, self._limit(queue), enough, witness=self._lost(queue, too_small, way))
+
+    def _ways(self, queue: Queue, capacity: int) -> tuple[tuple[int, ...] | None, str]:
+        """Return how a message is lost at a capacity; without one, why it is not known that there is none."""
+        net = self._subject.net.with_initial({queue.capacity: capacity})
+        drops = self._drops(queue)
+        known = firings(net, self._budget.share(0.3), drops, asks_deadlock=False)
+        traces = [known.traces[drop] for drop in drops if drop in known.traces]
+        if traces:
+            return min(traces, key=len), ""
+        return None, "" if known.dead.issuperset(drops) else known.why_open or "not decided"
+
+    def _lost(self, queue: Queue, capacity: int, way: tuple[int, ...] | None) -> Witness | None:
+        if way is None:
+            return None
+        net = self._subject.net.with_initial({queue.capacity: capacity})
+        return witness_of(replace(self._subject, net=net), way)
+
+    def _drops(self, queue: Queue) -> list[int]:
+        return [self._subject.transition_index[drop] for drop in queue.drops]
+
+    def _limit(self, queue: Queue) -> int:
         """Return the capacity that a queue has in the model."""
         net = self._subject.net
         return int(net.initial[net.places.index(queue.capacity)])

@@ -77,6 +77,8 @@ def say_capacities(
                 "limit": capacity.limit,
                 "needed": capacity.needed,
                 "reason": capacity.reason,
+                "grows": capacity.grows,
+                "fix": capacity.fix,
                 "witness": capacity.witness.to_dict() if capacity.witness else None,
             }
             for capacity in found
@@ -85,8 +87,11 @@ def say_capacities(
         say_json({**report, "unknown": [f"all other queues: {ending}"]} if ending else report)
     else:
         for capacity in found:
-            needed = f"needs {capacity.needed}" if capacity.needed is not None else f"none: {capacity.reason}"
-            say(f"{capacity.queue}: has {capacity.limit}, {needed}")
+            needed = f"needs {capacity.needed}"
+            if capacity.needed is None:
+                needed = f"{'none' if capacity.grows else 'unknown'}: {capacity.reason}"
+            fix = f"; bounded with {capacity.fix}" if capacity.fix else ""
+            say(f"{capacity.queue}: has {capacity.limit}, {needed}{fix}")
             if witnesses and capacity.witness:
                 say_witness(capacity.witness)
         if ending:

@@ -168,6 +168,5 @@ def _suggest(net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> int:
         say_capacities(found, model, as_json, witnesses)
     if all(capacity.needed is not None and capacity.needed <= capacity.limit for capacity in found):
         return HOLDS
-    return (
-        UNKNOWN if any(capacity.needed is None and not capacity.witness for capacity in found) else VIOLATED
-    )
+    is_open = any(capacity.needed is None and not capacity.grows for capacity in found)
+    return UNKNOWN if is_open else VIOLATED

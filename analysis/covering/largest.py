@@ -1,0 +1,102 @@
+"""How many tokens a place can hold while another one is marked, and how they grow where there is no limit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import inf
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.covering.growing import growing_places, without_growth
+from dineros.analysis.covering.tree import tree_of
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.coverability import Pumping
+
+MOST_MARKINGS = 5_000
+"""Markings of the search for a loop."""
+
+
+def largest_beside(net: CompiledNet, place: int, others: Iterable[int], budget: Budget) -> float | None:
+    """Return the most tokens of a place in a reachable marking that also has one on some other place.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net; its markings may have no end.
+    place : int
+        The place.
+    others : iterable of int
+        The other places.
+    budget : Budget
+        Of its time.
+
+    Returns
+    -------
+    float or None
+        `inf` where there is no limit, -1 where there is no such marking; None where the tree of Karp and
+        Miller is too large to tell, or inhibitor arcs make it inexact.
+    """
+    others = list(others)
+    small = None if {place, *others}.intersection(growing_places(net)) else without_growth(net)
+    if small is not None:
+        net, place, others = small.net, small.place[place], [small.place[other] for other in others]
+    tree = tree_of(net, budget)
+    if not tree.is_exact:
+        return None
+    known = tree.covered if tree.maximal is None else tree.maximal
+    largest = max((m[place] for m in known if any(m[other] >= 1 for other in others)), default=-1)
+    # More of a tree that is too large could show more, but for no limit at all.
+    return largest if tree.maximal is not None or largest == inf else None
+
+
+def loop_raising(net: CompiledNet, place: int, budget: Budget) -> Pumping | None:
+    """Search breadth first for a loop that can be repeated for ever and puts tokens on a place.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    place : int
+        The place.
+    budget : Budget
+        Of its time.
+
+    Returns
+    -------
+    Pumping or None
+        No place loses tokens in the loop, and none that gains some inhibits it; None where none is near.
+    """
+    count = range(len(net.transitions))
+    inhibitors = [{p for p, _ in net.inhibitor.row(t)} for t in count]
+    start = tuple(net.initial.tolist())
+    markings, came, seen = [start], [(-1, -1)], {start}
+    for number, marking in enumerate(markings):
+        if budget.is_over or len(markings) > MOST_MARKINGS:
+            return None
+        for t in count:
+            if not net.is_enabled(t, marking):
+                continue
+            after = tuple(net.fire(t, marking))
+            if after in seen:
+                continue
+            seen.add(after)
+            markings.append(after)
+            came.append((number, t))
+            loop: list[int] = []
+            back = len(markings) - 1
+            while back:
+                back, fired = came[back]
+                loop.append(fired)
+                before = markings[back]
+                if after[place] > before[place] and all(a >= b for a, b in zip(after, before, strict=True)):
+                    grown = tuple(p for p, (a, b) in enumerate(zip(after, before, strict=True)) if a > b)
+                    if all(inhibitors[fired].isdisjoint(grown) for fired in loop):
+                        return Pumping(_way(came, back), tuple(reversed(loop)), grown)
+    return None
+
+
+def _way(came: list[tuple[int, int]], number: int) -> tuple[int, ...]:
+    way = []
+    while number:
+        number, t = came[number]
+        way.append(t)
+    return tuple(reversed(way))
