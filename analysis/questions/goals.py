@@ -125,6 +125,11 @@ class _Road:
             return near
         if budget.states is not None and budget.states <= NEAR_STATES:
             return near
+        if not self.is_shortest and self.goals is not None:
+            # What is met everywhere far away is met at once.
+            deep = replace(self, order="depth-first")._search(budget.share(most_states=NEAR_STATES))
+            if _is_answer(deep) or deep.reason == INTERRUPTED or budget.is_over:
+                return deep
         found = self._excluded(budget)
         if found is not None:
             return found
