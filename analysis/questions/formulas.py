@@ -106,11 +106,12 @@ def verify_branching(
     parts = tree.operands if isinstance(tree, And) else (tree,)
     goals = [part for part in parts if goal_of(part) is not None]
     others = tuple(part for part in parts if goal_of(part) is None)
+    if not goals:
+        return check_ctl(net, tree, names, budget, orders=orders)
     near = NEAR_STATES if budget.states is None else min(NEAR_STATES, budget.states)
     answer = check_ctl(net, tree, names, budget.share(most_states=near), engine="explicit")
-    if answer.status != "unknown" or budget.is_over or not goals:
-        is_small = answer.status != "unknown" or budget.is_over
-        return answer if is_small else check_ctl(net, tree, names, budget, orders=orders)
+    if answer.status != "unknown" or budget.is_over:
+        return answer
 
     def ask_others(share: Budget) -> Outcome:
         rest = others[0] if len(others) == 1 else And(others)

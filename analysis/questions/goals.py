@@ -14,10 +14,9 @@ from functools import cached_property
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.answers.turns import Member, first_answer
+from dineros.analysis.answers.turns import HEAD_START, Member, first_answer
 from dineros.analysis.explicit import Order
 from dineros.analysis.explicit.goals import Goal
-from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
 from dineros.analysis.logic.language.disjunctions import goals_of
 from dineros.analysis.logic.language.names import Names, NetNames
@@ -33,18 +32,14 @@ from dineros.analysis.logic.language.syntax import (
     Name,
     Not,
 )
-from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.shortening import shortened
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.proofs.exclusion import excluded
-from dineros.analysis.proofs.induction import by_induction
-from dineros.analysis.proofs.state_equation import StateEquation
-from dineros.analysis.properties.reduced import reduced
 from dineros.analysis.questions.reachability import INTERRUPTED, QUICK, search
 
-NEAR_STATES = 20_000
-"""Markings looked at before anything else."""
+# Most goals are near, and need none of the engines that are imported where they are asked.
+NEAR_STATES, NEAR_IF_SHORTEST = 20_000, 2_000_000
+"""Markings looked at before anything else; more of them where a shortest way is asked for."""
 
 STRUCTURE_SECONDS = 2.0
 """Seconds at most for what structure excludes."""
@@ -120,15 +115,26 @@ class _Road:
 
     def run(self, budget: Budget) -> Outcome:
         budget = budget.begun()
-        near = self._search(budget.share(most_bytes=QUICK, most_states=_least(NEAR_STATES, budget.states)))
+        nearby = NEAR_IF_SHORTEST if self.is_shortest else NEAR_STATES
+        near = self._search(budget.share(most_bytes=QUICK, most_states=_least(nearby, budget.states)))
         if _is_answer(near) or near.reason == INTERRUPTED or budget.is_over:
             return near
-        if budget.states is not None and budget.states <= NEAR_STATES:
+        if budget.states is not None and budget.states <= nearby:
             return near
+        if not self.is_shortest and self.goals is not None:
+            # What is met everywhere far away is met at once.
+            deep = replace(self, order="depth-first")._search(budget.share(most_states=NEAR_STATES))
+            if _is_answer(deep) or deep.reason == INTERRUPTED or budget.is_over:
+                return deep
         found = self._excluded(budget)
         if found is not None:
             return found
-        members = [Member(self._explicit), Member(self._drawn), Member(self._inductive)]
+        head_start = HEAD_START if self.is_shortest else 0.0
+        members = [
+            Member(self._explicit, head_start=head_start),
+            Member(self._drawn),
+            Member(self._inductive),
+        ]
 
         def is_final(answer: Outcome) -> bool:
             # A way that is found breadth first is a shortest one; others wait for it.
@@ -150,6 +156,8 @@ class _Road:
 
     def _by_temporal_logic(self, budget: Budget) -> Outcome:
         """Ask for a run on which the condition never holds: a counterexample leads to it."""
+        from dineros.analysis.logic.ltl.verification import verify_ltl
+
         answer = verify_ltl(self.net, Globally(Not(self.condition)), self.names, budget=budget)
         if answer.status == "violated":
             trace = shortened(self.net, answer.stem + answer.loop, self.holds)
@@ -158,6 +166,9 @@ class _Road:
 
     def _excluded(self, budget: Budget) -> Outcome | None:
         """Ask the state equation and traps."""
+        from dineros.analysis.proofs.exclusion import excluded
+        from dineros.analysis.proofs.state_equation import StateEquation
+
         left = budget.left
         seconds = STRUCTURE_SECONDS if left is None else min(STRUCTURE_SECONDS, left / 10)
         clock = Budget(seconds=seconds).begun()
@@ -170,6 +181,8 @@ class _Road:
 
     def _explicit(self, budget: Budget) -> Outcome | None:
         """Search the net, and where it is too large the net reduced for the condition."""
+        from dineros.analysis.properties.reduced import reduced
+
         answer = self._search(budget.share(most_bytes=QUICK))
         if _is_answer(answer) or answer.reason == INTERRUPTED or budget.is_over or budget.memory <= QUICK:
             return answer
@@ -188,6 +201,8 @@ class _Road:
 
     def _inductive(self, budget: Budget) -> Outcome | None:
         """Ask a satisfiability solver, ever deeper."""
+        from dineros.analysis.proofs.induction import by_induction
+
         answer = by_induction(self.net, self.condition, self.bound.conditions, budget)
         if answer.trace is not None:
             return self._reached(answer.trace, answer.by)
@@ -195,6 +210,8 @@ class _Road:
 
     def _drawn(self, budget: Budget) -> Outcome | None:
         """Ask the decision diagram of all markings."""
+        from dineros.analysis.logic.ctl.checking import check_ctl
+
         way = Exists(Finally(self.condition))
         answer = check_ctl(self.net, way, self.names, budget, engine="symbolic")
         if answer.status == "holds" and answer.trace is not None and not answer.reason.startswith("a run"):

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
-from dineros.analysis.answers.turns import Member, first_answer
+from dineros.analysis.answers.turns import HEAD_START, Member, first_answer
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.memory import peak_memory
 
@@ -124,7 +124,7 @@ def state_space(
     try:
         found = first_answer(
             [
-                Member(lambda share: _symbolic(net, share, began, orders)),
+                Member(lambda share: _symbolic(net, share, began, orders), head_start=HEAD_START),
                 Member(lambda share: _explicit(net, share, began, order)),
             ],
             budget,

@@ -67,7 +67,7 @@ def say_unfairness(unfair: Unfairness, names: Sequence[str]) -> None:
 
 def _note_who(answer: Outcome) -> None:
     """Say with `-v` who has answered, and why that is enough."""
-    if answer.by:
+    if answer.by and answer.status != "unknown":
         note(f"answered by: {answer.by}{f'; {answer.evidence}' if answer.evidence else ''}")
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Literal
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.answers.turns import Member, first_answer
+from dineros.analysis.answers.turns import HEAD_START, Member, first_answer
 from dineros.analysis.logic.ctl.state_sets import Run, States, StateSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names, NetNames
@@ -213,7 +213,10 @@ def check_ctl(
         return found if has_bounds else _unknown(share, 0, "the places have no known bounds")
 
     found = first_answer(
-        [Member(by_diagrams), Member(lambda share: _explicitly(net, tree, atoms, share))],
+        [
+            Member(by_diagrams, head_start=HEAD_START),
+            Member(lambda share: _explicitly(net, tree, atoms, share)),
+        ],
         budget,
         lambda answer: answer.status != "unknown" or not has_bounds,
     )

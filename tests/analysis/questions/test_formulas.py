@@ -32,6 +32,7 @@ LIMITS = Budget(1 << 26, seconds=20)
 def near(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> int:
     """Markings of the first search: with one, the engines behind it answer."""
     monkeypatch.setattr(goals, "NEAR_STATES", request.param)
+    monkeypatch.setattr(goals, "NEAR_IF_SHORTEST", request.param)
     monkeypatch.setattr(formulas, "NEAR_STATES", request.param)
     return int(request.param)
 
