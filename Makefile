@@ -24,8 +24,9 @@ help: ## Show this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
 
 .PHONY: install
-install: $(stamp) ## Make .venv with everything in it, and the case study's workspace (quick when nothing changed)
+install: $(stamp) ## Make .venv with everything in it, engines compiled, and the case study's workspace (quick when nothing changed)
 	@tools/system-packages
+	@.venv/bin/dineros warm-up
 	@$(python) case_study/generate.py
 
 $(stamp): pyproject.toml setup.py requirements/build.txt requirements/development.txt tools/install

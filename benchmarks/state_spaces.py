@@ -87,17 +87,15 @@ COLUMNS = (
 
 def count(net: CompiledNet, engine: str) -> tuple[int | None, int | None, int | None, bool]:
     """Markings, arcs, deadlocks and whether these are all."""
-    if engine in ("symbolic", "reduced"):
-        from dineros.analysis.reductions import reduce
+    if engine == "reduced":
+        from dineros.analysis.questions.reduced_space import reduced_state_space
+
+        counted = reduced_state_space(net, "symbolic", Budget(MEMORY))
+        return counted.states, None, counted.deadlocks, counted.complete
+    if engine == "symbolic":
         from dineros.analysis.symbolic.engine import symbolic_state_space
 
-        factor = 1
-        if engine == "reduced":
-            reduction = reduce(net, {"state_space_size"})
-            net, factor = reduction.net, reduction.count_factor
         space = symbolic_state_space(net, Budget(MEMORY))
-        if engine == "reduced":
-            return space.markings * factor, None, None, space.complete
         return space.markings, space.arcs(), space.deadlocks(), space.complete
     from dineros.analysis.explicit import explore
 

@@ -45,7 +45,7 @@ class Subcommands(click.Group):
         place = _modules().get(cmd_name)
         if place is None:
             return None
-        command: click.Command = getattr(import_module(place), cmd_name)
+        command: click.Command = getattr(import_module(place), cmd_name.replace("-", "_"))
         return command
 
     def resolve_command(
@@ -103,7 +103,8 @@ class Subcommands(click.Group):
 def _modules() -> dict[str, str]:
     """Return the module of each subcommand, by its name."""
     found = pkgutil.walk_packages(commands.__path__, f"{commands.__name__}.")
-    return {module.name.rpartition(".")[2]: module.name for module in found if not module.ispkg}
+    names = [module.name for module in found if not module.ispkg]
+    return {name.rpartition(".")[2].replace("_", "-"): name for name in names}
 
 
 def _one_line(error: Exception) -> str:

@@ -3,25 +3,40 @@
 from __future__ import annotations
 
 import gc
+import os
 import sys
+from pathlib import Path
 
 #: Objects made between two looks for garbage; the default of 700 looks hundreds of times while importing.
 OBJECTS_BETWEEN_COLLECTIONS = 100_000
+#: What Numba imports only to find out whether it is there, and what no kernel uses: linear algebra, functions
+#: of C libraries, the measurement of tests.
+UNUSED = ("scipy.linalg", "cffi", "coverage")
+#: Numba reads this file of the current folder, for which it needs YAML.
+NUMBA_SETTINGS = Path(".numba_config.yaml")
+#: The threads of NumPy's linear algebra start, and spin, as soon as it is imported.
+THREADS = "OPENBLAS_NUM_THREADS"
 
 
 def start_quickly() -> None:
-    """Import the compiler's run time without what the engines never use.
+    """Import the compiler's run time without what the engines never use: half of its time.
 
-    Numba imports all of SciPy's linear algebra, only to find out whether it is there: a quarter of a second.
-    No kernel multiplies matrices, so for the time of that import it is made to look absent. This is for the
-    command line, whose process is its own; the library leaves it to the caller.
+    For the time of that import, some packages are made to look absent. This is for the command line, whose
+    process is its own; the library leaves it to the caller.
     """
     gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS, 20, 20)
-    hidden = "scipy.linalg"
-    if hidden in sys.modules or "numba.np.arraymath" in sys.modules:
+    if "numba.np.arraymath" in sys.modules:
         return
-    sys.modules[hidden] = None  # type: ignore[assignment]
+    unused = UNUSED if NUMBA_SETTINGS.exists() else (*UNUSED, "yaml")
+    hidden = [name for name in unused if name not in sys.modules]
+    sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type]
+    is_set = THREADS in os.environ
+    os.environ.setdefault(THREADS, "1")
     try:
+        import numba.core.typing.cffi_utils
         import numba.np.arraymath  # noqa: F401
     finally:
-        del sys.modules[hidden]
+        if not is_set:
+            del os.environ[THREADS]
+        for name in hidden:
+            del sys.modules[name]

@@ -57,6 +57,12 @@ class Excluded:
 
     cases: tuple[Weighting, ...]
 
+    def __str__(self) -> str:
+        count = len(self.cases)
+        traps = len({trap for case in self.cases for trap in case.traps})
+        also = f" and {traps} marked trap{'s' * (traps > 1)}" if traps else ""
+        return f"{count} weighting{'s' * (count > 1)} of the places{also} exclude{'s' * (count == 1)} it"
+
 
 @dataclass(frozen=True)
 class Inductive:
@@ -79,6 +85,9 @@ class Inductive:
     depth: int
     bounds: tuple[int, ...]
     weightings: tuple[Mapping[int, int], ...] = ()
+
+    def __str__(self) -> str:
+        return f"no {self.depth} steps lead to it for the first time, from wherever the invariants hold"
 
 
 Evidence = Excluded | Inductive

@@ -60,7 +60,7 @@ def first_answer(
         Whether an answer ends the work of the others.
     """
     if len(members) == 1:
-        return members[0].work(budget)
+        return members[0].work(budget.begun())
     table = _Table(members, budget.begun(), is_final)
     return table.run()
 

@@ -8,12 +8,14 @@ that they are kept in is named by the content of all of them.
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import os
 import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -35,13 +37,14 @@ def kernel(**options: Any) -> Any:
 
     settings: Any = config
     options = {"no_cfunc_wrapper": True, **options}  # nothing calls a kernel by its C address
-    folder = _folder(settings.CACHE_DIR or None)
+    folder = kept_in()
 
     def decorate(function: Callable[..., Any]) -> Any:
         former = settings.CACHE_DIR
         settings.CACHE_DIR = str(folder or "")  # looked at as the decorator is called, and not later
         try:
-            return _for_all_numbers(njit(cache=folder is not None, **options)(function))
+            dispatcher = _for_all_numbers(njit(cache=folder is not None, **options)(function))
+            return dispatcher if folder is None else _kept_by_one_at_a_time(dispatcher, folder)
         finally:
             settings.CACHE_DIR = former
 
@@ -64,6 +67,36 @@ def _for_all_numbers(dispatcher: Any) -> Any:
 
     dispatcher.get_call_template = get_call_template
     return dispatcher
+
+
+def _kept_by_one_at_a_time(dispatcher: Any, folder: Path) -> Any:
+    """Let one process at a time write kernels; one that cannot be written is compiled again next time.
+
+    Left alone, two processes that compile a kernel for different arguments may choose the same file for both.
+    """
+    kept = dispatcher._cache
+    keep = kept.save_overload
+
+    def save_overload(*compiled: Any) -> None:
+        with suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            lock = os.open(folder, os.O_RDONLY)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX)
+                keep(*compiled)
+            finally:
+                os.close(lock)
+
+    kept.save_overload = save_overload
+    return dispatcher
+
+
+def kept_in() -> Path | None:
+    """Return the folder of the kernels of this version; None where none can be kept."""
+    from numba import config
+
+    settings: Any = config
+    return _folder(settings.CACHE_DIR or None)
 
 
 @cache

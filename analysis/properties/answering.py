@@ -4,7 +4,7 @@
 2. the first markings, all where they are few: every question at once, with three truth values;
 3. random walks for goals, bounds and the net's own questions;
 4. bounds of places and the state equation, which exclude goals and bound sums from above;
-5. a larger part of the graph, decision diagrams of all markings;
+5. a larger part of the graph, induction for goals, decision diagrams of all markings;
 6. what is left alone: linear time on the fly, deadlocks by stubborn sets, a net reduced for the question.
 """
 
@@ -37,8 +37,10 @@ from dineros.analysis.logic.language.syntax import (
 )
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import replay
 from dineros.analysis.proofs.exclusion import excluded
 from dineros.analysis.proofs.firing_counts import firings
+from dineros.analysis.proofs.induction import by_induction, sums_of
 from dineros.analysis.proofs.state_equation import StateEquation
 from dineros.analysis.properties import engines
 from dineros.analysis.properties.directed_walks import TRIES, follow
@@ -46,7 +48,7 @@ from dineros.analysis.properties.engines import GIVEN_UP, Clock
 from dineros.analysis.properties.global_properties import GlobalQuestions
 from dineros.analysis.properties.normal_form import everywhere, goal_of, is_linear, linear_equal
 from dineros.analysis.properties.part_of_graph import PartialSets, PartOfGraph
-from dineros.analysis.properties.predicates import Int64Array, is_condition, satisfied, total
+from dineros.analysis.properties.predicates import Int64Array, MarkingMatrix, is_condition, satisfied, total
 from dineros.analysis.properties.property import Property, PropertyAnswer
 from dineros.analysis.properties.reduced import reduced
 from dineros.analysis.properties.sheet import Sheet
@@ -134,6 +136,7 @@ class _Work:
             (self._exclude, 0.08),
             (self._many, 0.08),
             (self._probe, 0.05),
+            (self._induce, 0.05),
             (self._draw, 0.25),
             (self._alone, 1.0),
             (self._again, 1.0),
@@ -298,6 +301,20 @@ class _Work:
                     elif isinstance(part, ForAll) and not possible.all():
                         sheet.known[part] = False
             sheet.settle("explicit, from a random walk")
+
+    def _induce(self, clock: Clock) -> None:
+        """Ask a satisfiability solver for ways to goals, and for proofs by induction."""
+        sheet, goals = self.sheet, self.sheet.open_goals()
+        known = sums_of(self.net) if goals else None
+        for number, (part, condition, value) in enumerate(goals if known is not None else ()):
+            budget = Budget(seconds=clock.left / (len(goals) - number))
+            answer = by_induction(self.net, condition, sheet.conditions, budget, known)
+            if answer.trace is not None:
+                last = replay(self.net, answer.trace)[-1:]
+                sheet.look(MarkingMatrix(self.net, np.array(last, dtype=np.int64)), answer.by)
+            elif answer.status == "unreachable":
+                sheet.known[part] = not value
+                sheet.settle(answer.by)
 
     def _draw(self, clock: Clock) -> None:
         sheet = self.sheet

@@ -13,8 +13,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-import networkx as nx
-
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.syntax import Constant
@@ -192,6 +190,8 @@ class _Places:
 
     def causes(self, marking: Sequence[int]) -> tuple[Waiting, ...]:
         """Return what waits in a dead marking and is no consequence of something else that waits."""
+        import networkx as nx  # takes a while to import
+
         lacks = {t: self._waiting(t, marking) for t in self.transitions}
         waiting = {t for t in self.transitions if lacks[t].arrived and not self._is_unused(t, marking)}
         graph: nx.DiGraph[int] = nx.DiGraph()

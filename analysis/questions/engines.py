@@ -107,10 +107,10 @@ class Linear(Question):
     strong: tuple[str, ...] = ()
 
     def decided(self, budget: Budget) -> Outcome:
-        """Search the product with an automaton on the fly."""
-        from dineros.analysis.logic.ltl.verification import verify_ltl
+        """Ask goals as such; search the product with an automaton on the fly for the rest."""
+        from dineros.analysis.questions.formulas import verify_linear
 
-        return verify_ltl(self.net, self.formula, self.names, self.weak, self.strong, budget)
+        return verify_linear(self.net, self.formula, self.names, self.weak, self.strong, budget)
 
 
 @dataclass(frozen=True)
@@ -129,10 +129,10 @@ class Branching(Question):
     orders: OrderCache | None = None
 
     def decided(self, budget: Budget) -> Outcome:
-        """Store markings one by one, then as decision diagrams."""
-        from dineros.analysis.logic.ctl.checking import check_ctl
+        """Ask goals as such; store markings one by one and as decision diagrams for the rest."""
+        from dineros.analysis.questions.formulas import verify_branching
 
-        return check_ctl(self.net, self.formula, self.names, budget, orders=self.orders)
+        return verify_branching(self.net, self.formula, self.names, budget, self.orders)
 
 
 class Engine(ABC):

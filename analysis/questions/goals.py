@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
@@ -37,9 +37,8 @@ from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.shortening import shortened
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.proofs.encoding import Sums
 from dineros.analysis.proofs.exclusion import excluded
-from dineros.analysis.proofs.induction import by_induction, sums_of
+from dineros.analysis.proofs.induction import by_induction
 from dineros.analysis.proofs.state_equation import StateEquation
 from dineros.analysis.properties.reduced import reduced
 from dineros.analysis.questions.reachability import INTERRUPTED, QUICK, search
@@ -69,7 +68,8 @@ def find_enabled(
         No transition has the name.
     """
     transitions = names.transitions(name)
-    answer = _Road(net, Enabled(Name(name)), names, order, [Goal.enabled(net, *transitions)]).run(budget)
+    goals = [Goal.enabled(net, *transitions)]
+    answer = _Road(net, Enabled(Name(name)), names, order, goals, order == "breadth-first").run(budget)
     if answer.trace is None:
         return answer
     marking = replay(net, answer.trace)[-1]
@@ -83,10 +83,12 @@ def find_marking(
     names: Names,
     budget: Budget = UNLIMITED,
     order: Order = "breadth-first",
+    is_shortest: bool = True,
 ) -> Outcome:
     """Find a trace to a marking that fulfils a condition, a shortest one if the search goes breadth first.
 
-    It may be longer where only the reduced net, or a decision diagram, is small enough.
+    It may be longer where only the reduced net, or a decision diagram, is small enough, or where
+    `is_shortest` is false: then the first way that anybody finds will do.
 
     Raises
     ------
@@ -94,18 +96,23 @@ def find_marking(
         The condition is none on markings, or names something unknown.
     """
     tree = parse(condition, "state") if isinstance(condition, str) else condition
-    return _Road(net, tree, names, order, goals_of(net, tree, names)).run(budget)
+    is_shortest = is_shortest and order == "breadth-first"
+    return _Road(net, tree, names, order, goals_of(net, tree, names), is_shortest).run(budget)
 
 
 @dataclass(frozen=True)
 class _Road:
-    """A goal and the way to its answer; `goals` is None where these would be too many."""
+    """A goal and the way to its answer; `goals` is None where these would be too many.
+
+    Where a shortest way is asked for, a longer one is the answer only if the search for it gives up.
+    """
 
     net: CompiledNet
     condition: Formula
     names: Names
     order: Order
     goals: list[Goal] | None
+    is_shortest: bool
 
     @cached_property
     def bound(self) -> BoundAtoms:
@@ -121,16 +128,12 @@ class _Road:
         found = self._excluded(budget)
         if found is not None:
             return found
-        members = [Member(self._explicit)]
-        known = sums_of(self.net)
-        if known is not None:
-            members.append(Member(partial(self._inductive, known)))
-        members.append(Member(self._drawn))
-        is_shortest = self.order == "breadth-first"
+        members = [Member(self._explicit), Member(self._drawn), Member(self._inductive)]
 
         def is_final(answer: Outcome) -> bool:
             # A way that is found breadth first is a shortest one; others wait for it.
-            return answer.status == "unreachable" or answer.by == EXPLICIT or not is_shortest
+            is_short = answer.by == EXPLICIT or not self.is_shortest
+            return answer.status == "unreachable" or answer.reason == INTERRUPTED or is_short
 
         answer = first_answer(members, budget, is_final)
         return answer or Outcome("unknown", reason="time ran out", states=near.states)
@@ -183,9 +186,9 @@ class _Road:
         names = smaller.reduction.expand([smaller.net.transitions[number] for number in answer.trace])
         return self._reached([index[name] for name in names], REDUCED)
 
-    def _inductive(self, known: Sums, budget: Budget) -> Outcome | None:
+    def _inductive(self, budget: Budget) -> Outcome | None:
         """Ask a satisfiability solver, ever deeper."""
-        answer = by_induction(self.net, self.condition, self.bound.conditions, budget, known)
+        answer = by_induction(self.net, self.condition, self.bound.conditions, budget)
         if answer.trace is not None:
             return self._reached(answer.trace, answer.by)
         return answer if _is_answer(answer) else None

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 Engine = Literal["auto", "explicit", "symbolic", "tina"]
 LevelOrder = tuple[tuple[str, ...], ...]
+_NOT_OF_EVERY_NET = ("pumping", "levels", "reduced_states")
 #: Nodes of the coverability tree that may be made to explain why a net is unbounded.
 COVERABILITY_NODES = 2_000
 
@@ -51,6 +52,8 @@ class StateSpace:
         there is no end of markings, and how many were seen says nothing.
     levels : tuple of tuple of str
         Groups of places by level, where they are decision diagrams that counted.
+    reduced_states : int or None
+        Markings of the smaller net, where a net was reduced to be counted.
     """
 
     places: int
@@ -67,10 +70,11 @@ class StateSpace:
     peak_memory_bytes: int
     pumping: Pumping | None = None
     levels: LevelOrder = ()
+    reduced_states: int | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the figures for JSON."""
-        return {name: value for name, value in asdict(self).items() if name not in ("pumping", "levels")}
+        return {name: value for name, value in asdict(self).items() if name not in _NOT_OF_EVERY_NET}
 
 
 def state_space(
@@ -169,7 +173,7 @@ def _symbolic(net: CompiledNet, budget: Budget, began: float, orders: OrderCache
     space = symbolic_state_space(net, budget, orders=orders)
     if not space.complete:
         return _nothing(net, "symbolic", space.reason, began)
-    counted = _of(
+    counted = figures_of(
         net,
         (space.markings, space.arcs(), space.deadlocks()),
         (max(space.largest_place(), default=0), space.largest_total()),
@@ -194,7 +198,7 @@ def _explicit(net: CompiledNet, budget: Budget, began: float, order: Order) -> S
         grown = ", ".join(net.places[place] for place in pumping.places)
         reason = f"unbounded: {grown} can grow for ever"
         return replace(_nothing(net, "explicit", reason, began), pumping=pumping)
-    return _of(
+    return figures_of(
         net,
         (space.markings, space.arcs, space.deadlocks),
         (max(space.largest_place, default=0), space.largest_total),
@@ -210,14 +214,14 @@ def _tina(net: CompiledNet, budget: Budget, began: float) -> StateSpace:
     counts = count(net, Budget(seconds=budget.left))
     if not counts.is_bounded:
         return _nothing(net, "tina", "unbounded", began)
-    return _of(net, (counts.states, counts.arcs, counts.deadlocks), (None, None), "tina", "", began)
+    return figures_of(net, (counts.states, counts.arcs, counts.deadlocks), (None, None), "tina", "", began)
 
 
 def _nothing(net: CompiledNet, engine: str, reason: str, began: float) -> StateSpace:
-    return _of(net, (None, None, None), (None, None), engine, reason, began)
+    return figures_of(net, (None, None, None), (None, None), engine, reason, began)
 
 
-def _of(
+def figures_of(
     net: CompiledNet,
     counts: tuple[int | None, int | None, int | None],
     tokens: tuple[int | None, int | None],
@@ -225,6 +229,7 @@ def _of(
     reason: str,
     began: float,
 ) -> StateSpace:
+    """Return counts (states, arcs, deadlocks) and largest tokens as figures; complete without a reason."""
     return StateSpace(
         len(net.places),
         len(net.transitions),

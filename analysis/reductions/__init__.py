@@ -1,7 +1,14 @@
 """Structural reductions: a smaller net with the same answer, and the way back (paper, Algorithm 4)."""
 
 from dineros.analysis.reductions.net import Arcs, Change, Marking, MutableNet
-from dineros.analysis.reductions.reduction import RULES, Reduction, ReductionError, reduce, replay
+from dineros.analysis.reductions.reduction import (
+    RULES,
+    Reduction,
+    ReductionError,
+    reduce,
+    replay,
+    ways_to_share,
+)
 from dineros.analysis.reductions.rule import PlaceEquation, Property, Question, Rule, Step
 
 __all__ = [
@@ -19,4 +26,5 @@ __all__ = [
     "Step",
     "reduce",
     "replay",
+    "ways_to_share",
 ]

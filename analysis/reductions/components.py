@@ -14,8 +14,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from operator import add
 
-import networkx as nx
-
 from dineros.analysis.reductions.net import Arcs, Change, MutableNet
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Lift, Property, Question, Rule, Step
 from dineros.analysis.reductions.transitions import DEAD_PRESERVES
@@ -83,6 +81,8 @@ class Component:
     @cached_property
     def ends(self) -> list[set[Local]]:
         """Bottom strongly connected components of the component graph: where every run of it ends up."""
+        import networkx as nx  # takes a while to import
+
         graph: nx.DiGraph[Local] = nx.DiGraph()
         graph.add_nodes_from(self.successors)
         graph.add_edges_from((s, target) for s, row in self.successors.items() for target in row.values())
@@ -194,18 +194,24 @@ class IndependentComponent(Rule):
     be driven, on its own, to where it satisfies t; with several components, each is driven on its own. So
     both reach the same markings of the rest (`KEPT_PLACES`, `BOUNDEDNESS`). If the component graph is
     strongly connected, or nothing tests the component, every marking of the rest occurs with every marking of
-    the component: N has their product (`STATE_SPACE_SIZE`). If every marking of the component has an endless
-    run, N never deadlocks and each of its runs may go on for ever inside the component alone; a transition
-    without arcs, *idle*, that is put into N' does the same (`DEADLOCKS`, `LTL_WITHOUT_NEXT`). If the
-    component graph has no cycle, every run of it stops in a marking without successors, which satisfies all
-    tests, so N stops iff N' stops. In other cases neither is claimed. Members are live in N iff they are in
-    the component graph, and others iff they are in N' (`LIVENESS`).
+    the component: N has their product (`STATE_SPACE_SIZE`, `MARKINGS`). If every marking of the component has
+    an endless run, N never deadlocks and each of its runs may go on for ever inside the component alone; a
+    transition without arcs, *idle*, that is put into N' does the same (`DEADLOCKS`, `LTL_WITHOUT_NEXT`). If
+    the component graph has no cycle, every run of it stops in a marking without successors, which satisfies
+    all tests, so N stops iff N' stops. In other cases neither is claimed. Members are live in N iff they are
+    in the component graph, and others iff they are in N' (`LIVENESS`).
     """
 
     preserves = ALL_PROPERTIES
 
     def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
-        """Offer every component that can go."""
+        """Offer every component that can go, those included that others had arcs with until they went."""
+        number = -1
+        while number != len(net.places):
+            number = len(net.places)
+            yield from self._steps(net, question)
+
+    def _steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
         for component in independent_components(net):
             if not question.observed_places.isdisjoint(component.places):
                 continue
@@ -227,7 +233,7 @@ class IndependentComponent(Rule):
     def _step(self, net: MutableNet, component: Component, tests: dict[str, Arcs]) -> Step:
         preserved = set(self.preserves)
         if tests and not component.is_connected:
-            preserved.discard(Property.STATE_SPACE_SIZE)
+            preserved -= {Property.STATE_SPACE_SIZE, Property.MARKINGS}
         if not component.is_live:
             preserved.discard(Property.LIVENESS)
         added = {t: arcs.without(component.places) for t, arcs in tests.items()}
@@ -251,10 +257,13 @@ class IndependentComponent(Rule):
             change,
             _driving(component, tests, idle),
             component=markings,
+            dead_ends=1 if component.never_stops else len(component.ends),
         )
 
 
 def _has_no_cycle(component: Component) -> bool:
+    import networkx as nx
+
     edges = [(local, target) for local, row in component.successors.items() for target in row.values()]
     return bool(nx.is_directed_acyclic_graph(nx.DiGraph(edges)))
 

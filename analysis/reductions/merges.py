@@ -13,13 +13,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
-
-import networkx as nx
+from typing import TYPE_CHECKING
 
 from dineros.analysis.reductions.net import Arcs, Change, Marking, MutableNet
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Lift, Property, Question, Rule, Step
 
+if TYPE_CHECKING:
+    import networkx as nx
+
 MERGE_PRESERVES = ALL_PROPERTIES - {Property.STATE_SPACE_SIZE}
+"""Of a merge whose tokens can be shared among the places in every way."""
 
 
 def move_of(arcs: Arcs) -> tuple[str, str] | None:
@@ -41,7 +44,10 @@ class ChainOfPlaces(Rule):
     else that takes or reads takes from q. A run of N' becomes one of N by firing t as soon as p is marked, so
     that all tokens of p + q are in q. Both have the same markings outside {p, q}. t cannot fire for ever
     alone, so endless runs stay endless; N stops only with p empty, where N' stops, too. t is live if a
-    producer of p is; without one `LIVENESS` is not claimed.
+    producer of p is; without one `LIVENESS` is not claimed. If nothing but t puts tokens on q, which is empty
+    initially, a run of N' also becomes one of N by firing t only when a token of q is to be taken (nothing
+    reads q, or it would put tokens there). Then all tokens of p + q are in p until t moves some of them:
+    every way to share them can be reached (`MARKINGS`), one of which, with p empty, can be a deadlock.
     """
 
     preserves = MERGE_PRESERVES
@@ -58,8 +64,12 @@ class ChainOfPlaces(Rule):
             if not question.observed_places.isdisjoint(move):
                 continue
             preserved = self.preserves if net.producers[source] else self.preserves - {Property.LIVENESS}
+            is_split = len(net.producers[target]) == 1 and not net.places[target]
+            if not is_split:
+                preserved -= {Property.MARKINGS}
             change, _ = merging(net, move, (t,))
-            yield Step(self.name, move, (t,), preserved, change, _moving_eagerly(source, t))
+            lift = _moving_eagerly(source, t)
+            yield Step(self.name, move, (t,), preserved, change, lift, is_split=is_split)
 
 
 class LoopOfPlaces(Rule):
@@ -70,16 +80,15 @@ class LoopOfPlaces(Rule):
 
     *Proof.* A run of N becomes one of N' by leaving the moves out. Conversely, before each step of a run of
     N', the tokens can be moved to where the step takes or reads them. Both have the same markings of all
-    other places. While the merged place is marked, N can go on moving tokens for ever, and N' can fire
-    *idle*, which reads it. A move is live iff the merged place can always be marked again, iff *idle* is
-    live.
+    other places, and in N the tokens of the merged place can be moved anywhere (`MARKINGS`). While it is
+    marked, N can go on moving tokens for ever, and N' can fire *idle*, which reads it. A move is live iff the
+    merged place can always be marked again, iff *idle* is live.
     """
 
     preserves = MERGE_PRESERVES
 
     def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
         """Offer every loop."""
-        graph: nx.DiGraph[str] = nx.DiGraph()
         moves: dict[tuple[str, str], list[str]] = {}
         for t, arcs in net.transitions.items():
             move = move_of(arcs)
@@ -88,7 +97,11 @@ class LoopOfPlaces(Rule):
             if any(net.inhibited[place] or place in question.observed_places for place in move):
                 continue
             moves.setdefault(move, []).append(t)
-            graph.add_edge(*move)
+        if not moves:
+            return
+        import networkx as nx  # takes a while to import
+
+        graph = nx.DiGraph(list(moves))
         order = {place: position for position, place in enumerate(net.places)}
         loops = [sorted(loop, key=order.__getitem__) for loop in nx.strongly_connected_components(graph)]
         for loop in sorted(loops, key=lambda loop: order[loop[0]]):
@@ -112,10 +125,11 @@ class LoopOfPlaces(Rule):
             {**change.added_transitions, idle: Arcs({merged: 1}, {merged: 1}, {})},
         )
         first = {move: ts[0] for move, ts in moves.items() if move[0] in loop and move[1] in loop}
+        import networkx as nx
+
         graph: nx.DiGraph[str] = nx.DiGraph(list(first))
-        return Step(
-            self.name, loop, inside, self.preserves, change, _moving_on_demand(loop, graph, first, idle)
-        )
+        lift = _moving_on_demand(loop, graph, first, idle)
+        return Step(self.name, loop, inside, self.preserves, change, lift, is_split=True)
 
 
 def merging(net: MutableNet, places: tuple[str, ...], dropped: tuple[str, ...]) -> tuple[Change, str]:
@@ -146,6 +160,8 @@ def _moving_eagerly(source: str, mover: str) -> Lift:
 def _moving_on_demand(
     loop: tuple[str, ...], graph: nx.DiGraph[str], movers: Mapping[tuple[str, str], str], idle: str
 ) -> Lift:
+    import networkx as nx
+
     def lift(before: MutableNet, trace: list[str], _settle: bool) -> list[str]:
         tokens: Marking = {place: before.places[place] for place in loop}
         result: list[str] = []

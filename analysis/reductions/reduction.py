@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
-from math import prod
+from math import comb, prod
 
 from dineros.analysis.nets.compiled import CompiledNet, NetError
 from dineros.analysis.reductions.agglomerations import PostAgglomeration, PreAgglomeration
@@ -89,8 +88,58 @@ class Reduction:
         ReductionError
             If the steps do not preserve `Property.STATE_SPACE_SIZE`.
         """
-        self._require_counting()
+        self._require(Property.STATE_SPACE_SIZE)
+        return self.marking_factor
+
+    @property
+    def marking_factor(self) -> int:
+        """What of `weight` does not depend on the marking: independent components that went.
+
+        Raises
+        ------
+        ReductionError
+            If the steps do not preserve `Property.MARKINGS`.
+        """
+        self._require(Property.MARKINGS)
         return prod(step.factor for step in self.steps)
+
+    @property
+    def deadlock_factor(self) -> int:
+        """Deadlocks of the original net for each one of the reduced net, where all this is preserved.
+
+        Raises
+        ------
+        ReductionError
+            If the steps do not preserve `Property.MARKINGS` and `Property.DEADLOCKS`.
+        """
+        self._require(Property.MARKINGS, Property.DEADLOCKS)
+        return prod(step.dead_ends for step in self.steps)
+
+    @cached_property
+    def merged(self) -> Mapping[str, int]:
+        """Places of the reduced net whose tokens can be shared among several of the original, and how many.
+
+        Raises
+        ------
+        ReductionError
+            If the steps do not preserve `Property.MARKINGS`.
+        """
+        self._require(Property.MARKINGS)
+        merged: dict[str, int] = {}
+        for step in self.steps:
+            _merge(merged, step)
+        return merged
+
+    def weight(self, marking: Mapping[str, int]) -> int:
+        """How many markings of the original net one reachable marking of the reduced net stands for.
+
+        Raises
+        ------
+        ReductionError
+            If the steps do not preserve `Property.MARKINGS`.
+        """
+        ways = prod(ways_to_share(marking[place], number) for place, number in self.merged.items())
+        return ways * self.marking_factor
 
     @property
     def equations(self) -> tuple[PlaceEquation, ...]:
@@ -103,15 +152,11 @@ class Reduction:
         Raises
         ------
         ReductionError
-            If the steps do not preserve `Property.STATE_SPACE_SIZE`.
+            If the steps do not preserve `Property.MARKINGS`.
         """
-        self._require_counting()
-        components = [step.component for step in self.steps if step.component]
-        for choice in product(*components):
-            result = {**marking, **{place: n for part in choice for place, n in part.items()}}
-            for equation in reversed(self.equations):
-                result[equation.place] = equation.value(result)
-            yield {place: result[place] for place in self.original.places}
+        self._require(Property.MARKINGS)
+        for before in _before(self.steps, dict(marking)):
+            yield {place: before[place] for place in self.original.places}
 
     def expand(self, trace: Sequence[str], *, until_deadlock: bool = False) -> list[str]:
         """Turn a firing sequence of the reduced net into one of the original net.
@@ -149,9 +194,30 @@ class Reduction:
     def _original_places(self) -> frozenset[str]:
         return frozenset(self.original.places)
 
-    def _require_counting(self) -> None:
-        if Property.STATE_SPACE_SIZE not in self.preserves:
+    def _require(self, *properties: Property) -> None:
+        if not self.preserves.issuperset(properties):
             raise ReductionError("this reduction does not preserve the number of markings")
+
+
+def ways_to_share(tokens: int, places: int) -> int:
+    """Number of ways to share tokens among places."""
+    return comb(tokens + places - 1, places - 1)
+
+
+def _merge(merged: dict[str, int], step: Step) -> None:
+    """Note for how many places each merged one stands after a step."""
+    removed = [merged.pop(place, 1) for place in step.change.removed_places]
+    if step.is_split:
+        (place,) = step.change.added_places
+        merged[place] = sum(removed)
+
+
+def _before(steps: Sequence[Step], marking: Marking) -> Iterator[Marking]:
+    if not steps:
+        yield marking
+        return
+    for before in steps[-1].markings_before(marking):
+        yield from _before(steps[:-1], before)
 
 
 def replay(net: MutableNet, trace: Iterable[str]) -> Marking:
@@ -215,23 +281,31 @@ def reduce(
     question = _question(net, preserve, observed_places, observed_transitions)
     current = MutableNet.of(net)
     steps: list[Step] = []
+    merged: dict[str, int] = {}
     usable = [rule for rule in rules if question.preserve <= rule.preserves]
     cheap, costly = ([rule for rule in usable if rule.is_costly is flag] for flag in (False, True))
     while True:
-        while sum(_exhaust(rule, current, question, steps) for rule in cheap):
+        while sum(_exhaust(rule, current, question, steps, merged) for rule in cheap):
             pass
-        if not any(_exhaust(rule, current, question, steps) for rule in costly):
+        if not any(_exhaust(rule, current, question, steps, merged) for rule in costly):
             break
     return Reduction(net, current.compile(), question, tuple(steps))
 
 
-def _exhaust(rule: Rule, net: MutableNet, question: Question, steps: list[Step]) -> int:
+def _exhaust(
+    rule: Rule, net: MutableNet, question: Question, steps: list[Step], merged: dict[str, int]
+) -> int:
     """Apply one rule wherever it applies in one pass; return how often."""
     before = len(steps)
-    for step in rule.steps(net, question):
+    for offered in rule.steps(net, question):
+        step = offered
+        if not step.is_split and not merged.keys().isdisjoint(step.change.removed_places):
+            # In how many ways its tokens could be shared depends on the marking, which is lost with it.
+            step = replace(step, preserves=step.preserves - {Property.MARKINGS})
         if question.preserve <= step.preserves:
             net.apply(step.change)
             steps.append(step)
+            _merge(merged, step)
     return len(steps) - before
 
 

@@ -18,6 +18,11 @@ class Property(StrEnum):
     STATE_SPACE_SIZE = "state_space_size"
     """The number of reachable markings of N is that of N' times `Step.factor`, and each can be recovered."""
 
+    MARKINGS = "markings"
+    """Each reachable marking of N' stands for as many of N as its tokens tell (`Reduction.weight`): no two
+    for the same one, all for all of them, and each can be recovered. Where `DEADLOCKS` is preserved too,
+    the number of deadlocks of N is that of N' times `Step.dead_ends`."""
+
     KEPT_PLACES = "kept_places"
     """On the places that both nets have, both reach the same markings."""
 
@@ -38,7 +43,7 @@ class Property(StrEnum):
 
 ALL_PROPERTIES = frozenset(Property)
 #: What holds as soon as both nets have the same firing sequences.
-LANGUAGE_PROPERTIES = ALL_PROPERTIES - {Property.STATE_SPACE_SIZE, Property.BOUNDEDNESS}
+LANGUAGE_PROPERTIES = ALL_PROPERTIES - {Property.STATE_SPACE_SIZE, Property.MARKINGS, Property.BOUNDEDNESS}
 
 
 @dataclass(frozen=True)
@@ -122,6 +127,10 @@ class Step:
     component : tuple of markings
         The markings of an independent component that was removed (each combines with each of the rest), else
         empty.
+    dead_ends : int
+        How many of these markings have no successor, where each run of the component ends in one, else 1.
+    is_split : bool
+        Whether `places` became one place, and its tokens can be shared among them in every way.
     """
 
     rule: str
@@ -132,14 +141,38 @@ class Step:
     lift: Lift = field(default=same_trace, repr=False)
     equation: PlaceEquation | None = None
     component: tuple[Marking, ...] = field(default=(), repr=False)
+    dead_ends: int = 1
+    is_split: bool = False
 
     @property
     def factor(self) -> int:
         """Markings before for each marking after, where `STATE_SPACE_SIZE` is preserved."""
         return len(self.component) or 1
 
+    def markings_before(self, marking: Marking) -> Iterator[Marking]:
+        """All markings before that one marking after stands for, where `MARKINGS` is preserved."""
+        if self.equation is not None:
+            yield {**marking, self.equation.place: self.equation.value(marking)}
+        elif self.is_split:
+            (merged,) = self.change.added_places
+            for tokens in _splits(marking[merged], len(self.places)):
+                yield {**marking, **dict(zip(self.places, tokens, strict=True))}
+        else:
+            for part in self.component or ({},):
+                yield {**marking, **part}
+
     def __str__(self) -> str:
         return f"{self.rule}: {', '.join((*self.places, *self.transitions))}"
+
+
+def _splits(tokens: int, places: int) -> Iterator[tuple[int, ...]]:
+    """All ways to share tokens among places."""
+    if places == 1:
+        yield (tokens,)
+        return
+    for first in range(tokens + 1):
+        for rest in _splits(tokens - first, places - 1):
+            yield first, *rest
 
 
 class Rule(ABC):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from dineros.analysis.reductions.net import MutableNet
-from dineros.analysis.reductions.rule import ALL_PROPERTIES, Lift, Property, Question, Rule, Step
+from dineros.analysis.reductions.rule import LANGUAGE_PROPERTIES, Lift, Question, Rule, Step
 
 
 class InexhaustiblePlace(Rule):
@@ -19,7 +19,7 @@ class InexhaustiblePlace(Rule):
     unbounded before, which is lost.
     """
 
-    preserves = ALL_PROPERTIES - {Property.STATE_SPACE_SIZE, Property.BOUNDEDNESS}
+    preserves = LANGUAGE_PROPERTIES
 
     def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
         """Offer every inexhaustible place."""

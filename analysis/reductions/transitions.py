@@ -137,9 +137,7 @@ class ComposedTransition(Rule):
     between).
     """
 
-    preserves = frozenset(
-        {Property.STATE_SPACE_SIZE, Property.KEPT_PLACES, Property.DEADLOCKS, Property.BOUNDEDNESS}
-    )
+    preserves = ALL_PROPERTIES - {Property.LTL_WITHOUT_NEXT, Property.LIVENESS}
 
     def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
         """Offer every composed transition."""

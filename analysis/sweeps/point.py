@@ -69,7 +69,10 @@ class Figures:
     places, transitions : int or None
         Size of the net explored.
     states, arcs, deadlocks : int or None
-        Exact counts; of an incomplete exploration what was seen.
+        Exact counts; of an incomplete exploration what was seen. Where the net was reduced these are still
+        those of the net itself, but arcs are not known.
+    reduced_states : int or None
+        Markings of the net explored, where that is a reduced one.
     seconds : float or None
         Wall-clock time of reduction, search for an order, and exploration.
     peak_memory_bytes : int or None
@@ -87,6 +90,7 @@ class Figures:
     states: int | None = None
     arcs: int | None = None
     deadlocks: int | None = None
+    reduced_states: int | None = None
     seconds: float | None = None
     peak_memory_bytes: int | None = None
     engine: str | None = None
@@ -123,8 +127,8 @@ def count(job: Job) -> Figures:
 def _count(job: Job, budget: Budget) -> Figures:
     from dineros.analysis.model.subject import subject_of
     from dineros.analysis.nets.memory import peak_memory
+    from dineros.analysis.questions.reduced_space import reduced_state_space
     from dineros.analysis.questions.state_space import state_space
-    from dineros.analysis.reductions import reduce
 
     point = job.point
     net = subject_of(
@@ -133,9 +137,8 @@ def _count(job: Job, budget: Budget) -> Figures:
         point.overflow or "weighted",  # type: ignore[arg-type]
     ).net
     began = time.perf_counter()
-    if point.reduced:
-        net = reduce(net, {"state_space_size"}).net
-    space = state_space(net, job.engine, budget)  # type: ignore[arg-type]
+    explore = reduced_state_space if point.reduced else state_space
+    space = explore(net, job.engine, budget)  # type: ignore[arg-type]
     reason = "memory ran out" if space.reason == "memory" else space.reason
     return Figures(
         places=space.places,
@@ -143,6 +146,7 @@ def _count(job: Job, budget: Budget) -> Figures:
         states=space.states,
         arcs=space.arcs,
         deadlocks=space.deadlocks,
+        reduced_states=space.reduced_states,
         seconds=round(time.perf_counter() - began, 6),
         peak_memory_bytes=peak_memory(),
         engine=space.engine,
@@ -154,9 +158,9 @@ def _count(job: Job, budget: Budget) -> Figures:
 @cache
 def _load_engine(engine: str) -> None:
     """Load, or compile, an engine, so that no point pays for it."""
-    from dineros.analysis import reductions  # noqa: F401
     from dineros.analysis.model import subject  # noqa: F401
     from dineros.analysis.nets.compiled import CompiledNet
+    from dineros.analysis.questions import reduced_space  # noqa: F401
     from dineros.analysis.questions.state_space import state_space
     from dineros.metamodel import constraints, settings  # noqa: F401
     from dineros.metamodel.files import xmi  # noqa: F401

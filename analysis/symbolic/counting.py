@@ -86,6 +86,25 @@ class DiagramCounts:
             residues.append(answer)
         return _exact(np.concatenate(residues), self.primes) + (len(boxes) - len(flat)) * self.vectors()
 
+    def weighted(self, weights: Sequence[Sequence[int]]) -> int:
+        """Sum over the vectors below the root of the product of ``weights[encoding level][local state]``."""
+        below = np.zeros(self.nodes + 1, dtype=object)
+        below[0] = 1
+        for k, level in enumerate(self.diagram.order, start=1):
+            nodes = np.arange(self.levels[k], self.levels[k + 1])
+            if not nodes.size:
+                continue
+            first = int(self.start[nodes[0]])
+            child = self.child[first : int(self.start[nodes[-1] + 1])]
+            width = self.start[nodes + 1] - self.start[nodes]
+            state = np.arange(first, first + child.size) + np.repeat(
+                self.first[nodes] - self.start[nodes], width
+            )
+            ways = np.array(weights[level], dtype=object)[state] * below[np.maximum(child, 0)]
+            ways[child < 0] = 0
+            below[nodes] = np.add.reduceat(ways, self.start[nodes] - first)
+        return int(below[self.root])
+
     def _primes_at_once(self, nodes: int, fixed: int) -> int:
         """How many primes fit beside the diagram; a cache that has grown makes room."""
         each = 3 * 8 * (nodes + 1)

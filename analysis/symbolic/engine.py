@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import prod
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet
@@ -165,6 +166,27 @@ class SymbolicStateSpace:
         weights, constant = self.weights_of(dict.fromkeys(range(len(self.net.places)), 1))
         return constant + self.counts.largest(weights)
 
+    def weighted(self, weights: Mapping[str, Callable[[int], int]]) -> int:
+        """Sum over the reachable markings of the product of weights, each of the tokens in a named place.
+
+        Raises
+        ------
+        ValueError
+            If such a place stands on no level.
+        """
+        by_place = {self.net.places.index(name): weight for name, weight in weights.items()}
+        if not self.encoding.boxes.determined.keys().isdisjoint(by_place):
+            raise ValueError("places with weights must be kept")
+        return self.counts.weighted(
+            [
+                [
+                    prod(by_place[p](n) for p, n in zip(level.places, state, strict=True) if p in by_place)
+                    for state in level.states
+                ]
+                for level in self.encoding.levels
+            ]
+        )
+
     def weights_of(self, factors: Mapping[int, int]) -> tuple[list[list[int]], int]:
         """A weighted sum of tokens as weights of local states, ``[level][state]``, and a constant."""
         kept: dict[int, int] = {}
@@ -212,6 +234,7 @@ def symbolic_state_space(
     seed: int = 1,
     order: Sequence[Sequence[str]] | None = None,
     orders: OrderCache | None = None,
+    keep: Collection[str] = (),
 ) -> SymbolicStateSpace:
     """Compute the complete state space of a net with decision diagrams.
 
@@ -229,6 +252,8 @@ def symbolic_state_space(
     orders
         Where orders are kept: one of a net of the same structure is tried first, and one that took long to
         find is kept.
+    keep
+        Places that stand on a level, even if others determine them: those with weights in `weighted`.
 
     Raises
     ------
@@ -248,7 +273,8 @@ def symbolic_state_space(
     """
     if order is None and orders is not None:
         order = orders.order(net)
-    space = _with_bounds(net, budget.begun(), seed, order)
+    kept = [net.places.index(name) for name in keep]
+    space = _with_bounds(net, budget.begun(), seed, order, kept)
     if orders is not None and space.complete and space.search_work > WORTH_KEEPING:
         orders.keep(net, space.order)
     return space
@@ -259,13 +285,14 @@ def _with_bounds(
     budget: Budget,
     seed: int,
     order: Sequence[Sequence[str]] | None,
+    keep: Collection[int],
 ) -> SymbolicStateSpace:
     """Compute the state space; places whose bounds are not known get caps, raised until they are not met."""
     gain = max((tokens for change in net.delta for tokens in change.values()), default=0)
     caps: list[int] | None = None
     while True:
         try:
-            encoding = encode(net, caps, budget.memory)
+            encoding = encode(net, caps, budget.memory, keep)
         except UnknownBoundError:
             covered = coverability(net, budget=budget, only_boundedness=True)
             if covered.pumping is not None:

@@ -7,7 +7,7 @@ own.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from operator import add
@@ -99,7 +99,12 @@ class Encoding:
         return answers
 
 
-def encode(net: CompiledNet, caps: Sequence[int | None] | None = None, memory: int | None = None) -> Encoding:
+def encode(
+    net: CompiledNet,
+    caps: Sequence[int | None] | None = None,
+    memory: int | None = None,
+    keep: Collection[int] = (),
+) -> Encoding:
     """Choose levels for a net and write its events over them.
 
     Parameters
@@ -110,6 +115,8 @@ def encode(net: CompiledNet, caps: Sequence[int | None] | None = None, memory: i
         Assumed largest number of tokens for places that no invariant bounds.
     memory
         Bytes that the levels may take; by default as many as they like.
+    keep
+        Places that stand on a level, even if others determine them.
 
     Raises
     ------
@@ -127,13 +134,14 @@ def encode(net: CompiledNet, caps: Sequence[int | None] | None = None, memory: i
     if len(known) < len(values):
         raise UnknownBoundError([net.places[p] for p, value in enumerate(values) if value is None])
     exact = [*proportional_places(net), *place_invariants(net)] if flows is None else flows
-    boxes = drop_determined(box_net(net, known), (y for y in exact if len(y.weights) == 2), 0)
+    droppable = set(range(len(net.places))).difference(keep)
+    boxes = drop_determined(box_net(net, known), (y for y in exact if len(y.weights) == 2), 0, droppable)
     if flows is None:
         groups = state_machines(net, (p for p in boxes.kept if known[p] == 1))
     else:
         groups = _groups(boxes, [flow for flow in flows if flow.constant == 1])
     alone = set(boxes.kept) - {place for group in groups for place in group}
-    boxes = drop_determined(boxes, exact, LARGEST_GROWTH, alone)
+    boxes = drop_determined(boxes, exact, LARGEST_GROWTH, alone & droppable)
     groups += [(place,) for place in boxes.kept if place in alone]
     if memory is not None:
         _require_few_states(net, known, [group[0] for group in groups if len(group) == 1], memory)

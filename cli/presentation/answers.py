@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.analysing import say_witness
-from dineros.cli.console import say, summarise, warn
+from dineros.cli.console import note, say, summarise, warn
 from dineros.metamodel.errors import counted
 
 MOST_NAMES = 5
@@ -23,6 +23,7 @@ def say_way(answer: Outcome, goal: str, witness: Witness | None, model: Path, ou
     """Print whether a goal is reached, and the way to it unless that was written to a file."""
     seen = f"; {counted(answer.states, 'state')}" if answer.states is not None else ""
     say(f"{answer.status}: {goal}{_reason(answer)}{seen}")
+    _note_who(answer)
     if witness and output is None:
         say_witness(witness)
     elif witness:
@@ -39,15 +40,16 @@ def say_verdict(
     is_linear: bool,
 ) -> None:
     """Print whether a formula holds, and the run that shows it unless that was written to a file."""
-    spent = f"{counted(verdict.states or 0, 'state')}, {verdict.seconds:.1f} s"
-    say(f"{verdict.status}: {formula}{_reason(verdict)}; {spent}")
+    seen = f"{counted(verdict.states, 'state')}, " if verdict.states is not None else ""
+    say(f"{verdict.status}: {formula}{_reason(verdict)}; {seen}{verdict.seconds:.1f} s")
+    _note_who(verdict)
     if output is not None and not witness:
         warn(f"{output} is not written: there is no run to show")
     elif witness and output is not None:
         summarise(f"{model} -> {output}: {counted(len(witness.steps), 'step')}")
     elif witness:
         say_witness(witness)
-        if is_linear and witness.loop is None:
+        if is_linear and witness.loop is None and not verdict.reason:
             say("  then nothing is enabled any more")
 
 
@@ -61,6 +63,12 @@ def say_unfairness(unfair: Unfairness, names: Sequence[str]) -> None:
             shown = ", ".join(names[transition] for transition in transitions[:MOST_NAMES])
             more = f" and {len(transitions) - MOST_NAMES} more" if len(transitions) > MOST_NAMES else ""
             say(f"  {meaning}, never fired ({option} leaves such runs out): {shown}{more}")
+
+
+def _note_who(answer: Outcome) -> None:
+    """Say with `-v` who has answered, and why that is enough."""
+    if answer.by:
+        note(f"answered by: {answer.by}{f'; {answer.evidence}' if answer.evidence else ''}")
 
 
 def _reason(answer: Outcome) -> str:

@@ -69,6 +69,7 @@ FOLDERS = {
         "evidence",
         "conformance",
         "sweeps",
+        "warm_up",
     ],
     "runtime": [
         "scheduling",

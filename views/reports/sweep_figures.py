@@ -112,6 +112,11 @@ def _word(column: str, value: Any) -> str:
     return f"{column} = {value}"
 
 
+def _value(row: Row, column: str) -> Any:
+    """Return what is drawn: of a reduced net the markings it has itself, as the paper does."""
+    return row["reduced_states"] if column == "states" and row.get("reduced_states") else row[column]
+
+
 def _draw(panel: Any, series: Mapping[str, list[Row]], axis: str | None, column: str, factor: float) -> None:
     known = [row[axis] if axis else "" for rows in series.values() for row in rows]
     numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in known)
@@ -122,7 +127,8 @@ def _draw(panel: Any, series: Mapping[str, list[Row]], axis: str | None, column:
         return value if numbers else places.index(value)
 
     for number, (label, rows) in enumerate(series.items()):
-        points = [(x_of(row), float(row[column]) * factor) for row in rows if row["complete"] and row[column]]
+        values = [(row, _value(row, column)) for row in rows if row["complete"]]
+        points = [(x_of(row), float(value) * factor) for row, value in values if value]
         style = {
             "color": _COLOURS[number % len(_COLOURS)],
             "marker": _MARKERS[number % len(_MARKERS)],

@@ -11,11 +11,13 @@ temporal logic specifications*, TOPLAS 8(2), 1986.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import reduce
 from typing import TYPE_CHECKING, Literal
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.answers.turns import Member, first_answer
 from dineros.analysis.logic.ctl.state_sets import Run, States, StateSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names, NetNames
@@ -164,7 +166,7 @@ def check_ctl(
         Limits; by default there are none.
     engine : {"auto", "explicit", "symbolic"}
         How sets of markings are stored: one by one, which gives shortest witnesses, or as decision diagrams.
-        ``auto`` begins explicitly and takes diagrams where there are many markings.
+        ``auto`` begins explicitly, and goes on with both by turns where there are many markings.
     orders : OrderCache, optional
         Where orders of levels are kept for the symbolic engine.
     seed : int
@@ -199,13 +201,28 @@ def check_ctl(
             return answer
     elif engine == "auto":
         return _explicitly(net, tree, atoms, budget)
-    found = _symbolically(net, tree, atoms, budget, orders, seed)
-    if found is None and engine == "auto":
+    if engine == "symbolic":
+        found = _symbolically(net, tree, atoms, budget, orders, seed)
+        return found or _unknown(budget, 0, "the places have no known bounds")
+    has_bounds = True
+
+    def by_diagrams(share: Budget) -> Outcome | None:
+        nonlocal has_bounds
+        found = _symbolically(net, tree, atoms, share, orders, seed)
+        has_bounds = found is not None
+        return found if has_bounds else _unknown(share, 0, "the places have no known bounds")
+
+    found = first_answer(
+        [Member(by_diagrams), Member(lambda share: _explicitly(net, tree, atoms, share))],
+        budget,
+        lambda answer: answer.status != "unknown" or not has_bounds,
+    )
+    if not has_bounds:
         from dineros.analysis.logic.ctl.endless import decide_endless
 
         endless = decide_endless(net, tree, atoms, names or NetNames(net), budget, check_ctl)
         return endless or _explicitly(net, tree, atoms, budget)
-    return found or _unknown(budget, 0, "the places have no known bounds")
+    return found or _unknown(budget, 0, "no engine has answered")
 
 
 def _unknown(budget: Budget, states: int, reason: object) -> Outcome:
@@ -223,7 +240,7 @@ def _explicitly(net: CompiledNet, tree: Formula, atoms: BoundAtoms, budget: Budg
             graph.explore()
         finally:
             states = graph.size
-        return _decided(tree, ExplicitSets(graph), states, budget)
+        return replace(_decided(tree, ExplicitSets(graph), states, budget), by="explicit search")
     except BudgetExceededError as limit:
         return _unknown(budget, states, limit)
 
@@ -254,7 +271,8 @@ def _symbolically(
         if not space.complete:
             raise DiagramMemoryError
         budget.check_time()
-        return _decided(tree, SymbolicSets(space, atoms, budget), states, budget)
+        answer = _decided(tree, SymbolicSets(space, atoms, budget), states, budget)
+        return replace(answer, by="decision diagrams")
     except DiagramMemoryError:
         return _unknown(budget, states, f"memory: more than {budget.memory / 2**20:.0f} MiB needed")
     except BudgetExceededError as limit:

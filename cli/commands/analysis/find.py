@@ -31,6 +31,7 @@ from dineros.cli.presentation.evidence import (
     say_confirmation,
 )
 from dineros.cli.presentation.scheduling import answer_on_workers, scheduler_option
+from dineros.cli.quick_start import start_quickly
 
 if TYPE_CHECKING:
     from dineros.analysis.explicit import Order
@@ -84,6 +85,7 @@ def find(
     With --engine tina the way is one that TINA's programs sift and pathto tell, replayed; it may be longer.
     Exit status 0: found; 1: proved unreachable; 3: unknown.
     """
+    start_quickly()
     from dineros.analysis.questions.engines import ENGINES, Enabled, Marking, Question
     from dineros.analysis.witnesses.findings import witness_of
 
@@ -122,6 +124,7 @@ def find(
         "goal": f"enabled({enabled})" if enabled is not None else marking,
         "status": answer.status,
         "reason": answer.reason,
+        "by": answer.by,
         "states": answer.states,
         "witness": witness.to_dict() if witness else None,
     }

@@ -15,7 +15,15 @@ from dineros.cli.options import command, json_option, model_argument, output_opt
 if TYPE_CHECKING:
     from dineros.analysis.model.subject import Subject
 
-PROPERTIES = ("state_space_size", "kept_places", "deadlocks", "ltl_without_next", "liveness", "boundedness")
+PROPERTIES = (
+    "state_space_size",
+    "markings",
+    "kept_places",
+    "deadlocks",
+    "ltl_without_next",
+    "liveness",
+    "boundedness",
+)
 
 
 @command(
@@ -66,12 +74,15 @@ def reduce(
         for step in reduction.steps
     ]
     small = reduction.net
-    report = {
+    report: dict[str, object] = {
         "model": str(model),
         "places": [len(net.places), len(small.places)],
         "transitions": [len(net.transitions), len(small.transitions)],
         "steps": steps,
     }
+    merged = reduction.merged if "markings" in reduction.preserves else {}
+    if "markings" in preserve:
+        report["markings"] = {"factor": reduction.marking_factor, "merged": dict(merged)}
     if as_json:
         say_json(report)
         return 0
@@ -80,6 +91,10 @@ def reduce(
         counts[str(step.rule)] = counts.get(str(step.rule), 0) + 1
     for rule, number in counts.items():
         say(f"{number:4} x {rule}")
+    if "markings" in preserve:
+        say(f"a marking stands for {reduction.marking_factor}, times the ways to share the tokens of")
+        for place, parts in merged.items():
+            say(f"{parts:4} places: {place}")
     summarise(
         f"{model} -> {output}: {len(net.places)} -> {len(small.places)} places, "
         f"{len(net.transitions)} -> {len(small.transitions)} transitions"

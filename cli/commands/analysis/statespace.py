@@ -23,6 +23,8 @@ from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.evidence import confirm_option, say_confirmation
 from dineros.cli.quick_start import start_quickly
 
+_OF_THE_REDUCED_NET = ("places", "transitions")
+
 
 @command(
     "dineros statespace sorting.sym.xmi --signals none",
@@ -30,7 +32,7 @@ from dineros.cli.quick_start import start_quickly
 )
 @model_argument()
 @variant_options
-@click.option("--reduce", is_flag=True, help="Reduce the net first; counts are those of the reduced net.")
+@click.option("--reduce", is_flag=True, help="Count on a smaller net; what that does not keep is left out.")
 @click.option(
     "--engine",
     type=click.Choice(["auto", "explicit", "symbolic", "tina"]),
@@ -73,27 +75,21 @@ def statespace(
         raise click.UsageError("--search depth-first goes with --engine explicit")
     start_quickly()
     orders = orders_beside(model, no_cache)
+    from dineros.analysis.questions.reduced_space import reduced_state_space
     from dineros.analysis.questions.state_space import state_space
 
     subject = load_subject(model, settings, signals, overflow)
-    net, factor = subject.net, 1
-    if reduce:
-        from dineros.analysis.reductions import reduce as reduce_net
-
-        reduction = reduce_net(net, {"state_space_size"})
-        net, factor = reduction.net, reduction.count_factor
+    count = reduced_state_space if reduce else state_space
     with exploring() as progress:
         budget = budget_of(memory, progress=progress)
-        space = state_space(net, engine, budget, orders, order)  # type: ignore[arg-type]
+        space = count(subject.net, engine, budget, orders, order)  # type: ignore[arg-type]
         confirmation = None
         if confirm and space.complete:
             from dineros.analysis.evidence.confirmation import confirm_counts
 
-            confirmation = confirm_counts(net, space, budget)
+            confirmation = confirm_counts(subject.net, space, budget)
             if confirmation.agrees is False:
                 space = replace(space, complete=False, reason=str(confirmation))
-    if reduce:
-        space = replace(space, deadlocks=None)  # those of the reduced net tell nothing about the model
     flattened = subject.flattened is not None
     report = {
         "model": str(model),
@@ -101,11 +97,12 @@ def statespace(
         "overflow": overflow if flattened else None,
         "reduced": reduce,
         **space.to_dict(),
+        **({"reduced_states": space.reduced_states} if reduce else {}),
     }
     if confirm:
         report["confirmation"] = confirmation.to_dict() if confirmation else None
     pumping = None
-    if space.pumping is not None and not reduce:
+    if space.pumping is not None:
         from dineros.analysis.witnesses.findings import pumping_witness
 
         pumping = pumping_witness(subject, space.pumping)
@@ -115,9 +112,8 @@ def statespace(
     else:
         for name, value in report.items():
             if value not in (None, "") and name not in ("pumping", "confirmation"):
-                say(f"{name.replace('_', ' '):22} {_shown(name, value)}")
-            if name == "states" and space.complete and space.states and reduce:
-                say(f"{'states of the model':22} {space.states * factor:,}")
+                of_which = " (of the reduced net)" if reduce and name in _OF_THE_REDUCED_NET else ""
+                say(f"{name.replace('_', ' '):22} {_shown(name, value)}{of_which}")
         if pumping is not None:
             say_witness(pumping)
     if confirm:

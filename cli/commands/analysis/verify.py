@@ -182,6 +182,7 @@ def verify(
         "formula": ltl or ctl,
         "status": verdict.status,
         "reason": verdict.reason,
+        "by": verdict.by,
         "states": verdict.states,
         "seconds": verdict.seconds,
         "witness": witness.to_dict() if witness else None,

@@ -115,3 +115,48 @@ def test_kernels_that_call_one_share_a_compilation_of_it(monkeypatch: pytest.Mon
 
     assert total(np.array([1, 2, 2**31 - 1], dtype=np.int32)) == total.py_func(np.array([1, 2, 2**31 - 1]))
     assert len(scaled.signatures) == 1
+
+
+CALLED_FOR_BOTH = """
+import sys, time
+from numba.core.caching import IndexDataCacheFile
+
+load, argument = IndexDataCacheFile._load_index, eval(sys.argv[1])
+
+def load_slowly(self):
+    index = load(self)
+    time.sleep(1)  # so that another process looks into the index before this one writes it
+    return index
+
+IndexDataCacheFile._load_index = load_slowly if sys.argv[2] == "slowly" else load
+
+from doubling import doubled
+print(doubled(argument), sum(doubled.stats.cache_hits.values()))
+"""
+
+DOUBLING = """
+from dineros.analysis.nets.kernel_cache import kernel
+
+@kernel()
+def doubled(number):
+    return number + number
+"""
+
+
+def test_two_processes_that_compile_one_kernel_do_not_mix_up_their_files(tmp_path: Path) -> None:
+    (tmp_path / "doubling.py").write_text(DOUBLING)
+    environment = {
+        "PATH": "",
+        "HOME": str(tmp_path),
+        "NUMBA_CACHE_DIR": str(tmp_path / "kept"),
+        "PYTHONPATH": str(tmp_path),
+    }
+
+    def start(argument: str, pace: str) -> subprocess.Popen[str]:
+        command = [sys.executable, "-c", CALLED_FOR_BOTH, argument, pace]
+        return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+
+    both = [start("21", "slowly"), start("0.25", "slowly")]
+    assert [process.communicate()[0].split() for process in both] == [["42", "0"], ["0.5", "0"]]
+    later = [start("21", "at once"), start("0.25", "at once")]
+    assert [process.communicate()[0].split() for process in later] == [["42", "1"], ["0.5", "1"]]

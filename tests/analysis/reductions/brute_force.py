@@ -169,6 +169,11 @@ def check(reduction: Reduction) -> None:
     preserved = reduction.preserves
     assert reduction.question.preserve <= preserved
     if Property.STATE_SPACE_SIZE in preserved:
+        assert all(
+            reduction.weight(dict(zip(reduction.net.places, marking, strict=True))) == reduction.count_factor
+            for marking in after.successors
+        )
+    if Property.MARKINGS in preserved:
         _check_counting(reduction, before, after)
     if Property.KEPT_PLACES in preserved:
         kept = reduction.kept_places
@@ -195,16 +200,17 @@ def check(reduction: Reduction) -> None:
 def _check_counting(reduction: Reduction, before: Graph, after: Graph) -> None:
     if not after.is_complete:
         return
-    count = len(after.successors) * reduction.count_factor
+    markings = [dict(zip(reduction.net.places, marking, strict=True)) for marking in after.successors]
+    count = sum(map(reduction.weight, markings))
     if count > LIMIT:
         before = Graph.of(reduction.original, count)
     assert before.is_complete and len(before.successors) == count
     recovered = {
-        tuple(original.values())
-        for marking in after.successors
-        for original in reduction.markings_of(dict(zip(reduction.net.places, marking, strict=True)))
+        tuple(original.values()) for marking in markings for original in reduction.markings_of(marking)
     }
     assert recovered == set(before.successors)
+    if Property.DEADLOCKS in reduction.preserves:
+        assert len(before.deadlocks()) == len(after.deadlocks()) * reduction.deadlock_factor
 
 
 def _check_expansion(reduction: Reduction, after: Graph) -> None:

@@ -14,6 +14,7 @@ from tests.analysis.reductions.generated_nets import nets, random_net
 ASKED: list[frozenset[Property]] = [
     frozenset(),
     *(frozenset({item}) for item in Property),
+    frozenset({Property.MARKINGS, Property.DEADLOCKS}),
     frozenset(Property),
 ]
 

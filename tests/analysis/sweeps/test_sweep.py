@@ -78,6 +78,10 @@ def test_a_row_says_what_a_state_space_of_its_own_says(tmp_path: Path) -> None:
         assert plain[name] == getattr(alone, name)
     assert isinstance(reduced["places"], int)
     assert reduced["places"] < alone.places
+    assert (reduced["states"], reduced["deadlocks"]) == (alone.states, alone.deadlocks)
+    assert isinstance(reduced["reduced_states"], int) and alone.states is not None
+    assert reduced["reduced_states"] < alone.states
+    assert (reduced["arcs"], plain["reduced_states"]) == (None, None)
 
 
 def test_a_plain_net_is_swept_as_well(tmp_path: Path) -> None:

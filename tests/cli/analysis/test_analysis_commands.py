@@ -75,11 +75,16 @@ class TestStatespace:
             run("statespace", model, "--signals", signals, "--reduce", "--json")
             for signals in ("none", "fully-enabled")
         ]
-        states = [json.loads(result.stdout)["states"] for result in reduced]
-        assert states[0] == states[1] < json.loads(whole.stdout)["states"]
-        assert [json.loads(result.stdout)["deadlocks"] for result in reduced] == [None, None]
+        none, fully = (json.loads(result.stdout) for result in reduced)
+        unreduced = json.loads(whole.stdout)
+        assert none["reduced_states"] == fully["reduced_states"] < unreduced["states"]
+        for figure in ("states", "deadlocks"):
+            assert fully[figure] == unreduced[figure]
+        assert [fully[key] for key in ("arcs", "max_tokens_in_place", "max_tokens_in_marking")] == [None] * 3
         text = run("statespace", model, "--signals", "fully-enabled", "--reduce").stdout
-        assert f"states of the model    {json.loads(whole.stdout)['states']:,}\n" in text
+        assert f"states                 {unreduced['states']:,}\n" in text
+        assert f"places                 {fully['places']} (of the reduced net)\n" in text
+        assert "arcs" not in text
 
     @pytest.mark.parametrize("engine", ["auto", "explicit", "symbolic"])
     @uses("grows")

@@ -283,6 +283,16 @@ class TestReduce:
         assert all("deadlocks" in step["preserves"] for step in report["steps"])
 
     @uses("ends")
+    def test_markings_say_what_they_stand_for(self, run: Run, net: Path, tmp_path: Path) -> None:
+        states = json.loads(run("statespace", net, "--json").stdout)["states"]
+        arguments = ("reduce", net, "-o", tmp_path / "small.net", "--preserve", "markings")
+        stand_for = json.loads(run(*arguments, "--json").stdout)["markings"]
+        assert stand_for["factor"] == 1
+        ((place, parts),) = stand_for["merged"].items()
+        assert (place, parts, states) == ("a+b", 2, 4)  # three tokens
+        assert "   2 places: a+b" in lines(run(*arguments))
+
+    @uses("ends")
     def test_what_is_kept_stays(self, run: Run, net: Path, tmp_path: Path) -> None:
         output = tmp_path / "small.net"
         assert run("reduce", net, "-o", output).exit_code == 0

@@ -64,6 +64,7 @@ def test_a_table_of_a_system_model(run: Run, model: Path, tmp_path: Path) -> Non
         "states",
         "arcs",
         "deadlocks",
+        "reduced_states",
         "seconds",
         "peak_memory_bytes",
         "engine",

@@ -81,6 +81,12 @@ def test_further_axes_and_reduction_become_series() -> None:
     assert {"b = x, none", "b = x, none, reduced", "b = y, none", "b = y, none, reduced"} <= set(said)
 
 
+def test_of_a_reduced_net_its_own_markings_are_drawn() -> None:
+    rows = [row(n, "none", 10**6, reduced=True, reduced_states=10 + n) for n in (1, 2)]
+    own = [row(n, "none", 10 + n, reduced=True) for n in (1, 2)]
+    assert sweep_figures(rows) == sweep_figures(own)
+
+
 def test_values_that_are_no_numbers_are_named() -> None:
     assert {"small", "large"} <= set(texts([row("small", "none", 5), row("large", "none", 50)]))
 

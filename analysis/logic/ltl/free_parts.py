@@ -1,0 +1,403 @@
+"""LTL without the places that the outside may change at will, such as input signals nobody owes fairness.
+
+A *free part* is a set of places that some transitions, its *movers*, change, and change nothing else. All
+others only test it, and whenever such a one has all else that it needs, the movers can drive the part to
+where it is enabled, and to where it is not. Nothing that is observed, and no mover that is fair, belongs to
+it, and nothing that is strongly fair tests it. Without the part, what tested it is free of the test, and
+there is a transition *idle*, which changes nothing, for each condition that movers need.
+
+*Proof.* A run of the net becomes one of the smaller net by leaving movers out, or by *idle* for ever where it
+ends with them. A run of the smaller net becomes one of the net by firing movers before what tests the part.
+Both have the same observed steps in the same order, up to steps that are not observed; formulas that such
+steps may change are refused. What is weakly fair and tests no free part is enabled at the same times. What
+tests one can be disabled again and again by movers, so that the run is weakly fair to it whatever it fires.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, SomeFired
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.patience import is_patient
+from dineros.analysis.logic.language.syntax import Formula
+from dineros.analysis.nets.compiled import CompiledNet, Transition
+
+LARGEST_PART = 64
+"""Markings of a free part."""
+
+MOST_PASSES = 256
+"""Of a loop, until free parts are again as they were at its beginning."""
+
+EXACTLY = "\0"
+"""Before the name of one transition: what no model calls anything."""
+
+#: Tokens of a part's places.
+Local = tuple[int, ...]
+#: Arcs of one kind: place -> weight.
+Arcs = Mapping[int, int]
+
+
+@dataclass(frozen=True)
+class _Needs:
+    """What a transition asks of some places."""
+
+    inputs: Arcs
+    inhibitors: Arcs
+
+    @classmethod
+    def of(cls, net: CompiledNet, transition: int, is_asked: Callable[[int], bool]) -> _Needs:
+        return cls(
+            {p: w for p, w in net.pre.row(transition) if is_asked(p)},
+            {p: w for p, w in net.inhibitor.row(transition) if is_asked(p)},
+        )
+
+    def implies(self, other: _Needs) -> bool:
+        """Whether all of another one's needs are met where these are."""
+        return all(self.inputs.get(p, 0) >= w for p, w in other.inputs.items()) and all(
+            self.inhibitors.get(p, w + 1) <= w for p, w in other.inhibitors.items()
+        )
+
+    def are_met(self, tokens: Mapping[int, int] | Sequence[int]) -> bool:
+        return all(tokens[p] >= w for p, w in self.inputs.items()) and all(
+            tokens[p] < w for p, w in self.inhibitors.items()
+        )
+
+    @property
+    def key(self) -> tuple[tuple[tuple[int, int], ...], tuple[tuple[int, int], ...]]:
+        return tuple(sorted(self.inputs.items())), tuple(sorted(self.inhibitors.items()))
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A set of places that its movers change, and only they.
+
+    Attributes
+    ----------
+    places, movers : tuple of int
+    outside : mapping
+        Mover -> what it needs of other places.
+    graph : mapping
+        Tokens of the places -> mover -> tokens after it, where the mover needs nothing else.
+    """
+
+    places: tuple[int, ...]
+    movers: tuple[int, ...]
+    outside: Mapping[int, _Needs]
+    graph: Mapping[Local, Mapping[int, Local]]
+
+    def way(
+        self, start: Local, allowed: _Needs, is_goal: Callable[[Mapping[int, int]], bool]
+    ) -> list[int] | None:
+        """Return movers that lead to a goal while `allowed` holds; None without a way."""
+        found: dict[Local, list[int]] = {start: []}
+        queue = deque([start])
+        while queue:
+            here = queue.popleft()
+            if is_goal(dict(zip(self.places, here, strict=True))):
+                return found[here]
+            for mover, there in self.graph[here].items():
+                if there not in found and allowed.implies(self.outside[mover]):
+                    found[there] = [*found[here], mover]
+                    queue.append(there)
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class Smaller:
+    """A net without its free parts.
+
+    Attributes
+    ----------
+    original : CompiledNet
+        The net before.
+    parts : tuple of Part
+        What is left out.
+    net : CompiledNet
+        The smaller one.
+    names : Names
+        What names stand for in it.
+    weak, strong : tuple of str
+        Names of its fair transitions.
+    back : tuple of int or None
+        By its transitions: those of the original net; None where it is idle.
+    idles : mapping
+        Idle transition -> the part that moves, and what its movers need of the rest.
+    disabled : tuple of int
+        Weakly fair transitions of the original net that movers disable again and again.
+    """
+
+    original: CompiledNet
+    parts: tuple[Part, ...]
+    net: CompiledNet
+    names: Names
+    weak: tuple[str, ...]
+    strong: tuple[str, ...]
+    back: tuple[int | None, ...]
+    idles: Mapping[int, tuple[Part, _Needs]]
+    disabled: tuple[int, ...]
+
+    def lift(
+        self, stem: Sequence[int], loop: Sequence[int]
+    ) -> tuple[tuple[int, ...], tuple[int, ...]] | None:
+        """Return a fair lasso of the original net that looks like one of the smaller; None without one."""
+        walk = _Walk(self)
+        for transition in stem:
+            walk.fire(transition)
+        if not loop:
+            return tuple(walk.fired), ()
+        fired_in_loop = {self.back[t] for t in loop}
+        unfair = [t for t in self.disabled if t not in fired_in_loop]
+        starts: dict[tuple[Local, ...], int] = {}
+        for _ in range(MOST_PASSES):
+            here = tuple(walk.local.values())
+            if here in starts:
+                at = starts[here]
+                return tuple(walk.fired[:at]), tuple(walk.fired[at:])
+            starts[here] = len(walk.fired)
+            for transition in unfair:
+                walk.disable(transition)
+            for transition in loop:
+                walk.fire(transition)
+        return None
+
+
+class _Walk:
+    """A run of the smaller net, fired in the original one."""
+
+    def __init__(self, smaller: Smaller) -> None:
+        self._smaller, self._net = smaller, smaller.original
+        initial = self._net.initial.tolist()
+        self.marking: list[int] = initial
+        self.local = {part: tuple(initial[p] for p in part.places) for part in smaller.parts}
+        self.fired: list[int] = []
+        self._free = {p for part in smaller.parts for p in part.places}
+
+    def fire(self, transition: int) -> None:
+        """Fire a transition of the smaller net, after what the free parts need for it."""
+        original = self._smaller.back[transition]
+        if original is None:
+            part, needs = self._smaller.idles[transition]
+            here = self.local[part]
+            self._fire(next(m for m in part.graph[here] if needs.implies(part.outside[m])))
+            return
+        for part in self._tested(original):
+            self._drive(part, original, True)
+        self._fire(original)
+
+    def disable(self, transition: int) -> None:
+        """Let free parts keep a transition from firing, where nothing else does."""
+        if self._net.is_enabled(transition, self.marking):
+            self._drive(self._tested(transition)[0], transition, False)
+
+    def _tested(self, transition: int) -> list[Part]:
+        touched = {p for p, _ in (*self._net.pre.row(transition), *self._net.inhibitor.row(transition))}
+        return [part for part in self._smaller.parts if touched.intersection(part.places)]
+
+    def _drive(self, part: Part, transition: int, is_to_hold: bool) -> None:
+        way = _driving(self._net, part, transition, self.local[part], self._free, is_to_hold)
+        assert way is not None, "a free part that is none"
+        for mover in way:
+            self._fire(mover)
+
+    def _fire(self, transition: int) -> None:
+        self.marking = self._net.fire(transition, self.marking)
+        self.fired.append(transition)
+        for part in self.local:
+            self.local[part] = tuple(self.marking[p] for p in part.places)
+
+
+def without_free_parts(
+    net: CompiledNet,
+    formula: Formula,
+    bound: BoundAtoms,
+    names: Names,
+    weakly: Collection[int],
+    strongly: Collection[int],
+) -> Smaller | None:
+    """Return the net without its free parts; None where it has none, or where the formula counts steps."""
+    if not is_patient(formula):
+        return None
+    parts = _free_parts(net, bound, weakly, strongly)
+    return _smaller(net, parts, names, weakly, strongly) if parts else None
+
+
+def _free_parts(
+    net: CompiledNet, bound: BoundAtoms, weakly: Collection[int], strongly: Collection[int]
+) -> list[Part]:
+    parts = [part for part in _candidates(net, bound, {*weakly, *strongly}) if part is not None]
+    while True:
+        free = {p for part in parts for p in part.places}
+        kept = [part for part in parts if _is_free(net, part, free, weakly, strongly)]
+        if len(kept) == len(parts):
+            return parts
+        parts = kept
+
+
+def _candidates(net: CompiledNet, bound: BoundAtoms, fair: Collection[int]) -> Iterable[Part | None]:
+    """Yield sets of places that change together, where nothing observed or fair does so."""
+    leader = list(range(len(net.places)))
+
+    def find(place: int) -> int:
+        while leader[place] != place:
+            leader[place] = leader[leader[place]]
+            place = leader[place]
+        return place
+
+    for change in net.delta:
+        for place in change:
+            leader[find(place)] = find(next(iter(change)))
+    members: dict[int, list[int]] = {}
+    for place in range(len(net.places)):
+        members.setdefault(find(place), []).append(place)
+    movers: dict[int, list[int]] = {}
+    for t, change in enumerate(net.delta):
+        if change:
+            movers.setdefault(find(next(iter(change))), []).append(t)
+    observed: set[int] = set()
+    watched: set[int] = set(fair)
+    for condition in bound.conditions.values():
+        match condition:
+            case Linear(factors):
+                observed.update(factors)
+            case SomeEnabled(transitions):
+                watched |= transitions
+                arcs = [arc for t in transitions for arc in (*net.pre.row(t), *net.inhibitor.row(t))]
+                observed.update(place for place, _ in arcs)
+            case SomeFired(transitions):
+                watched |= transitions
+    for home, places in members.items():
+        inside = movers.get(home, [])
+        if inside and observed.isdisjoint(places) and watched.isdisjoint(inside):
+            yield _part(net, tuple(places), tuple(inside))
+
+
+def _part(net: CompiledNet, places: tuple[int, ...], movers: tuple[int, ...]) -> Part | None:
+    """Return a part with its markings; None where these are too many."""
+    position = {place: at for at, place in enumerate(places)}
+    inner = {t: _Needs.of(net, t, position.__contains__) for t in movers}
+    outside = {t: _Needs.of(net, t, lambda p: p not in position) for t in movers}
+    graph: dict[Local, dict[int, Local]] = {}
+    todo = [tuple(int(net.initial[p]) for p in places)]
+    while todo:
+        here = todo.pop()
+        if here in graph:
+            continue
+        if len(graph) == LARGEST_PART:
+            return None
+        tokens = dict(zip(places, here, strict=True))
+        graph[here] = {
+            t: tuple(tokens[p] + net.delta[t].get(p, 0) for p in places)
+            for t in movers
+            if inner[t].are_met(tokens)
+        }
+        todo += graph[here].values()
+    return Part(places, movers, outside, graph)
+
+
+def _is_free(
+    net: CompiledNet, part: Part, free: Collection[int], weakly: Collection[int], strongly: Collection[int]
+) -> bool:
+    for needs in part.outside.values():
+        if any(place in free for place in (*needs.inputs, *needs.inhibitors)):
+            return False
+        # Whatever the part's tokens are, some mover must be able to go on.
+        if any(
+            all(not needs.implies(part.outside[mover]) for mover in movers) for movers in part.graph.values()
+        ):
+            return False
+    inside, movers = set(part.places), set(part.movers)
+    for t in range(len(net.transitions)):
+        arcs = {p for p, _ in (*net.pre.row(t), *net.inhibitor.row(t))}
+        if t in movers or arcs.isdisjoint(inside):
+            continue
+        if t in strongly:
+            return False
+        for is_to_hold in (True, False) if t in weakly else (True,):
+            if any(_driving(net, part, t, here, free, is_to_hold) is None for here in part.graph):
+                return False
+    return True
+
+
+def _driving(
+    net: CompiledNet, part: Part, transition: int, start: Local, free: Collection[int], is_to_hold: bool
+) -> list[int] | None:
+    """Movers that make a part meet what a transition asks of it, or not, while its other needs are met."""
+    test = _Needs.of(net, transition, part.places.__contains__)
+    others = _Needs.of(net, transition, lambda p: p not in free)
+    return part.way(start, others, lambda tokens: test.are_met(tokens) is is_to_hold)
+
+
+def _smaller(
+    net: CompiledNet, parts: Sequence[Part], names: Names, weakly: Collection[int], strongly: Collection[int]
+) -> Smaller:
+    free = {p for part in parts for p in part.places}
+    movers = {t for part in parts for t in part.movers}
+    is_kept = [place not in free for place in range(len(net.places))]
+    back: list[int | None] = []
+    transitions: list[Transition] = []
+
+    def add(name: str, needs: _Needs, outputs: Arcs, original: int | None) -> None:
+        by_name = [
+            {net.places[p]: w for p, w in arcs.items()} for arcs in (needs.inputs, outputs, needs.inhibitors)
+        ]
+        transitions.append(Transition(name, *by_name))
+        back.append(original)
+
+    for t, name in enumerate(net.transitions):
+        if t not in movers:
+            needs = _Needs.of(net, t, is_kept.__getitem__)
+            add(name, needs, {p: w for p, w in net.post.row(t) if is_kept[p]}, t)
+    idles: dict[int, tuple[Part, _Needs]] = {}
+    known: set[object] = set()
+    for part in parts:
+        for mover, needs in part.outside.items():
+            if needs.key not in known:
+                known.add(needs.key)
+                idles[len(back)] = part, needs
+                # The mover's name, which stands for nothing else now.
+                add(net.transitions[mover], needs, needs.inputs, None)
+    initial = net.initial.tolist()
+    places = {name: initial[p] for p, name in enumerate(net.places) if is_kept[p]}
+    smaller = CompiledNet.build(places, transitions)
+    tested = {
+        t
+        for t in range(len(net.transitions))
+        if any(p in free for p, _ in (*net.pre.row(t), *net.inhibitor.row(t)))
+    }
+    return Smaller(
+        net,
+        tuple(parts),
+        smaller,
+        _Renumbered(names, net, smaller),
+        tuple(f"{EXACTLY}{net.transitions[t]}" for t in weakly if t not in tested),
+        tuple(f"{EXACTLY}{net.transitions[t]}" for t in strongly),
+        tuple(back),
+        idles,
+        tuple(t for t in weakly if t in tested),
+    )
+
+
+class _Renumbered:
+    """Names of a net, in a smaller one that has the elements of the same names."""
+
+    def __init__(self, names: Names, net: CompiledNet, smaller: CompiledNet) -> None:
+        self._names, self._net = names, net
+        self._place = {name: number for number, name in enumerate(smaller.places)}
+        self._transition = {name: number for number, name in enumerate(smaller.transitions)}
+
+    def places(self, name: str) -> Sequence[int]:
+        """Return the places of a name."""
+        return [self._place[self._net.places[p]] for p in self._names.places(name)]
+
+    def transitions(self, name: str) -> Sequence[int]:
+        """Return the transitions of a name."""
+        if name.startswith(EXACTLY):
+            return [self._transition[name.removeprefix(EXACTLY)]]
+        return [self._transition[self._net.transitions[t]] for t in self._names.transitions(name)]
+
+    def signal(self, name: str) -> int:
+        """Return the place that is marked while an input signal is true."""
+        return self._place[self._net.places[self._names.signal(name)]]

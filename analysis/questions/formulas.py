@@ -1,0 +1,194 @@
+"""Formulas of temporal logic on the road of goals: a conjunction is split, and goals in it are asked as such.
+
+``G p`` of LTL, ``AG p`` and ``EF p`` of CTL ask whether a marking can be reached, fair runs or not: every
+firing sequence goes on as a run that is fair to finitely many transitions, weakly and strongly.
+
+References
+----------
+K. R. Apt, N. Francez, S. Katz, *Appraising fairness in languages for distributed programming*, Distributed
+Computing 2, 1988 (every beginning goes on fairly).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.ctl.checking import check_ctl
+from dineros.analysis.logic.language.atoms import BoundAtoms, all_resolved
+from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.rewriting import simplified
+from dineros.analysis.logic.language.syntax import FALSE, And, Formula, Globally, Not
+from dineros.analysis.logic.ltl.free_parts import without_free_parts
+from dineros.analysis.logic.ltl.verification import verify_ltl
+from dineros.analysis.logic.verdicts.verdict import check_counterexample
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import replay
+from dineros.analysis.properties.normal_form import goal_of
+from dineros.analysis.properties.predicates import is_condition
+from dineros.analysis.questions.goals import NEAR_STATES, find_marking
+
+if TYPE_CHECKING:
+    from dineros.analysis.symbolic.order_cache import OrderCache
+
+ON_THE_FLY = "automaton on the fly"
+
+
+def verify_linear(
+    net: CompiledNet,
+    formula: str | Formula,
+    names: Names,
+    weak: Iterable[str] = (),
+    strong: Iterable[str] = (),
+    budget: Budget = UNLIMITED,
+) -> Outcome:
+    """Decide whether all fair runs satisfy an LTL formula: each ``G p`` of a conjunction as a goal.
+
+    Parameters and answers are those of `verify_ltl`; where no fair run that repeats is found after a marking
+    that violates a ``G p``, the answer comes with the way to that marking alone, and says so.
+
+    Raises
+    ------
+    FormulaError
+        If the formula is none, names something unknown, or is too large.
+    """
+    budget, weak, strong = budget.begun(), tuple(weak), tuple(strong)
+    tree = parse(formula) if isinstance(formula, str) else formula
+    bound = BoundAtoms(net, tree, names)
+    weakly, strongly = all_resolved(names, weak), all_resolved(names, strong)
+    wanted = simplified(tree)
+    parts = wanted.operands if isinstance(wanted, And) else (wanted,)
+    conditions = [part.operand for part in parts if isinstance(part, Globally) and is_condition(part.operand)]
+    others = tuple(part for part in parts if not (isinstance(part, Globally) and is_condition(part.operand)))
+
+    def ask_others(share: Budget) -> Outcome:
+        rest = tree if not conditions else others[0] if len(others) == 1 else And(others)
+        return replace(_on_the_fly(net, rest, names, weak, strong, share), by=ON_THE_FLY)
+
+    def ask_goal(condition: Formula, share: Budget) -> Outcome:
+        way = find_marking(net, Not(condition), names, share, is_shortest=False)
+        if way.trace is None:
+            return replace(way, status={"unreachable": "holds"}.get(way.status, "unknown"))
+        run = _going_on(net, way, names, weak, strong, share)
+        if not run.reason:
+            check_counterexample(net, tree, bound, run.stem, run.loop, weakly, strongly)
+        return run
+
+    asked: list[Callable[[Budget], Outcome]] = [
+        lambda share, condition=condition: ask_goal(condition, share)  # type: ignore[misc]
+        for condition in conditions
+    ]
+    return _all_of([*asked, *([ask_others] if others else [])], budget)
+
+
+def verify_branching(
+    net: CompiledNet,
+    formula: str | Formula,
+    names: Names,
+    budget: Budget = UNLIMITED,
+    orders: OrderCache | None = None,
+) -> Outcome:
+    """Decide whether the initial marking satisfies a CTL formula: each ``AG p`` and ``EF p`` as a goal.
+
+    Parameters and answers are those of `check_ctl`.
+
+    Raises
+    ------
+    FormulaError
+        If the formula is none or names something unknown.
+    """
+    budget = budget.begun()
+    tree = parse(formula, "ctl") if isinstance(formula, str) else formula
+    parts = tree.operands if isinstance(tree, And) else (tree,)
+    goals = [part for part in parts if goal_of(part) is not None]
+    others = tuple(part for part in parts if goal_of(part) is None)
+    near = NEAR_STATES if budget.states is None else min(NEAR_STATES, budget.states)
+    answer = check_ctl(net, tree, names, budget.share(most_states=near), engine="explicit")
+    if answer.status != "unknown" or budget.is_over or not goals:
+        is_small = answer.status != "unknown" or budget.is_over
+        return answer if is_small else check_ctl(net, tree, names, budget, orders=orders)
+
+    def ask_others(share: Budget) -> Outcome:
+        rest = others[0] if len(others) == 1 else And(others)
+        return check_ctl(net, rest, names, share, orders=orders)
+
+    def ask_goal(part: Formula, share: Budget) -> Outcome:
+        goal = goal_of(part)
+        assert goal is not None
+        condition, value_if_met = goal
+        way = find_marking(net, condition, names, share, is_shortest=False)
+        if way.status == "unknown":
+            return way
+        is_met = way.trace is not None
+        status = "holds" if is_met == value_if_met else "violated"
+        return replace(way, status=status, reason=f"shows EF {condition}" if is_met else "")
+
+    asked: list[Callable[[Budget], Outcome]] = [
+        lambda share, part=part: ask_goal(part, share)  # type: ignore[misc]
+        for part in goals
+    ]
+    return _all_of([*asked, *([ask_others] if others else [])], budget)
+
+
+def _all_of(asked: list[Callable[[Budget], Outcome]], budget: Budget) -> Outcome:
+    """Return the answer to a conjunction: what violates it, what is not known, else the last of all."""
+    answers: list[Outcome] = []
+    for number, ask in enumerate(asked):
+        answers.append(ask(budget.share(1 / (len(asked) - number))))
+        if answers[-1].status == "violated" or budget.is_over:
+            break
+    worst = min(answers, key=lambda answer: ["violated", "unknown", "holds"].index(answer.status))
+    if len(answers) < len(asked) and worst.status == "holds":
+        return Outcome("unknown", seconds=budget.spent, reason="time ran out")
+    by = ", ".join(dict.fromkeys(answer.by for answer in answers if answer.by))
+    states = [answer.states for answer in answers if answer.states is not None]
+    if worst.status != "holds" or len(asked) == 1:
+        return replace(worst, seconds=budget.spent)
+    return replace(worst, seconds=budget.spent, by=by, states=max(states, default=None))
+
+
+def _on_the_fly(
+    net: CompiledNet,
+    formula: Formula,
+    names: Names,
+    weak: tuple[str, ...],
+    strong: tuple[str, ...],
+    budget: Budget,
+) -> Outcome:
+    """Search the product with an automaton, without what the outside may change at will."""
+    bound, strongly = BoundAtoms(net, formula, names), all_resolved(names, strong)
+    weakly = [t for t in all_resolved(names, weak) if t not in strongly]
+    smaller = without_free_parts(net, formula, bound, names, weakly, strongly)
+    if smaller is None:
+        return verify_ltl(net, formula, names, weak, strong, budget)
+    answer = verify_ltl(smaller.net, formula, smaller.names, smaller.weak, smaller.strong, budget)
+    if answer.status != "violated":
+        return answer
+    lasso = smaller.lift(answer.stem, answer.loop)
+    if lasso is None:
+        return verify_ltl(net, formula, names, weak, strong, budget)
+    check_counterexample(net, formula, bound, *lasso, weakly, strongly)
+    return replace(answer, trace=lasso[0], loop=lasso[1])
+
+
+def _going_on(
+    net: CompiledNet,
+    way: Outcome,
+    names: Names,
+    weak: tuple[str, ...],
+    strong: tuple[str, ...],
+    budget: Budget,
+) -> Outcome:
+    """Make a fair run of a way to a marking."""
+    assert way.trace is not None
+    last = replay(net, way.trace)[-1]
+    there = net.with_initial(dict(zip(net.places, last, strict=True)))
+    run = _on_the_fly(there, FALSE, names, weak, strong, budget)
+    if run.status == "violated":
+        return replace(way, status="violated", trace=(*way.trace, *run.stem), loop=run.loop)
+    reason = f"every fair run that goes on from here violates it; none that repeats was found: {run.reason}"
+    return replace(way, status="violated", reason=reason)

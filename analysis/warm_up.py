@@ -1,0 +1,165 @@
+"""Compiles all kernels ahead of the first question, several processes side by side.
+
+A kernel is compiled when it is first called. So each part asks questions of small nets that call all kernels
+of an engine with what they are called with later; what Numba keeps of that is there for every process after.
+Numba compiles one kernel at a time in a process: hence processes, not threads.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.kernel_cache import kept_in
+from dineros.metamodel.errors import DinerosError
+
+MEMORY = 1 << 26
+"""Bytes that a question of a warm-up may take."""
+
+
+def is_warm() -> bool:
+    """Whether a warm-up went through, for the present versions and processor."""
+    mark = _mark()
+    return mark is not None and mark.is_file()
+
+
+def warm_up(processes: int) -> None:
+    """Compile what is not compiled yet, by so many processes at a time.
+
+    Raises
+    ------
+    DinerosError
+        Where a process fails, or where nothing that is compiled can be kept.
+    """
+    mark = _mark()
+    if mark is None:
+        raise DinerosError(
+            "compiled engines cannot be kept", hint="NUMBA_CACHE_DIR names a folder to write to"
+        )
+    with ThreadPoolExecutor(max(1, processes)) as pool:
+        ended = list(pool.map(_in_a_process, PARTS))
+    failed = [process for process in ended if process.returncode != 0]
+    if failed:
+        lines = failed[0].stderr.strip().splitlines() or [f"exit status {failed[0].returncode}"]
+        raise DinerosError(f"the engines cannot be compiled: {lines[-1]}")
+    mark.touch()
+
+
+def _mark() -> Path | None:
+    """Return the file that says that all is compiled; None where nothing can be kept."""
+    from llvmlite.binding import get_host_cpu_name
+    from numba import __version__
+
+    folder = kept_in()
+    name = f"warm-{sys.implementation.cache_tag}-{__version__}-{get_host_cpu_name()}"
+    return None if folder is None else folder / name
+
+
+def _in_a_process(part: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-P", "-m", __name__, part],
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+    )
+
+
+def rings(count: int) -> CompiledNet:
+    """Return a net of rings of two places with a token each: a bit of a stored marking for every ring.
+
+    In a last ring two tokens go around, so that the net has several markings however a search goes.
+    """
+    places = {f"p{k}": k % 2 for k in range(2 * count)} | {"here": 2, "there": 0}
+    moves = [(f"t{k}", {f"p{k}": 1}, {f"p{k ^ 1}": 1}) for k in range(2 * count)]
+    return CompiledNet.build(
+        places, [*moves, ("go", {"here": 1}, {"there": 1}), ("back", {"there": 2}, {"here": 2})]
+    )
+
+
+def _search(count: int) -> None:
+    """Compile explicit search for markings as wide as those of so many rings."""
+    from dineros.analysis.explicit import explore
+
+    net = rings(count)
+    for order in ("breadth-first", "depth-first"):
+        explore(net, Budget(MEMORY, states=4), order=order, workers=1)
+
+
+def _search_growing() -> None:
+    """Compile what writes markings anew, wider, where a place outgrows its bits."""
+    from dineros.analysis.explicit import explore
+
+    net = CompiledNet.build({"p": 1, "q": 0}, [("make", {"p": 1}, {"p": 1, "q": 1})])
+    explore(net, Budget(MEMORY, states=1_000), workers=1)
+
+
+def _diagrams() -> None:
+    """Compile decision diagrams: saturation, operations on sets, counting, garbage collection."""
+    from dineros.analysis.symbolic.engine import symbolic_state_space
+    from dineros.analysis.symbolic.saturation import Diagram
+
+    space = symbolic_state_space(rings(3), Budget(MEMORY))
+    space.arcs(), space.deadlocks(), space.largest_place(), space.largest_total()
+    levels = range(len(space.encoding.levels))
+    diagram = Diagram(space.encoding, levels, MEMORY, first_cache=4, first_buckets=1)
+    diagram.run()
+    diagram.collect([])
+
+
+def _formulas() -> None:
+    """Compile branching time, on markings stored one by one and on diagrams."""
+    from dineros.analysis.logic.ctl.checking import check_ctl
+
+    net = rings(1)
+    for engine in ("explicit", "symbolic"):
+        for formula in ("AG EF there >= 2", "EG here >= 1", "A[here >= 1 U there >= 2]", "AX there >= 1"):
+            check_ctl(net, formula, budget=Budget(MEMORY), engine=engine)
+
+
+def _runs() -> None:
+    """Compile linear time, with fair transitions and the way to a counterexample."""
+    from dineros.analysis.logic.ltl.verification import verify_ltl
+
+    net = rings(1)
+    for formula in ("G F here >= 2", "F G there >= 1", "G (here >= 1 | (there >= 2 & enabled(back)))"):
+        for weak, strong in (((), ()), (("go",), ("back",))):
+            verify_ltl(net, formula, weak=weak, strong=strong, budget=Budget(MEMORY))
+
+
+def _walks() -> None:
+    """Compile walks at random and along a solution of the state equation."""
+    from dineros.analysis.properties.directed_walks import follow
+    from dineros.analysis.properties.walking import Walker
+
+    walks = Walker(rings(1))
+    walks.walk()
+    follow(walks.arrays, np.ones(len(walks.net.transitions), dtype=np.int64), 1)
+
+
+PARTS: dict[str, Callable[[], None]] = {
+    "search": partial(_search, 8),
+    "diagrams": _diagrams,
+    "runs": _runs,
+    "search, two words": partial(_search, 80),
+    "search, wide": partial(_search, 160),
+    "formulas": _formulas,
+    "search, growing": _search_growing,
+    "walks": _walks,
+}
+"""What is compiled by a process of its own, the longest first."""
+
+
+if __name__ == "__main__":
+    PARTS[sys.argv[1]]()

@@ -1,0 +1,135 @@
+"""Formulas that are split and asked as goals, against plain searches; and who answers."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+
+import pytest
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.logic.automata.translation import translate
+from dineros.analysis.logic.ctl.checking import check_ctl
+from dineros.analysis.logic.language.atoms import BoundAtoms, Step
+from dineros.analysis.logic.language.names import NetNames
+from dineros.analysis.logic.language.rewriting import negated
+from dineros.analysis.logic.language.semantics import holds_on_lasso
+from dineros.analysis.logic.language.syntax import And, Exists, Finally, ForAll, Formula, Globally, Not, Or
+from dineros.analysis.logic.verdicts.verdict import check_counterexample
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import replay
+from dineros.analysis.questions import formulas, goals
+from dineros.analysis.questions.formulas import verify_branching, verify_linear
+from dineros.analysis.questions.goals import find_marking
+from tests.analysis import classic_nets as classic
+from tests.analysis.logic.generated import atoms_of, random_ctl, random_ltl, random_net
+from tests.analysis.logic.reference_ltl import has_counterexample, reachability_graph
+
+LIMITS = Budget(1 << 26, seconds=20)
+
+
+@pytest.fixture(params=[1, 20_000])
+def near(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Markings of the first search: with one, the engines behind it answer."""
+    monkeypatch.setattr(goals, "NEAR_STATES", request.param)
+    monkeypatch.setattr(formulas, "NEAR_STATES", request.param)
+    return int(request.param)
+
+
+def condition_of(rng: random.Random, net: CompiledNet) -> Formula:
+    one, other, third = (rng.choice(atoms_of(rng, net, with_fired=False)) for _ in range(3))
+    return rng.choice([one, Not(one), And((one, Not(other))), Or((And((one, third)), other))])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_linear_time_under_fairness(near: int, seed: int) -> None:
+    rng = random.Random(seed)
+    seen: Counter[tuple[str, str]] = Counter()
+    for _ in range(60):
+        net = random_net(rng)
+        graph = reachability_graph(net, 200)
+        if graph is None:
+            continue
+        atoms = atoms_of(rng, net, with_fired=True)
+        parts: list[Formula] = [Globally(condition_of(rng, net)) for _ in range(rng.randrange(1, 3))]
+        if rng.random() < 0.5:
+            parts.append(random_ltl(rng, rng.randrange(2, 6), atoms))
+        formula = And(tuple(parts))
+        fair = [rng.sample(net.transitions, rng.randrange(0, 2)) for _ in range(2)]
+        weak, strong = ([net.transitions.index(name) for name in names] for names in fair)
+        bound = BoundAtoms(net, formula, NetNames(net))
+        is_violated = has_counterexample(net, graph, translate(negated(formula)), bound, weak, strong)
+        answer = verify_linear(net, formula, NetNames(net), fair[0], fair[1], LIMITS)
+        assert answer.status == ("violated" if is_violated else "holds"), (net, str(formula), fair)
+        if is_violated:
+            check_counterexample(net, formula, bound, answer.stem, answer.loop, weak, strong)
+        seen[answer.status, answer.by] += 1
+    assert len({status for status, _ in seen}) == 2
+    assert len({by for _, by in seen}) >= 2
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_branching_time(near: int, seed: int) -> None:
+    rng = random.Random(seed)
+    seen: Counter[str] = Counter()
+    for _ in range(60):
+        net = random_net(rng)
+        if reachability_graph(net, 200) is None:
+            continue
+        condition = condition_of(rng, net)
+        goal = rng.choice([Exists(Finally(condition)), ForAll(Globally(condition))])
+        others = [random_ctl(rng, rng.randrange(2, 6), atoms_of(rng, net, with_fired=False))]
+        formula = rng.choice([goal, And((goal, *others))])
+        expected = check_ctl(net, formula, engine="explicit")
+        answer = verify_branching(net, formula, NetNames(net), LIMITS)
+        assert answer.status == expected.status, (net, str(formula))
+        seen[answer.status] += 1
+        if formula is goal and (answer.status == "holds") == isinstance(goal, Exists):
+            assert answer.trace is not None
+            last = Step(tuple(replay(net, answer.trace)[-1]), None)
+            bound = BoundAtoms(net, condition, NetNames(net))
+            assert holds_on_lasso(condition, [], [last], bound.is_true) == isinstance(goal, Exists)
+    assert min(seen["holds"], seen["violated"]) > 5
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_goals(near: int, seed: int) -> None:
+    rng = random.Random(seed)
+    by: Counter[str] = Counter()
+    for _ in range(80):
+        net = random_net(rng)
+        graph = reachability_graph(net, 200)
+        if graph is None:
+            continue
+        condition = condition_of(rng, net)
+        bound = BoundAtoms(net, condition, NetNames(net))
+        is_reached = any(
+            holds_on_lasso(condition, [], [Step(marking, None)], bound.is_true) for marking in graph
+        )
+        answer = find_marking(net, condition, NetNames(net), LIMITS)
+        assert answer.status == ("reachable" if is_reached else "unreachable"), (net, str(condition))
+        by[answer.by] += 1
+    assert by["explicit search"]
+    assert by["state equation"] or near > 1
+
+
+def test_an_invariant_costs_the_same_in_all_logics() -> None:
+    net = classic.philosophers(60)
+    names = NetNames(net)
+    invariant = "!(eat3 >= 1 & eat4 >= 1)"
+    answers = [
+        verify_linear(net, f"G {invariant}", names, budget=LIMITS),
+        verify_linear(net, f"G {invariant}", names, net.transitions, (), LIMITS),
+        verify_branching(net, f"AG {invariant}", names, LIMITS),
+    ]
+    assert [(a.status, a.by) for a in answers] == [("holds", "state equation")] * 3
+    assert all(a.evidence is not None for a in answers)
+    found = find_marking(net, "eat3 >= 1 & eat4 >= 1", names, LIMITS)
+    assert (found.status, found.by) == ("unreachable", "state equation")
+
+
+def test_a_run_that_repeats_is_not_there_where_tokens_grow() -> None:
+    net = CompiledNet.build({"a": 0, "b": 1}, [("t", {"b": 1}, {"a": 1, "b": 1})])
+    answer = verify_linear(net, "G (a <= 3)", NetNames(net), budget=Budget(1 << 24, states=5_000, seconds=20))
+    assert (answer.status, answer.stem, answer.loop) == ("violated", (0, 0, 0, 0), ())
+    assert "none that repeats was found" in answer.reason

@@ -1,0 +1,44 @@
+"""What is hidden for the time of an import is there afterwards, and nothing of it was imported."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PROGRAM = """
+import os, sys
+from importlib import import_module
+from dineros.cli.quick_start import THREADS, UNUSED, start_quickly
+
+start_quickly()
+start_quickly()
+print(sorted({"numba", *UNUSED, "yaml"} & sys.modules.keys()), os.environ.get(THREADS))
+for name in ("scipy.linalg", "cffi", "yaml"):
+    import_module(name)
+from numba import njit
+print(njit(lambda number: number + 1)(41))
+"""
+
+
+@pytest.mark.parametrize(
+    ("threads", "settings", "seen"),
+    [
+        (None, None, "['numba'] None"),
+        ("3", None, "['numba'] 3"),
+        (None, "developer_mode: 0\n", "['numba', 'yaml'] None"),
+    ],
+)
+def test_what_is_hidden_comes_back(
+    tmp_path: Path, threads: str | None, settings: str | None, seen: str
+) -> None:
+    if settings is not None:
+        (tmp_path / ".numba_config.yaml").write_text(settings)
+    environment = {"PATH": "", "HOME": str(tmp_path)}
+    if threads is not None:
+        environment["OPENBLAS_NUM_THREADS"] = threads
+    command = [sys.executable, "-P", "-c", PROGRAM]
+    run = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path, env=environment)
+    assert (run.stdout.splitlines(), run.stderr) == ([seen, "42"], "")
