@@ -135,7 +135,7 @@ class Watch:
                     self._take(kind, value)
                     self._look(process)
                 self._look(process)
-                self._show()
+                self.show()
             self._clear()
             return self._status(process)
 
@@ -219,12 +219,12 @@ class Watch:
 
     # what is seen of it
 
-    def _show(self) -> None:
+    def show(self) -> None:
         """Show where the search is, again and again in one line on terminals, else in a line now and then."""
         now = self.limits.spent
         if not self._is_shown or now - self._shown < (SHOWN_SECONDS if self._is_terminal else SAID_SECONDS):
             return
-        self._shown = now
+        self._shown = now if self._is_terminal else now - now % SAID_SECONDS
         if self._is_terminal:
             sys.stderr.write(f"{_CLEAR}{self.at}")
             self._has_line = True
