@@ -76,7 +76,7 @@ def without_places(net: CompiledNet, places: Collection[int]) -> CompiledNet:
     """Return the net without some places; transitions keep their numbers."""
     names = net.places
 
-    def kept(row: list[tuple[int, int]]) -> dict[str, int]:
+    def kept(row: tuple[tuple[int, int], ...]) -> dict[str, int]:
         return {names[p]: weight for p, weight in row if p not in places}
 
     rows = [

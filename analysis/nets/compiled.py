@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -65,10 +66,14 @@ class ArcTable:
             array.setflags(write=False)
         return cls(pointer, place, weight)
 
-    def row(self, transition: int) -> list[tuple[int, int]]:
+    def row(self, transition: int) -> tuple[tuple[int, int], ...]:
         """Pairs (place index, weight) of one transition."""
-        start, end = int(self.pointer[transition]), int(self.pointer[transition + 1])
-        return list(zip(self.place[start:end].tolist(), self.weight[start:end].tolist(), strict=True))
+        return self._rows[transition]
+
+    @cached_property
+    def _rows(self) -> list[tuple[tuple[int, int], ...]]:
+        pairs = tuple(zip(self.place.tolist(), self.weight.tolist(), strict=True))
+        return [pairs[start:end] for start, end in pairwise(self.pointer.tolist())]
 
 
 @dataclass(frozen=True)
@@ -118,7 +123,7 @@ class CompiledNet:
         --------
         >>> net = CompiledNet.build({"idle": 2, "busy": 0}, [("start", {"idle": 1}, {"busy": 1})])
         >>> net.places, net.initial.tolist(), net.pre.row(0)
-        (('idle', 'busy'), [2, 0], [(0, 1)])
+        (('idle', 'busy'), [2, 0], ((0, 1),))
         """
         index = {name: position for position, name in enumerate(places)}
         for name, tokens in places.items():

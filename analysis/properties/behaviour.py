@@ -81,6 +81,20 @@ def behaviour(space: SymbolicStateSpace, budget: Budget = UNLIMITED, work: int |
     with Scope(space.diagram) as scope:
         last = _settled(sets, space, again)
         scope.hold(last)
+        if last == space.diagram.root:
+            start = sets.single([level.initial for level in space.encoding.levels])
+            scope.hold(last, start)
+            back = sets.closure(start, last, backwards=True)
+            if back == last:
+                # All markings are one part: a transition is live where it can fire at all.
+                never = tuple(t for t in transitions if not space.counts.in_boxes(space.event_masks(t)))
+                return Behaviour(True, space.markings, never)
+            # From the others the initial marking cannot be reached, so they are left by no step; as all is
+            # reached from it, no terminal part is among these.
+            scope.hold(last, back)
+            last = sets.difference(last, back)
+            scope.hold(last)
+            check_work()
         dead = sets.without_boxes(last, space.event_masks())
         scope.hold(last, dead)
         check_work()

@@ -121,6 +121,28 @@ class BoxNet:
             touching=touching,
         )
 
+    def renumbered(self, net: CompiledNet, places: Sequence[int], transitions: Sequence[int]) -> BoxNet:
+        """The same boxes in the numbers of another net: place n is ``places[n]`` there."""
+        bounds = [0] * len(places)
+        for place, bound in zip(places, self.bounds, strict=True):
+            bounds[place] = bound
+        determined = {
+            places[p]: Determined(rule.constant, {places[q]: factor for q, factor in rule.factors.items()})
+            for p, rule in self.determined.items()
+        }
+        events_of: list[tuple[Event, ...]] = [()] * len(transitions)
+        for transition, events in zip(transitions, self.events_of, strict=True):
+            events_of[transition] = tuple(
+                Event(
+                    transition,
+                    {places[p]: interval for p, interval in event.guard.items()},
+                    {places[p]: tokens for p, tokens in event.change.items()},
+                )
+                for event in events
+            )
+        touching = {places[p]: frozenset(transitions[t] for t in ts) for p, ts in self.touching.items()}
+        return BoxNet(net, tuple(bounds), determined, tuple(events_of), touching)
+
     def over_kept(self, flow: PlaceInvariant) -> PlaceInvariant:
         """The same invariant written over kept places."""
         weights: dict[int, int] = {}

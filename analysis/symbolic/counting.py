@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import cached_property
 from math import prod
 
 import numpy as np
@@ -12,6 +13,8 @@ from dineros.analysis.symbolic.kernels import counting as kernels
 from dineros.analysis.symbolic.saturation import Diagram, DiagramMemoryError
 
 Int64Array = NDArray[np.int64]
+#: By encoding level: numbers by local state, to be summed up. Levels without any count nothing.
+Weights = Mapping[int, Sequence[int]]
 LARGEST_PRIME = 1 << 30
 #: Bytes for each node, copies made on the way included, and bytes that are always there.
 NODE_BYTES = 72
@@ -129,12 +132,31 @@ class DiagramCounts:
             self._tables = (first, below, above, ways)
         return self._tables
 
-    def largest(self, weights: Sequence[Sequence[int]]) -> int:
-        """Largest sum, over the vectors below the root, of ``weights[encoding level][local state]``."""
-        flat = np.array([w for k in self.diagram.order for w in weights[k]], dtype=np.int64)
-        best = np.zeros(self.nodes + 1, dtype=np.int64)
-        kernels.heaviest(self.start, self.first, self.child, self.level_of, flat, self.diagram.base - 1, best)
-        return int(best[self.root])
+    def largest(self, weights: Weights) -> int:
+        """Largest sum, over the vectors below the root, of ``weights[encoding level][local state]``.
+
+        Levels without weights do not count; only nodes from the lowest to the highest of those that have some
+        are looked at.
+        """
+        if not weights:
+            return 0
+        diagram = self.diagram
+        at = sorted((int(diagram.position[level]), level) for level in weights)
+        bottom, top = at[0][0], at[-1][0]
+        begin = int(diagram.base[bottom])
+        flat = np.zeros(int(diagram.base[top + 1]) - begin, dtype=np.int64)
+        for k, level in at:
+            flat[int(diagram.base[k]) - begin :][: len(weights[level])] = weights[level]
+        return int(
+            kernels.heaviest(
+                self.start, self.first, self.child, flat, diagram.base - begin, self.level_of,
+                int(self.levels[bottom]), int(self.levels[top]), int(self.levels[top + 1]), self._best,
+            )
+        )  # fmt: skip
+
+    @cached_property
+    def _best(self) -> Int64Array:
+        return np.empty(self.nodes + 1, dtype=np.int64)
 
     def seen(self) -> list[list[int]]:
         """By encoding level: the local states that occur."""

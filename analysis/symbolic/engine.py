@@ -7,11 +7,13 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import prod
+from operator import mul
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
-from dineros.analysis.symbolic.counting import DiagramCounts
+from dineros.analysis.symbolic.canonical import arranged
+from dineros.analysis.symbolic.counting import DiagramCounts, Weights
 from dineros.analysis.symbolic.level_order import OrderSearch
 from dineros.analysis.symbolic.levels import Encoding, UnknownBoundError, encode
 from dineros.analysis.symbolic.order_cache import OrderCache
@@ -20,10 +22,10 @@ from dineros.analysis.symbolic.vector_sets import VectorSets
 
 #: Rounds of (work of the order search, work of saturation), in cache misses: easy nets pay for little search,
 #: hard ones get more. Millions take a third of a second. No clock decides, so that every run is the same.
-#: The first round searches nothing: it takes the order of the FORCE heuristic as it is. The second one tries
-#: a handful of others, since a run that goes on for long under a bad order costs more than these do.
+#: The first round searches nothing: it takes the best of the orders made from the structure. The second one
+#: tries a handful of others, since a run that goes on for long under a bad order costs more than these do.
 ROUNDS = (
-    (0, 250_000),
+    (0, 100_000),
     (50_000, 400_000),
     (300_000, 800_000),
     (2_000_000, 2_500_000),
@@ -146,17 +148,15 @@ class SymbolicStateSpace:
     def largest_place(self) -> tuple[int, ...]:
         """Largest number of tokens of each place, in the order of the net's places."""
         seen = self.counts.seen()
-        levels, home = self.encoding.levels, self.encoding.level_of()
         answer = [0] * len(self.net.places)
-        for k, level in enumerate(levels):
+        for k, level in enumerate(self.encoding.levels):
             for at, place in enumerate(level.places):
                 answer[place] = max(level.states[i][at] for i in seen[k])
         for place, rule in self.encoding.boxes.determined.items():
-            touched = {home[p] for p in rule.factors}
             weights = self._weights(rule.factors)
-            if len(touched) == 1:
-                (k,) = touched
-                answer[place] = rule.constant + max(weights[k][i] for i in seen[k])
+            if len(weights) == 1:
+                ((k, row),) = weights.items()
+                answer[place] = rule.constant + max(row[i] for i in seen[k])
             else:
                 answer[place] = rule.constant + self.counts.largest(weights)
         return tuple(answer)
@@ -187,8 +187,11 @@ class SymbolicStateSpace:
             ]
         )
 
-    def weights_of(self, factors: Mapping[int, int]) -> tuple[list[list[int]], int]:
-        """A weighted sum of tokens as weights of local states, ``[level][state]``, and a constant."""
+    def weights_of(self, factors: Mapping[int, int]) -> tuple[Weights, int]:
+        """A weighted sum of tokens as weights of local states, ``[level][state]``, and a constant.
+
+        Levels that have nothing to do with it have no weights.
+        """
         kept: dict[int, int] = {}
         constant = 0
         for place, factor in factors.items():
@@ -198,14 +201,13 @@ class SymbolicStateSpace:
                 kept[p] = kept.get(p, 0) + factor * k
         return self._weights(kept), constant
 
-    def _weights(self, factors: Mapping[int, int]) -> list[list[int]]:
-        return [
-            [
-                sum(factors.get(p, 0) * n for p, n in zip(level.places, state, strict=True))
-                for state in level.states
-            ]
-            for level in self.encoding.levels
-        ]
+    def _weights(self, factors: Mapping[int, int]) -> Weights:
+        weights: dict[int, Sequence[int]] = {}
+        for k in {self.encoding.home[place] for place in factors}:
+            level = self.encoding.levels[k]
+            row = [factors.get(place, 0) for place in level.places]
+            weights[k] = [sum(map(mul, row, state)) for state in level.states]
+        return weights
 
     def marking_of(self, vector: Sequence[int]) -> list[int]:
         """Tokens of every place, from local states in the order of the encoding's levels."""
@@ -273,8 +275,13 @@ def symbolic_state_space(
     """
     if order is None and orders is not None:
         order = orders.order(net)
-    kept = [net.places.index(name) for name in keep]
-    space = _with_bounds(net, budget.begun(), seed, order, kept)
+    arrangement = arranged(net)
+    kept = [arrangement.net.places.index(name) for name in keep]
+    space = _with_bounds(arrangement.net, budget.begun(), seed, order, kept)
+    space.encoding = space.diagram.encoding = space.encoding.renumbered(
+        net, arrangement.places, arrangement.transitions
+    )
+    space.net = net
     if orders is not None and space.complete and space.search_work > WORTH_KEEPING:
         orders.keep(net, space.order)
     return space
@@ -356,6 +363,9 @@ def _attempts(search: OrderSearch, known: list[int] | None) -> Iterator[tuple[li
     """Orders worth a run, each with the work allowed to it: what is known, then ever more searched for."""
     if known is not None:
         yield known, KNOWN_ORDER_WORK
+    if search.good_effort is not None:
+        yield search.order, search.good_effort
+    search.race()
     last = None
     for number, (search_work, _) in enumerate(ROUNDS):
         search.improve(search_work)

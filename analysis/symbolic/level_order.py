@@ -1,30 +1,19 @@
 """Orders of the levels of a decision diagram, searched for per net.
 
 The size of a diagram, and even more the effort of saturation, hang on the order of its levels. The first
-order comes from the FORCE heuristic, with or without the semiflows of the net, and costs nothing to speak of;
-many nets need no other. Further candidates are made by FORCE from random starts, then improved by local
-moves. What a candidate costs is not estimated but measured: saturation itself runs on an instance of the same
-structure with all large markings and weights scaled down, which takes milliseconds and stops as soon as it
-exceeds the best effort so far.
+orders are made from the structure (module `level_starts`) and cost little; many nets need no others. Further
+candidates are made by FORCE from random starts, then improved by local moves. What a candidate costs is not
+estimated but measured: saturation itself runs on an instance of the same structure with all large markings
+and weights scaled down, which takes milliseconds and stops as soon as it exceeds the best effort so far.
 
 Local moves end in a local optimum, and which one hangs on the start. So a long search is made of several
 climbs from different starts; between their orders decides an instance that is scaled down less, since it
 tells more about the net itself but costs too much to measure every candidate on it.
-
-References
-----------
-F. A. Aloul, I. L. Markov, K. A. Sakallah, *FORCE: a fast and easy-to-implement variable-ordering heuristic*,
-GLSVLSI 2003.
-
-E. G. Amparore, S. Donatelli, M. Beccuti, G. Garbi, A. Miner, *Decision diagrams for Petri nets: a comparison
-of variable ordering algorithms*, Transactions on Petri Nets and Other Models of Concurrency XIII, 2018
-(FORCE-P).
 """
 
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -32,12 +21,11 @@ import numpy as np
 
 from dineros.analysis.answers.budget import ProgressCallback
 from dineros.analysis.nets.compiled import ArcTable, CompiledNet
-from dineros.analysis.symbolic.kernels.force import force
+from dineros.analysis.symbolic.level_starts import first_start, force_order, starts
 from dineros.analysis.symbolic.levels import Encoding, encode_like
 from dineros.analysis.symbolic.relations import EventTables
 from dineros.analysis.symbolic.saturation import Diagram
 
-FORCE_ROUNDS = 60
 TRIAL_MEMORY = 1 << 28
 LEAST_TRIAL_MEMORY = 1 << 24
 TRIAL_CACHE = 1 << 16
@@ -52,6 +40,14 @@ TRIAL_WORK = 1_000
 #: Effort allowed to the first starts, and how many starts are tried before it is doubled.
 FIRST_EFFORT = 2_000
 STARTS_PER_LIMIT = 12
+#: Effort allowed to each of the orders made from the structure: at first, and at most.
+FIRST_RACE, LAST_RACE = 500, 128_000
+#: Effort that no other order is expected to better by much: so much for each entry of the events' tables, and
+#: so much for any net.
+GOOD_EFFORT = 8
+LEAST_GOOD_EFFORT = 50_000
+#: A net whose local states are more than so many times those of its smallest instance is tried there first.
+WIDE = 4
 #: Work of a climb after which another one begins, how many there are, and how many times the largest marking
 #: is larger in the instance that decides between them.
 CLIMB_WORK = 8_000_000
@@ -96,7 +92,7 @@ class OrderSearch:
     Attributes
     ----------
     order : list of int
-        Best order so far, bottom first; that of FORCE while no candidate was finished.
+        Best order so far, bottom first; `first_start` while no candidate was finished.
     work : int
         What the search has cost so far, in cache misses of saturation.
     """
@@ -117,8 +113,35 @@ class OrderSearch:
         self._climbs: list[_Climb] = []
         self._best: _Climb | None = None
         self._least: int | None = None
-        self.order = first_order(encoding, events)
+        self.order = first_start(encoding, events)
         self.work = 0
+        self._effort: int | None = None
+
+    @property
+    def good_effort(self) -> int | None:
+        """Effort with which the first order is good without a look at others; None for nets to try small."""
+        levels, events = self._encoding.levels, self._events
+        if sum(len(level.states) for level in levels) > WIDE * sum(len(level.places) + 1 for level in levels):
+            return None
+        entries = int(np.diff(events.pair_start)[events.event_table].sum())
+        return LEAST_GOOD_EFFORT + GOOD_EFFORT * entries
+
+    def race(self) -> None:
+        """Take the best of the orders made from the structure, measured on the trials' instance.
+
+        All are given the same effort, which grows until one of them is finished with it.
+        """
+        if len(self.order) < 3:
+            return
+        orders, limit = list(starts(self._encoding, self._events)), FIRST_RACE
+        trial = self._scaled[1]
+        while self._effort is None and limit <= LAST_RACE:
+            for order in orders:
+                trial.restart(order)
+                if trial.run(self._progress, limit if self._effort is None else self._effort):
+                    self._effort, self.order = trial.effort, order
+                self.work += trial.effort + TRIAL_WORK
+            limit *= 4
 
     def improve(self, work: int) -> None:
         """Search on, for about so many cache misses of saturation; no clock decides."""
@@ -152,8 +175,8 @@ class OrderSearch:
             return self._climbs[-1]
         if len(self._climbs) == CLIMBS and self._best is not None:
             return self._best
-        seed = self._seed + len(self._climbs)
-        self._climbs.append(_Climb(self._scaled[1], self._events, self.order, seed, self._progress))
+        seed, effort = self._seed + len(self._climbs), None if self._climbs else self._effort
+        self._climbs.append(_Climb(self._scaled[1], self._events, self.order, effort, seed, self._progress))
         return self._climbs[-1]
 
     def _decide(self, latest: _Climb) -> None:
@@ -195,41 +218,6 @@ class OrderSearch:
         return max(int(part.max(initial=1)) for part in (net.initial, net.pre.weight, net.post.weight))
 
 
-def first_order(encoding: Encoding, events: EventTables) -> list[int]:
-    """Return what FORCE makes of the order of the encoding.
-
-    It keeps together what events touch, or that and the places of each semiflow: of these two orders, the
-    one in which events span less.
-    """
-    plain = force_order(events, range(len(encoding.levels)))
-    lengths = np.cumsum([len(flow) for flow in encoding.flows], dtype=np.int64)
-    flowing = np.arange(len(encoding.levels), dtype=np.int64)
-    force(
-        flowing,
-        np.concatenate([events.event_start, events.event_start[-1] + lengths]),
-        np.concatenate([events.event_level, *(np.array(flow, dtype=np.int64) for flow in encoding.flows)]),
-        FORCE_ROUNDS,
-    )
-    return min(plain, flowing.tolist(), key=lambda order: _span(events, order))
-
-
-def _span(events: EventTables, order: Sequence[int]) -> int:
-    """Return how far the lowest and the highest level of each event are apart, summed up."""
-    if events.event_level.size == 0:
-        return 0
-    position = np.empty(len(order), dtype=np.int64)
-    position[np.array(order)] = np.arange(len(order))
-    touched, start = position[events.event_level], events.event_start[:-1]
-    return int((np.maximum.reduceat(touched, start) - np.minimum.reduceat(touched, start)).sum())
-
-
-def force_order(events: EventTables, start: Sequence[int]) -> list[int]:
-    """Return the order that the FORCE heuristic makes of another one."""
-    order = np.array(start, dtype=np.int64)
-    force(order, events.event_start, events.event_level, FORCE_ROUNDS)
-    return [int(level) for level in order]
-
-
 def _scaled_down(encoding: Encoding, largest: int) -> Encoding:
     """Return the encoding of the scaled-down net, or of the net itself where the levels do not fit that."""
     try:
@@ -254,6 +242,7 @@ class _Climb:
         trial: Diagram,
         events: EventTables,
         order: list[int],
+        effort: int | None,
         seed: int,
         progress: ProgressCallback | None,
     ) -> None:
@@ -265,7 +254,7 @@ class _Climb:
         self._start, self._tried = order, 0
         self._start_work: int | None = None
         self.order = order
-        self.effort: int | None = None
+        self.effort = effort
         self.work = 0
 
     @cached_property

@@ -8,7 +8,8 @@ own.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from heapq import heapify, heappop, heappush
 from operator import add
 from typing import NamedTuple
@@ -81,13 +82,36 @@ class Encoding:
     bounds: tuple[Bound | None, ...]
     flows: tuple[tuple[int, ...], ...]
 
-    def level_of(self) -> dict[int, int]:
+    @cached_property
+    def home(self) -> dict[int, int]:
         """Kept place -> level."""
         return {place: index for index, level in enumerate(self.levels) for place in level.places}
 
+    def renumbered(self, net: CompiledNet, places: Sequence[int], transitions: Sequence[int]) -> Encoding:
+        """The same levels and events, by the numbers that elements have in a net of another order.
+
+        Place n of this net is place ``places[n]`` of the other one, and so are transitions.
+        """
+        bounds: list[Bound | None] = [None] * len(places)
+        renumbered: dict[int, dict[int, int]] = {}  # most places share their weighting with others
+        for place, bound in zip(places, self.bounds, strict=True):
+            if bound is not None:
+                weights = renumbered.get(id(bound.weights))
+                if weights is None:
+                    weights = {places[p]: weight for p, weight in bound.weights.items()}
+                    renumbered[id(bound.weights)] = weights
+                bounds[place] = Bound(bound.value, weights)
+        return Encoding(
+            self.boxes.renumbered(net, places, transitions),
+            tuple(replace(level, places=tuple(places[p] for p in level.places)) for level in self.levels),
+            tuple(LocalEvent(transitions[event.transition], event.tables) for event in self.events),
+            tuple(bounds),
+            self.flows,
+        )
+
     def masks(self, guard: Box) -> list[dict[int, Sequence[bool]]]:
         """A guard over any places as disjoint products of sets of local states (level -> flags)."""
-        home = self.level_of()
+        home = self.home
         answers: list[dict[int, Sequence[bool]]] = []
         for box in self.boxes.guard_boxes(guard):
             masks: dict[int, Sequence[bool]] = {}

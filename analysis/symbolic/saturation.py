@@ -20,6 +20,8 @@ FIRST_CACHE = 1 << 18
 FIRST_BUCKETS = 1 << 16
 SMALLEST_STORE = 1 << 12
 EFFORT_PER_CALL = 200_000
+#: Cache misses for each entry of the cache from which on it grows.
+FULL_CACHE = 0.5
 #: Shares of the memory: nodes; hash table; cache. What is left is for the stack of the garbage collector: a
 #: word for each node of at least six.
 STORE_SHARE, BUCKET_SHARE, CACHE_SHARE = 1 / 2, 1 / 6, 1 / 4
@@ -166,6 +168,9 @@ class Diagram:
                 self._grow()
             elif effort_limit is not None and self.effort >= effort_limit:
                 return False
+            elif self.effort > FULL_CACHE * (self.cache.size // 4):
+                # More was computed than it holds: what is forgotten is computed again.
+                self._grow_cache(self.cache.size)
             if progress is not None:
                 progress(self.progress)
 
@@ -305,10 +310,14 @@ class Diagram:
         self.heads = np.zeros(size, dtype=np.int32)
         self.control[store.BUCKET_MASK] = size - 1
         store.rehash(self.mem, self.heads, self.control, self.free, False)
+        self._grow_cache(size * 4)
+
+    def _grow_cache(self, entries: int) -> None:
+        """Let the cache have so many entries, if there is memory for them."""
         # While entries are taken over, both caches are there.
-        if size * 4 * 16 * 5 // 4 <= self.memory * CACHE_SHARE and size * 4 * 4 > self.cache.size:
-            old, self.cache = self.cache, np.zeros(size * 4 * 4, dtype=np.int32)
-            self.control[store.CACHE_MASK] = size * 4 - 1
+        if entries * 16 * 5 // 4 <= self.memory * CACHE_SHARE and entries * 4 > self.cache.size:
+            old, self.cache = self.cache, np.zeros(entries * 4, dtype=np.int32)
+            self.control[store.CACHE_MASK] = entries - 1
             machine.transfer(old, self.cache, self.control)
 
 

@@ -16,6 +16,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.symbolic.counting import Weights
 from dineros.analysis.symbolic.kernels import diagrams as store
 from dineros.analysis.symbolic.kernels import saturation as machine
 from dineros.analysis.symbolic.open_boxes import Masks, OpenBoxes
@@ -108,10 +109,10 @@ class VectorSets:
             node = diagram.node(at, [node] * width if mask is None else [node if m else 0 for m in mask])
         return node
 
-    def sums(self, weights: Sequence[Sequence[int]], low: int | None, high: int | None) -> int:
+    def sums(self, weights: Weights, low: int | None, high: int | None) -> int:
         """Return all vectors whose sum of ``weights[encoding level][local state]`` is in an interval."""
         diagram = self.diagram
-        rows = [weights[level] for level in diagram.order]
+        rows = [weights.get(level) or [0] * int(diagram.width[k]) for k, level in enumerate(diagram.order, 1)]
         least, most = [0], [0]
         for row in rows:
             least.append(least[-1] + min(row))

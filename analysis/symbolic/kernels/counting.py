@@ -123,18 +123,24 @@ def count_box(  # type: ignore[no-untyped-def]
 
 
 @kernel()
-def heaviest(start, first, child, level_of, weights, weight_start, best):  # type: ignore[no-untyped-def]
-    """Entry n: largest sum of weights of local states over the vectors of node n."""
-    best[0] = 0
-    for n in range(1, start.size - 1):
+def heaviest(start, first, child, weights, weight_start, level_of, low, middle, high, best):  # type: ignore[no-untyped-def]
+    """Largest sum of weights of local states over the levels of nodes ``low`` to ``high - 1``.
+
+    Those from ``middle`` on are the highest of these levels. `best` is room for a number by node.
+    """
+    largest = 0
+    for n in range(low, high):
         offset = weight_start[level_of[n]] + first[n] - start[n]
         found = False
         for i in range(start[n], start[n + 1]):
             if child[i] >= 0:
-                value = best[child[i]] + weights[offset + i]
+                value = weights[offset + i] + (best[child[i]] if child[i] >= low else 0)
                 if not found or value > best[n]:
                     best[n] = value
                     found = True
+        if n >= middle and (n == middle or best[n] > largest):
+            largest = best[n]
+    return largest
 
 
 @kernel()

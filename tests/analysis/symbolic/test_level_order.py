@@ -5,11 +5,14 @@ from __future__ import annotations
 import pytest
 
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.symbolic.level_order import OrderSearch, first_order, force_order
+from dineros.analysis.symbolic.engine import symbolic_state_space
+from dineros.analysis.symbolic.level_order import OrderSearch
+from dineros.analysis.symbolic.level_starts import first_start, force_order, starts
 from dineros.analysis.symbolic.levels import encode
 from dineros.analysis.symbolic.saturation import Diagram
 from tests.analysis import classic_nets as classic
 from tests.analysis.reference_case_study import reference_case_study
+from tests.support.shuffled_nets import shuffled
 
 NETS = {
     "philosophers": classic.philosophers(12),
@@ -34,15 +37,27 @@ def effort(space: Diagram, order: list[int]) -> int:
 
 
 @pytest.mark.parametrize("name", NETS)
-def test_the_first_order_has_each_level_once(name: str) -> None:
+def test_orders_to_begin_with_have_each_level_once(name: str) -> None:
     space = diagram(NETS[name])
-    assert sorted(first_order(space.encoding, space.events)) == list(range(space.top))
+    found = [first_start(space.encoding, space.events), *starts(space.encoding, space.events)]
+    assert all(sorted(order) == list(range(space.top)) for order in found)
+    assert len(set(map(tuple, found[1:]))) == len(found) - 1
 
 
 def test_semiflows_keep_together_what_events_alone_tear_apart() -> None:
     space = diagram(NETS["manufacturing"])
     alone = force_order(space.events, range(space.top))
-    assert effort(space, first_order(space.encoding, space.events)) * 4 < effort(space, alone)
+    assert effort(space, first_start(space.encoding, space.events)) * 4 < effort(space, alone)
+
+
+@pytest.mark.parametrize("name", ["kanban", "manufacturing", "pool", "case study"])
+def test_a_race_takes_an_order_that_is_good_on_the_net_itself(name: str) -> None:
+    space = diagram(NETS[name])
+    search = OrderSearch(space.encoding, space.events)
+    search.race()
+    assert effort(space, search.order) <= 3 * min(
+        effort(space, o) for o in starts(space.encoding, space.events)
+    )
 
 
 @pytest.mark.parametrize("name", ["kanban", "manufacturing", "pool", "case study"])
@@ -70,3 +85,26 @@ def test_an_order_that_needs_much_on_a_smaller_instance_is_not_promising() -> No
 def test_where_no_instance_is_smaller_every_order_is_promising() -> None:
     space = diagram(classic.round_robin_mutex(6))
     assert OrderSearch(space.encoding, space.events).is_promising(0)
+
+
+@pytest.mark.parametrize("name", NETS)
+def test_shuffled_nets_with_other_names_cost_what_the_net_costs(name: str) -> None:
+    net = NETS[name]
+    space = symbolic_state_space(net)
+    largest = dict(zip(net.places, space.largest_place(), strict=True))
+    for seed in range(4):
+        other = symbolic_state_space(shuffled(net, seed))
+        assert (other.markings, other.arcs(), other.deadlocks()) == (
+            space.markings,
+            space.arcs(),
+            space.deadlocks(),
+        )
+        assert sorted(other.largest_place()) == sorted(largest.values())
+        assert other.peak_nodes <= 2 * space.peak_nodes
+        assert other.diagram.effort <= 2 * space.diagram.effort
+
+
+def test_two_hundred_shuffled_philosophers_need_nodes_in_proportion_to_them() -> None:
+    few, many = (symbolic_state_space(shuffled(classic.philosophers(n), 1)) for n in (100, 200))
+    assert many.markings == 3**200
+    assert many.peak_nodes <= 3 * few.peak_nodes

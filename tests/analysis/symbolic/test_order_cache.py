@@ -10,6 +10,7 @@ import pytest
 
 from dineros.analysis.symbolic import engine as symbolic
 from dineros.analysis.symbolic.engine import symbolic_state_space
+from dineros.analysis.symbolic.level_order import OrderSearch
 from dineros.analysis.symbolic.order_cache import SIZE_LIMIT, OrderCache, structure_key
 from tests.analysis.reference_case_study import reference_case_study
 
@@ -17,7 +18,7 @@ from tests.analysis.reference_case_study import reference_case_study
 @pytest.fixture
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> OrderCache:
     monkeypatch.setattr(symbolic, "WORTH_KEEPING", 0)
-    monkeypatch.setattr(symbolic, "ROUNDS", symbolic.ROUNDS[1:])  # small nets need no search
+    monkeypatch.setattr(OrderSearch, "good_effort", None)  # small nets need no search
     return OrderCache(tmp_path / "model.xmi")
 
 
@@ -46,7 +47,7 @@ def test_another_structure_has_another_key(cache: OrderCache) -> None:
 
 
 def test_easy_nets_leave_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(symbolic, "ROUNDS", symbolic.ROUNDS[1:])
+    monkeypatch.setattr(OrderSearch, "good_effort", None)
     cache = OrderCache(tmp_path / "model.xmi")
     space = symbolic_state_space(reference_case_study((1, 1, 1), "none"), orders=cache)
     assert 0 < space.search_work < symbolic.WORTH_KEEPING
