@@ -17,7 +17,7 @@ from contextlib import suppress
 from benchmarks.state_spaces import MEMORY, NETS, machine
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.questions.behaviour import TooMuchWorkError, behaviour
+from dineros.analysis.properties.behaviour import TooMuchWorkError, behaviour
 from dineros.analysis.questions.check import CHEAP
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from tests.analysis import classic_nets as classic
