@@ -65,6 +65,12 @@ def verify_linear(
     conditions = [part.operand for part in parts if isinstance(part, Globally) and is_condition(part.operand)]
     others = tuple(part for part in parts if not (isinstance(part, Globally) and is_condition(part.operand)))
 
+    near = NEAR_STATES if budget.states is None else min(NEAR_STATES, budget.states)
+    if conditions and near:
+        answer = _on_the_fly(net, tree, names, weak, strong, budget.share(most_states=near))
+        if answer.status != "unknown":
+            return replace(answer, by=ON_THE_FLY)
+
     def ask_others(share: Budget) -> Outcome:
         rest = tree if not conditions else others[0] if len(others) == 1 else And(others)
         return replace(_on_the_fly(net, rest, names, weak, strong, share), by=ON_THE_FLY)
