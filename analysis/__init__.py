@@ -8,7 +8,7 @@ from dineros.metamodel.moved import find_moved
 find_moved(
     __name__,
     {
-        "goals": "questions.reachability",
+        "goals": "questions.goals",
         "model_names": "model.names",
         "statespace": "questions.state_space",
         "witness_records": "witnesses.records",
