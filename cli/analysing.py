@@ -13,8 +13,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from dineros.cli.console import say, warn
-from dineros.cli.models import load, refuse_invalid
-from dineros.cli.options import invocation, json_option, settings_option, trace_option
+from dineros.cli.models import load, refuse_invalid, say_rules
+from dineros.cli.options import (
+    invocation,
+    json_option,
+    middleware_option,
+    settings_option,
+    trace_option,
+)
 
 if TYPE_CHECKING:
     from dineros.analysis.answers.budget import Budget, Progress, ProgressCallback
@@ -63,7 +69,7 @@ class Memory(click.ParamType[int]):
 
 
 def variant_options(function: F) -> F:
-    """Add `--signals` and `--overflow`: how a system model is flattened first."""
+    """Add `--middleware`, `--signals` and `--overflow`: how a system model is flattened first."""
     for option in (
         click.option(
             "--overflow",
@@ -79,6 +85,7 @@ def variant_options(function: F) -> F:
             show_default=True,
             help="When a signal may change.",
         ),
+        middleware_option,
     ):
         function = option(function)
     return function
@@ -194,6 +201,7 @@ def load_valid(path: Path, settings: Sequence[str]) -> pn.Net:
     """Read a model, change it, and refuse it where it is not valid."""
     model = load(path, settings)
     refuse_invalid(model, path)
+    say_rules(model, path)
     return model
 
 

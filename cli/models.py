@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dineros.cli.console import note, working
+from dineros.cli.console import note, warn, working
+from dineros.cli.options import invocation
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn, sym
@@ -91,6 +92,29 @@ def refuse_invalid(model: pn.Net, path: Path) -> None:
             location=errors[0].location or Location(path),
             hint=f"'dineros validate {path}' says how to mend it",
         )
+
+
+def say_rules(model: pn.Net, path: Path) -> None:
+    """Say by which rules a system model is flattened, where they are not the paper's."""
+    if _is_of_ros2(model) and invocation().verbosity >= 0:
+        warn(f"{path}: by the rules of ros2: writer and reader histories, capacities")
+
+
+def say_what_runs(model: pn.Net, path: Path) -> None:
+    """Say that a running application does not obey what is proved of the model under the rules of ROS 2."""
+    from dineros.metamodel.elements import places
+
+    if _is_of_ros2(model) or any(place.capacity is not None for place in places(model)):
+        warn(
+            f"{path}: nodes do not obey capacities and messages in hand yet: "
+            "what is proved of this model need not hold of its runs"
+        )
+
+
+def _is_of_ros2(model: pn.Net) -> bool:
+    from dineros.metamodel import sym
+
+    return isinstance(model, sym.SystemModel) and model.middleware == sym.Middleware.ros2
 
 
 def violations_of(model: pn.Net) -> list[Violation]:

@@ -17,7 +17,14 @@ from dineros.transformations.language.copying import deep_copy
 from dineros.transformations.language.engine import Engine, require_makers
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules import services
-from dineros.transformations.rules.catalogue import INSTANCE_RULES, OverflowVariant, SignalVariant, rules_of
+from dineros.transformations.rules.catalogue import (
+    CAPACITY_RULES,
+    INSTANCE_RULES,
+    MiddlewareVariant,
+    OverflowVariant,
+    SignalVariant,
+    rules_of,
+)
 
 KEPT = "kept"
 """Name in the trace for what is taken over from the system model as it is."""
@@ -45,8 +52,9 @@ def flatten(
     signals: SignalVariant = "input-enabled",
     overflow: OverflowVariant = "weighted",
     extra: Sequence[type[Rule]] = (),
+    as_run: bool = False,
 ) -> Flattened:
-    """Flatten a system model; the model itself is not changed.
+    """Flatten a system model by the rules of its middleware; the model itself is not changed.
 
     Parameters
     ----------
@@ -57,7 +65,10 @@ def flatten(
     overflow : {"weighted", "inhibitor"}
         How a full queue drops: T5b or T5a.
     extra : sequence of Rule
-        Rules to apply after the standard ones.
+        Rules to apply after the standard ones; only those about capacities come later.
+    as_run : bool
+        Whether to flatten it as the runtime runs it today, whatever its middleware is: by the paper's rules,
+        without capacities.
 
     Raises
     ------
@@ -70,16 +81,20 @@ def flatten(
     RuleError
         A rule fails.
     """
-    standard = rules_of(signals, overflow)
-    require_makers([*INSTANCE_RULES, *standard, *extra])
+    is_ros2 = model.middleware == sym.Middleware.ros2 and not as_run
+    middleware: MiddlewareVariant = "ros2" if is_ros2 else "ros1"
+    standard, last = rules_of(signals, overflow, middleware), [] if as_run else CAPACITY_RULES[middleware]
+    require_makers([*INSTANCE_RULES, *standard, *extra, *last])
     working, images = deep_copy(model)
     assert isinstance(working, sym.SystemModel)
     working.pages.append(pnm.Sheet(id="the rules' sheet"))
     engine = Engine(working)
     prototypes = _instantiate(working, engine)
     _override_instances(working, engine)
-    _join_transitions(working)
+    _join(working, pn.ReferenceTransition)
     engine.run([*standard, *extra])
+    _join(working, pn.ReferencePlace)
+    engine.run(last)
 
     net = pnm.PetriNetModel(
         id=model.id,
@@ -146,12 +161,12 @@ def _override_instances(working: sym.SystemModel, engine: Engine) -> None:
             transition.overrides.extend(instances.get(lower, ()))
 
 
-def _join_transitions(working: sym.SystemModel) -> None:
-    """Resolve references to transitions, so that rules about the arcs of a transition see all of them."""
+def _join(working: sym.SystemModel, kind: type[pn.Node]) -> None:
+    """Resolve references of a kind, so that rules about the arcs of what they refer to see all of them."""
     for arc in arcs(working):
-        if isinstance(arc.source, pn.ReferenceTransition):
+        if isinstance(arc.source, kind):
             arc.source = resolve(arc.source)
-        if isinstance(arc.target, pn.ReferenceTransition):
+        if isinstance(arc.target, kind):
             arc.target = resolve(arc.target)
 
 

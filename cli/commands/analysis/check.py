@@ -17,7 +17,14 @@ from dineros.cli.analysing import (
     memory_option,
 )
 from dineros.cli.console import summarise
-from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
+from dineros.cli.options import (
+    ModelPath,
+    command,
+    json_option,
+    middleware_option,
+    model_argument,
+    settings_option,
+)
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.findings import print_report, say_capacities, write_witnesses
 from dineros.cli.quick_start import start_quickly
@@ -61,6 +68,7 @@ if TYPE_CHECKING:
 )
 @memory_option
 @cache_option
+@middleware_option
 @settings_option
 @json_option
 def check(

@@ -12,6 +12,7 @@ from dineros.cli.analysing import HOLDS, OVERFLOW, SIGNALS, UNKNOWN, load_valid,
 from dineros.cli.options import (
     command,
     json_option,
+    middleware_option,
     model_argument,
     output_option,
     settings_option,
@@ -104,6 +105,7 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
     help="Give up a point after so long.",
 )
 @memory_option
+@middleware_option
 @settings_option
 @json_option
 def sweep(

@@ -11,8 +11,15 @@ import click
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, write_witness
 from dineros.cli.console import note, say, say_json, summarise, working
-from dineros.cli.models import load_system, refuse_invalid
-from dineros.cli.options import ModelPath, command, json_option, model_argument, settings_option
+from dineros.cli.models import load_system, refuse_invalid, say_what_runs
+from dineros.cli.options import (
+    ModelPath,
+    command,
+    json_option,
+    middleware_option,
+    model_argument,
+    settings_option,
+)
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
@@ -48,6 +55,7 @@ if TYPE_CHECKING:
     metavar="EXPR",
     help="What has to hold all the time, such as 'PickRun + PlaceRun <= 1'; repeatable.",
 )
+@middleware_option
 @settings_option
 @json_option
 def conform(
@@ -77,6 +85,7 @@ def conform(
     settings = settings or _settings_of(parts.values())
     system = load_system(model, settings)
     refuse_invalid(system, model)
+    say_what_runs(system, model)
     with working(f"Replaying the traces of {counted(len(parts), 'node')}"):
         verdict = conform_traces(
             system,
