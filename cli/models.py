@@ -100,6 +100,11 @@ def say_rules(model: pn.Net, path: Path) -> None:
         warn(f"{path}: by the rules of ros2: writer and reader histories, capacities")
 
 
+def rules_of(model: pn.Net) -> dict[str, str]:
+    """Return what a report as JSON says of the rules; nothing where they are the paper's."""
+    return {"middleware": "ros2"} if _is_of_ros2(model) else {}
+
+
 def say_what_runs(model: pn.Net, path: Path) -> None:
     """Say that a running application does not obey what is proved of the model under the rules of ROS 2."""
     from dineros.metamodel.elements import places

@@ -13,6 +13,7 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.models import compile_net
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import transitions
+from dineros.transformations.flattening.bounding import bounded
 from dineros.transformations.flattening.flatten import Flattened, flatten
 from dineros.transformations.flattening.traces import Link, Trace
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
@@ -93,7 +94,7 @@ def subject_of(
     if isinstance(model, sym.SystemModel):
         flattened = flatten(model, signals, overflow, as_run=as_run)
         return Subject(model, compile_net(flattened.net), flattened)
-    return Subject(model, compile_net(model))
+    return Subject(model, compile_net(bounded(model)))
 
 
 def base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> Subject:

@@ -20,6 +20,7 @@ from dineros.cli.analysing import (
     write_witness,
 )
 from dineros.cli.console import say_json
+from dineros.cli.models import rules_of
 from dineros.cli.options import command, model_argument
 from dineros.cli.presentation.answers import say_way
 
@@ -86,6 +87,7 @@ def find(
     witness = witness_of(subject, answer.trace) if answer.trace is not None else None
     report = {
         "model": str(model),
+        **rules_of(subject.model),
         "goal": f"enabled({enabled})" if enabled is not None else marking,
         "status": answer.status,
         "reason": answer.reason,

@@ -10,6 +10,7 @@ import click
 
 from dineros.cli.analysing import load_subject, variant_options
 from dineros.cli.console import say, say_json, summarise
+from dineros.cli.models import rules_of
 from dineros.cli.options import command, json_option, model_argument, output_option, settings_option
 
 if TYPE_CHECKING:
@@ -68,6 +69,7 @@ def reduce(
     small = reduction.net
     report = {
         "model": str(model),
+        **rules_of(subject.model),
         "places": [len(net.places), len(small.places)],
         "transitions": [len(net.transitions), len(small.transitions)],
         "steps": steps,

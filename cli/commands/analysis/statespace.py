@@ -18,6 +18,7 @@ from dineros.cli.analysing import (
     variant_options,
 )
 from dineros.cli.console import say, say_json
+from dineros.cli.models import rules_of
 from dineros.cli.options import command, json_option, model_argument, settings_option
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.quick_start import start_quickly
@@ -89,6 +90,7 @@ def statespace(
         "model": str(model),
         "signals": signals if flattened else None,
         "overflow": overflow if flattened else None,
+        **rules_of(subject.model),
         "reduced": reduce,
         **space.to_dict(),
     }

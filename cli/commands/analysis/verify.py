@@ -19,6 +19,7 @@ from dineros.cli.analysing import (
     write_witness,
 )
 from dineros.cli.console import say_json
+from dineros.cli.models import rules_of
 from dineros.cli.options import ModelPath, command, model_argument
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.answers import say_unfairness, say_verdict
@@ -146,6 +147,7 @@ def verify(
         witness = witness_of(subject, [*verdict.stem, *verdict.loop], loop)
     report = {
         "model": str(model),
+        **rules_of(subject.model),
         "formula": ltl or ctl,
         "status": verdict.status,
         "reason": verdict.reason,

@@ -120,7 +120,7 @@ def _broken(system: sym.SystemModel, invariants: Sequence[str], verdict: Verdict
     from dineros.analysis.conformance.invariants import Invariant
     from dineros.analysis.model.subject import subject_of
 
-    subject = subject_of(system, "fully-enabled")
+    subject = subject_of(system, "fully-enabled", as_run=True)
     found = {text: Invariant(text, subject).first_violation(verdict.sequence) for text in invariants}
     return {text: number for text, number in found.items() if number is not None}
 
@@ -179,7 +179,7 @@ def _write(
     from dineros.analysis.witnesses.findings import witness_of
     from dineros.analysis.witnesses.first_cause import blocked_cause
 
-    subject = subject_of(system, "fully-enabled")
+    subject = subject_of(system, "fully-enabled", as_run=True)
     witness = witness_of(subject, [subject.transition_index[name] for name in verdict.sequence])
     if broken:
         asked = f"G ({min(broken, key=lambda text: broken[text])})"

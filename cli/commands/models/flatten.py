@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dineros.cli.console import note, say_json, summarise, working
-from dineros.cli.models import load_system, refuse_invalid, say_rules
+from dineros.cli.models import load_system, refuse_invalid, rules_of, say_rules
 from dineros.cli.options import (
     ModelPath,
     command,
@@ -89,7 +89,7 @@ def flatten(
     say_rules(system, model)
     with working(f"Flattening {model}"):
         result = flattening.flatten(system, signals, overflow, own)
-    report = _counts(model, result, signals, overflow)
+    report = {**_counts(model, result, signals, overflow), **rules_of(system)}
     explanation = None if explain is None else explain_element(explain, system, result.trace)
     if output is not None:
         report |= _write(result, model, output, changed=bool(settings))
