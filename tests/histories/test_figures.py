@@ -99,3 +99,13 @@ def test_best_effort(signals: SignalVariant) -> None:
     assert Interpreter(model, signals).count()[0] == BEST_EFFORT[signals]
     for overflow in ("weighted", "inhibitor"):
         assert state_space(subject_of(model, signals, overflow).net).states == BEST_EFFORT[signals]
+
+
+def test_the_case_study_with_ten_objects_of_each_colour() -> None:
+    """Every clause can be true, so that each of the nine signals in use doubles the markings."""
+    none, fully = (
+        state_space(subject_of(case_study((10, 10, 10)), signals).net, "symbolic").states
+        for signals in ("none", "fully-enabled")
+    )
+    assert none == 7_410_012_008_342_497_312
+    assert fully == none * 2**9
