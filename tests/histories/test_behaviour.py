@@ -8,8 +8,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from dineros.analysis.model.subject import base_subject, subject_of
+from dineros.analysis.questions.state_space import state_space
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
+from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.flattening.flatten import flatten
@@ -109,3 +112,22 @@ def test_a_service_that_may_lose_requests_is_refused() -> None:
         flatten(model, "none")
     service.clients.remove(service.clients[0])
     assert flatten(model, "none").net.certificate
+
+
+def test_a_transition_that_can_never_fire_counts_for_the_room_of_a_publisher() -> None:
+    """`check` leaves it out of the net without signals, and the room stays what it is in the others."""
+    model = periodic(1)
+    (timer, _) = model.pages
+    said = next(node for node in timer.objects if isinstance(node, sym.Place))
+    assert isinstance(timer, sym.NodeNet)
+    timer.signals.append(sym.InputSignal(id="Go"))
+    burst = sym.Transition(id="Burst", page=timer)
+    flow(burst, said, weight=3)
+    set_clause(burst, "Go & !Go")
+    base, whole = base_subject(model), subject_of(model, "fully-enabled")
+    assert base.blocked == ("Burst",)
+    assert "Burst" not in base.net.transitions
+    room = [int(each.net.initial[each.place_index["Said.free"]]) for each in (base, whole)]
+    assert room == [3, 3]
+    counts = [state_space(each.net, "symbolic").states for each in (base, whole)]
+    assert counts[1] == 2 * (counts[0] or 0)

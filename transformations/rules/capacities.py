@@ -12,7 +12,7 @@ from dineros.transformations.language.functions import count, either, greatest, 
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.language.rule import Rule
-from dineros.transformations.rules.histories import R3, Publication
+from dineros.transformations.rules.histories import Publication
 from dineros.transformations.rules.notation import Bound, arc
 from dineros.transformations.rules.tokens import Change, Heaviest, Lowering, Raising
 
@@ -50,10 +50,9 @@ class B2(Rule):
 
 
 class B3(Rule):
-    """Messages that a node has taken and not worked on; none is in hand for long that nothing takes."""
+    """Messages in hand: what a node has taken and not worked on, where something takes it."""
 
     port = Node(sym.SubscriberPort)
-    received = Made(R3.received, of=port)
     sink = Node(pn.Place, of=port.place)
 
     bound = Bound(
@@ -67,7 +66,7 @@ class B3(Rule):
         either(port.inHand, 0) != UNLIMITED,
         count(Lowering(sink)) > 0,
     ]
-    lhs = [port, received, sink]
+    lhs = [port, sink]
     rhs = [*lhs, *bound]
 
 

@@ -98,7 +98,8 @@ def test_ports_that_do_not_match(run: Run, own: Path) -> None:
     assert (
         "warning: Heard gets no message of Said (topic /talk): the publisher's durability is volatile, "
         "and the subscriber asks for transientLocal; to mend it, "
-        "set talk.publisher.Said.qos.durability=transientLocal or talk.subscriber.Heard.qos.durability=volatile [ports-not-matched]\n"
+        "set talk.publisher.Said.qos.durability=transientLocal or "
+        "talk.subscriber.Heard.qos.durability=volatile [ports-not-matched]\n"
     ) in result.stdout
     mended = ("--set", "talk.publisher.Said.qos.durability=transientLocal")
     assert "ports-not-matched" not in run("check", own, "--middleware", "ros2", *wanted, *mended).stdout
