@@ -106,9 +106,17 @@ def rules_of(model: pn.Net) -> dict[str, str]:
 
 
 def say_what_runs(model: pn.Net, path: Path) -> None:
-    """Say that a running application does not obey what is proved of the model under the rules of ROS 2."""
+    """Say what of a model its nodes do not do yet."""
+    from dineros.metamodel import sym
     from dineros.metamodel.elements import places
 
+    qualities = [part for part in model.eAllContents() if isinstance(part, sym.QualityOfService)]
+    if any(
+        quality.liveliness != sym.Liveliness.automatic
+        or {quality.deadline, quality.lifespan, quality.leaseDuration} != {None}
+        for quality in qualities
+    ):
+        warn(f"{path}: nodes set no deadline, lifespan and liveliness yet: they have those of the middleware")
     if _is_of_ros2(model) or any(place.capacity is not None for place in places(model)):
         warn(
             f"{path}: nodes do not obey capacities and messages in hand yet: "

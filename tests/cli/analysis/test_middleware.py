@@ -129,6 +129,14 @@ def test_generate_and_run_say_what_nodes_do_not_obey(run: Run, own: Path, tmp_pa
         assert RUNS in run(*arguments, "--middleware", "ros2").stderr
 
 
+def test_generate_says_what_quality_of_service_nodes_do_not_set(run: Run, own: Path, tmp_path: Path) -> None:
+    arguments = ("generate", own, "-o", tmp_path / "workspace", "--middleware", "ros1")
+    said = "nodes set no deadline, lifespan and liveliness yet"
+    assert said not in run(*arguments, "--set", "talk.qos.reliability=bestEffort").stderr
+    for setting in ("talk.qos.lifespan=1", "talk.publisher.Said.qos.liveliness=manualByTopic"):
+        assert said in run(*arguments, "--set", setting).stderr
+
+
 def test_a_run_is_replayed_by_the_rules_that_it_obeys(run: Run, own: Path, tmp_path: Path) -> None:
     trace = tmp_path / "trace"
     stopped = run("run", own, "--local", "--timeout", "0.3", "--trace", trace, "--middleware", "ros2")
