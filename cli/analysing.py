@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from dineros.cli.console import say
-from dineros.cli.models import load, refuse_invalid
-from dineros.cli.options import json_option, settings_option, trace_option
+from dineros.cli.models import load, refuse_invalid, say_rules
+from dineros.cli.options import json_option, middleware_option, settings_option, trace_option
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class Memory(click.ParamType[int]):
 
 
 def variant_options(function: F) -> F:
-    """Add `--signals` and `--overflow`: how a system model is flattened first."""
+    """Add `--middleware`, `--signals` and `--overflow`: how a system model is flattened first."""
     for option in (
         click.option(
             "--overflow",
@@ -69,6 +69,7 @@ def variant_options(function: F) -> F:
             show_default=True,
             help="When a signal may change.",
         ),
+        middleware_option,
     ):
         function = option(function)
     return function
@@ -132,6 +133,7 @@ def load_valid(path: Path, settings: Sequence[str]) -> pn.Net:
     search().stage("reading the model")
     model = load(path, settings)
     refuse_invalid(model, path)
+    say_rules(model, path)
     return model
 
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from dineros.cli.console import note, working
+from dineros.cli.console import note, warn, working
+from dineros.cli.options import invocation
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn, sym
@@ -91,6 +92,42 @@ def refuse_invalid(model: pn.Net, path: Path) -> None:
             location=errors[0].location or Location(path),
             hint=f"'dineros validate {path}' says how to mend it",
         )
+
+
+def say_rules(model: pn.Net, path: Path) -> None:
+    """Say by which rules a system model is flattened, where they are not the paper's."""
+    if _is_of_ros2(model) and invocation().verbosity >= 0:
+        warn(f"{path}: by the rules of ros2: writer and reader histories, capacities")
+
+
+def rules_of(model: pn.Net) -> dict[str, str]:
+    """Return what a report as JSON says of the rules; nothing where they are the paper's."""
+    return {"middleware": "ros2"} if _is_of_ros2(model) else {}
+
+
+def say_what_runs(model: pn.Net, path: Path) -> None:
+    """Say what of a model its nodes do not do yet."""
+    from dineros.metamodel import sym
+    from dineros.metamodel.elements import places
+
+    qualities = [part for part in model.eAllContents() if isinstance(part, sym.QualityOfService)]
+    if any(
+        quality.liveliness != sym.Liveliness.automatic
+        or {quality.deadline, quality.lifespan, quality.leaseDuration} != {None}
+        for quality in qualities
+    ):
+        warn(f"{path}: nodes set no deadline, lifespan and liveliness yet: they have those of the middleware")
+    if _is_of_ros2(model) or any(place.capacity is not None for place in places(model)):
+        warn(
+            f"{path}: nodes do not obey capacities and messages in hand yet: "
+            "what is proved of this model need not hold of its runs"
+        )
+
+
+def _is_of_ros2(model: pn.Net) -> bool:
+    from dineros.metamodel import sym
+
+    return isinstance(model, sym.SystemModel) and model.middleware == sym.Middleware.ros2
 
 
 def violations_of(model: pn.Net) -> list[Violation]:

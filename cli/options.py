@@ -133,9 +133,38 @@ def settings_option(function: F) -> F:
         "settings",
         multiple=True,
         metavar="ELEMENT.FEATURE=VALUE",
+        callback=_with_middleware,
         help="Change the model for this run, such as RedObjects.tokens=2; repeatable.",
     )
     return option(function)
+
+
+def middleware_option(function: F) -> F:
+    """Add `--middleware`: one more of the `settings`, so that records and journals name it as well."""
+    option = click.option(
+        "--middleware",
+        type=click.Choice(("ros1", "ros2")),
+        show_default="as the model says",
+        is_eager=True,
+        expose_value=False,
+        callback=_keep_middleware,
+        help="Whose queues topics have: the paper's, or the histories of ROS 2 with capacities.",
+    )
+    return option(function)
+
+
+_MIDDLEWARE = f"{__name__}.middleware"
+
+
+def _keep_middleware(context: click.Context, _: click.Parameter, given: str | None) -> None:
+    context.meta[_MIDDLEWARE] = given
+
+
+def _with_middleware(
+    context: click.Context, _: click.Parameter, settings: tuple[str, ...]
+) -> tuple[str, ...]:
+    given = context.meta.get(_MIDDLEWARE)
+    return settings if given is None else (*settings, f"middleware={given}")
 
 
 def json_option(function: F) -> F:

@@ -5,6 +5,8 @@
 ``LeftCell.publisher.SortRed.limit=5``      a port of a channel, by its place (also ``subscriber``)
 ``LeftCell.dispatcher.controller.limit=8``  what a node net buffers of a topic; made where it is absent
 ``LeftCell.qos.reliability=bestEffort``     quality of service; made where it is absent
+``LeftCell.publisher.SortRed.qos.deadline=1``  that of a port; made as its topic's where it is absent
+``middleware=ros2``                         the rules that flatten a system model
 ``Move.interval.latest=2.5``                firing time of a transition; made where it is absent
 ``SortingToken.field.color.default="red"``  a field of a token type, by its name
 ``TStop.clause=Danger & !RobotIsIdle``      the input clause of a transition; no text removes it
@@ -67,6 +69,9 @@ def apply(model: pn.Net, setting: str) -> None:
     ClauseError
         The value is not an expression over signals of the transition's node net.
     """
+    if setting.startswith("middleware="):
+        _set_middleware(model, setting)
+        return
     if not re.search(r".\.[^.=]+=", setting):
         raise SettingError(
             f"{setting!r} is not of the form ELEMENT.FEATURE=VALUE", hint="for example RedObjects.tokens=2"
@@ -82,6 +87,14 @@ def apply(model: pn.Net, setting: str) -> None:
         error.message = f"{setting.partition('=')[0]}: {error.message}"
         error.element = element.id
         raise
+
+
+def _set_middleware(model: pn.Net, setting: str) -> None:
+    if not isinstance(model, sym.SystemModel):
+        raise UnknownFeatureError(
+            f"{setting.partition('=')[0]}: the model is no system model", hint="leave it out"
+        )
+    _set(model, *map(str.strip, setting.split("=", 1)))
 
 
 def _element(model: pn.Net, setting: str) -> tuple[pn.Element, str]:
@@ -125,17 +138,36 @@ def _set(owner: EObject, path: str, text: str) -> None:
     """Follow the steps of a path, such as ``publisher.SortRed.limit``, and set the attribute at its end."""
     step, _, rest = path.partition(".")
     if rest and step in _PARTS and step in features_of(type(owner)):
-        part = getattr(owner, step) or _PARTS[step]()
+        part = getattr(owner, step) or _part(owner, step)
         _set(part, rest, text)
         setattr(owner, step, part)
     elif rest and step in _KEYED and isinstance(owner, _KEYED[step][0]):
-        key, _, feature = rest.rpartition(".")
+        key, feature = _key(rest)
         part = _KEYED[step][1](owner, key)
         _set(part, feature, text)
         if isinstance(part, sym.Dispatcher) and isinstance(owner, sym.TopicChannel):
             part.channel = owner
     else:
         _set_attribute(owner, path, text)
+
+
+def _part(owner: EObject, step: str) -> EObject:
+    """Make a part that is absent; a port's quality of service begins as its topic's."""
+    part = _PARTS[step]()
+    channel = owner.eContainer() if isinstance(owner, sym.TopicPort) else None
+    if isinstance(channel, sym.TopicChannel) and channel.qos is not None:
+        for name in features_of(sym.QualityOfService):
+            setattr(part, name, getattr(channel.qos, name))
+    return part
+
+
+def _key(path: str) -> tuple[str, str]:
+    """Split what stands behind ``publisher.``: the key of a port, and its feature or that of its part."""
+    key, _, feature = path.rpartition(".")
+    inner, _, step = key.rpartition(".")
+    if inner and step in _PARTS and feature in features_of(_PARTS[step]):  # type: ignore[arg-type]
+        return inner, f"{step}.{feature}"
+    return key, feature
 
 
 def _set_attribute(owner: EObject, name: str, text: str) -> None:

@@ -82,7 +82,7 @@ class ConformanceNet:
 
     def __init__(self, model: sym.SystemModel) -> None:
         self.model = model
-        self.subject: Subject = subject_of(model, "fully-enabled")
+        self.subject: Subject = subject_of(model, "fully-enabled", as_run=True)
         self.net = self.subject.net
         self.nodes = [node.id for node in node_nets(model)]
         self.pre = [self.net.pre.row(index) for index in range(len(self.net.transitions))]

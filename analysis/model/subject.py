@@ -12,10 +12,10 @@ from dineros.analysis.model.wording import words
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.models import compile_net
 from dineros.metamodel import pn, sym
-from dineros.metamodel.elements import elements, resolve
+from dineros.metamodel.elements import transitions
+from dineros.transformations.flattening.bounding import bounded
 from dineros.transformations.flattening.flatten import Flattened, flatten
-from dineros.transformations.flattening.traces import Link
-from dineros.transformations.language.copying import deep_copy
+from dineros.transformations.flattening.traces import Link, Trace
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
 
 
@@ -85,13 +85,16 @@ class Subject:
 
 
 def subject_of(
-    model: pn.Net, signals: SignalVariant = "input-enabled", overflow: OverflowVariant = "weighted"
+    model: pn.Net,
+    signals: SignalVariant = "input-enabled",
+    overflow: OverflowVariant = "weighted",
+    as_run: bool = False,
 ) -> Subject:
-    """Flatten a system model and compile it; compile any other net as it is."""
+    """Flatten a system model, with `as_run` as the runtime runs it, and compile it; compile any other net."""
     if isinstance(model, sym.SystemModel):
-        flattened = flatten(model, signals, overflow)
+        flattened = flatten(model, signals, overflow, as_run=as_run)
         return Subject(model, compile_net(flattened.net), flattened)
-    return Subject(model, compile_net(model))
+    return Subject(model, compile_net(bounded(model)))
 
 
 def base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> Subject:
@@ -106,18 +109,19 @@ def base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> Subje
     blocked = [found.transition for found in unsatisfiable_clauses(model)]
     if not blocked:
         return subject_of(model, "none", overflow)
-    references = [
-        node
-        for node in elements(model)
-        if isinstance(node, pn.ReferenceTransition) and resolve(node) in blocked
-    ]
-    left_out: list[pn.Node] = [*blocked, *references]
-    arcs = {arc for node in left_out for arc in (*node.incoming, *node.outgoing)}
-    copied, images = deep_copy(model, omit={*left_out, *arcs})
-    assert isinstance(copied, sym.SystemModel)
-    flattened = flatten(copied, "none", overflow)
-    # The trace of the copied model speaks of the original.
-    origins = {image: original for original, image in images.items()}
-    trace = flattened.trace.with_sources(lambda source: origins.get(source, source))
+    flattened = flatten(model, "none", overflow)
+    gone: set[pn.Element] = {
+        link.target
+        for link in flattened.trace.links
+        if link.maker is None and link.role == "transition" and link.sources[0] in blocked
+    }
+    (page,) = flattened.net.pages
+    for transition in transitions(flattened.net):
+        for lower in gone.intersection(transition.overrides):
+            transition.overrides.remove(lower)  # type: ignore[arg-type]
+    gone |= {arc for arc in page.arcs if arc.source in gone or arc.target in gone}
+    for part in gone:
+        (page.arcs if isinstance(part, pn.Arc) else page.objects).remove(part)  # type: ignore[arg-type]
+    trace = Trace(link for link in flattened.trace.links if link.target not in gone)
     net = compile_net(flattened.net)
     return Subject(model, net, Flattened(flattened.net, trace), tuple(str(t.id) for t in blocked))

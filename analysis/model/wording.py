@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-from dineros.metamodel import sym
+from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import server_pages, serving
 from dineros.transformations.flattening.traces import Link
@@ -29,8 +29,7 @@ def words(link: Link) -> str:
 def queue_words(link: Link) -> str:
     """Return the queue that an element belongs to."""
     assert link.meaning is not None, "it belongs to a queue"
-    topic = source_of(link, sym.TopicChannel).topic
-    return f"{link.meaning.queue} queue of {_id(queue_end(link))} (topic {topic})"
+    return link.meaning.called.format_map(_Parts(link))
 
 
 def queue_end(link: Link) -> EObject:
@@ -74,13 +73,24 @@ def _writer(link: Link) -> str:
     return f" of instance {link.index}" + (f" of service {server.channel.service}" if server.channel else "")
 
 
+def _place_words(link: Link) -> str:
+    """Return a place of the model, and whose it is where server instances have copies."""
+    instance = f" of server instance {link.index}" if link.index is not None else ""
+    return f"{_id(source_of(link, pn.Place))}{instance}"
+
+
 _PARTS: dict[str, Callable[[Link], object]] = {
     "topic": lambda link: source_of(link, sym.TopicChannel).topic,
     "service": lambda link: source_of(link, sym.ServiceChannel).service,
     "signal": lambda link: _id(source_of(link, sym.InputSignal)),
     "client": client_words,
     "instance": lambda link: link.index,
+    "publisher": lambda link: _id(source_of(link, sym.PublisherPort).place),
+    "subscriber": lambda link: _id(source_of(link, sym.SubscriberPort).place),
+    "place": _place_words,
     "queue": queue_words,
+    "queue_kind": lambda link: link.meaning and link.meaning.queue,
+    "queue_end": lambda link: _id(queue_end(link)),
     "writer": _writer,
 }
 

@@ -17,7 +17,8 @@ def compile_net(net: pn.Net) -> CompiledNet:
     Raises
     ------
     DinerosError
-        A system model (flatten it first), an incomplete arc, or priorities, which the engines do not know.
+        A system model (flatten it first), an incomplete arc, or priorities, which the engines do not know;
+        or capacities, which arcs have to obey (see `dineros.transformations.flattening.bounding`).
     """
     if isinstance(net, sym.SystemModel) and len(net.channels):
         raise DinerosError(f"{net.id} is a system model", element=net.id, hint="flatten it first")
@@ -39,8 +40,13 @@ def compile_net(net: pn.Net) -> CompiledNet:
             _add(rows[source][1], target.id, arc.weight)
         else:
             raise DinerosError(f"arc {arc.id} joins two {type(source).__name__.lower()}s", element=arc.id)
+    initial = {}
+    for place in places(net):
+        if place.capacity is not None:
+            raise DinerosError(f"place {place.id} has a capacity that no arc obeys", element=place.id)
+        initial[place.id] = place.tokens
     return CompiledNet.build(
-        {place.id: place.tokens for place in places(net)},
+        initial,
         [Transition(str(transition.id), *row) for transition, row in rows.items()],
     )
 

@@ -27,6 +27,7 @@ from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault, Report, Witness, pumping_witness, witness_of
 from dineros.metamodel import pn, sym
+from dineros.metamodel.matching import mismatch
 
 CHEAP = 1_500_000
 """Cache misses of saturation, about half a second, that liveness and the like may cost by default."""
@@ -176,6 +177,41 @@ class Clauses(Question):
         ]
         if not found:
             checked.report.proved.append("every clause can be true")
+
+
+class Matching(Question):
+    """Whether every subscriber gets the messages of every publisher of its topic."""
+
+    NOT_MATCHED = Fault(
+        "ports-not-matched",
+        "warning",
+        "A subscriber asks for more quality of service than a publisher offers, and gets nothing of it.",
+        "{subscriber} gets no message of {publisher} (topic {topic}): {reason}; to mend it, set {fix}",
+    )
+    faults = (NOT_MATCHED,)
+
+    def ask(self, checked: Checked) -> None:
+        """Compare the quality of service of each pair of ports."""
+        channels = checked.model.channels if isinstance(checked.model, sym.SystemModel) else ()
+        for channel in channels:
+            if not isinstance(channel, sym.TopicChannel):
+                continue
+            for publisher in channel.publishers:
+                for subscriber in channel.subscribers:
+                    found = mismatch(publisher, subscriber)
+                    if found is not None:
+                        ends = publisher.place.id, subscriber.place.id
+                        checked.report.findings.append(
+                            self.NOT_MATCHED.found(
+                                channel.id,
+                                *ends,
+                                publisher=ends[0],
+                                subscriber=ends[1],
+                                topic=channel.topic,
+                                reason=found.reason,
+                                fix=found.fix,
+                            )
+                        )
 
 
 class Boundedness(Question):
@@ -422,7 +458,15 @@ class Repetition(Question):
             found.append(self.NO_HOME_MARKING.found(checked.identity))
 
 
-QUESTIONS: tuple[Question, ...] = (Clauses(), Boundedness(), Overflow(), Use(), Deadlock(), Repetition())
+QUESTIONS: tuple[Question, ...] = (
+    Clauses(),
+    Matching(),
+    Boundedness(),
+    Overflow(),
+    Use(),
+    Deadlock(),
+    Repetition(),
+)
 """All questions, in the order they are asked."""
 
 FAULTS = {fault.rule: fault for question in QUESTIONS for fault in question.faults}

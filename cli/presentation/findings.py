@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from dineros.cli.analysing import say_witness, write_witness
 from dineros.cli.console import note, say, say_json, summarise
+from dineros.cli.models import rules_of
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ _STYLES = {"error": "bold red", "warning": "yellow"}
 def print_report(report: Report, net: pn.Net, model: Path, format: str, witnesses: bool) -> None:
     """Print what a check found: as ``text``, ``json``, ``sarif`` or ``junit``."""
     if format == "json":
-        say_json(report.to_dict(str(model)))
+        say_json({**report.to_dict(str(model)), **rules_of(net)})
     elif format == "sarif":
         from dineros.analysis.questions.report_formats import to_sarif
 

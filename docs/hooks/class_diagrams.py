@@ -53,8 +53,8 @@ PARTS = {
         "signals": ("TB", "NodeNet Transition TransitionKind InputSignal InputClause Disjunction Literal"),
         "channels": (
             "TB",
-            "SystemModel Channel TopicChannel ServiceChannel QualityOfService Reliability "
-            "Durability TopicPort PublisherPort SubscriberPort Dispatcher ServerPort ClientPort "
+            "SystemModel Middleware Channel TopicChannel ServiceChannel QualityOfService Reliability "
+            "Durability Liveliness TopicPort PublisherPort SubscriberPort Dispatcher ServerPort ClientPort "
             "FieldMapping MessagePart",
         ),
     },

@@ -49,7 +49,7 @@ def page(family: Family) -> str:
     parts = [
         "---\nhide:\n  - toc\n---",
         f"# {family.title}",
-        f"The rules of the paper's {family.section}.",
+        f"The rules of the paper's {family.section}." if family.section else family.about,
         INTRODUCTION,
     ]
     for rule in family.rules:

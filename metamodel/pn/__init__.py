@@ -650,9 +650,12 @@ class Place(PlaceNode):
     ----------
     tokens : int
         Tokens in the initial marking, 0 or more.
+    capacity : int | None
+        Largest number of tokens that it may hold, 1 or more; absent: any.
     """
 
     tokens: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
+    capacity: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
 
     def __init__(
         self,
@@ -666,6 +669,7 @@ class Place(PlaceNode):
         outgoing: Iterable[Arc] | None = None,
         incoming: Iterable[Arc] | None = None,
         tokens: int | None = None,
+        capacity: int | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -681,6 +685,7 @@ class Place(PlaceNode):
                 "outgoing": outgoing,
                 "incoming": incoming,
                 "tokens": tokens,
+                "capacity": capacity,
             },
             unknown,
         )

@@ -53,7 +53,9 @@ __all__ = [
     "InputClause",
     "InputSignal",
     "Literal",
+    "Liveliness",
     "MessagePart",
+    "Middleware",
     "NodeNet",
     "Place",
     "PlaceKind",
@@ -154,6 +156,22 @@ if TYPE_CHECKING:
         transientLocal: ClassVar[Durability]
         """Late subscribers get what the publisher kept."""
 
+    class Middleware(EnumLiteral):
+        """Whose queues a flattened model has."""
+
+        ros1: ClassVar[Middleware]
+        """The paper's: publisher, dispatcher and subscriber queues."""
+        ros2: ClassVar[Middleware]
+        """Writer and reader histories, and capacities."""
+
+    class Liveliness(EnumLiteral):
+        """QoS liveliness of a topic: who says that a publisher is alive."""
+
+        automatic: ClassVar[Liveliness]
+        """The middleware, while the process runs."""
+        manualByTopic: ClassVar[Liveliness]
+        """The publisher itself, by publishing or asserting."""
+
     class MessagePart(EnumLiteral):
         """Part of a ROS interface."""
 
@@ -227,6 +245,20 @@ else:
         [
             "volatile",
             "transientLocal",
+        ],
+    )
+    Middleware = enumeration(
+        "Middleware",
+        [
+            "ros1",
+            "ros2",
+        ],
+    )
+    Liveliness = enumeration(
+        "Liveliness",
+        [
+            "automatic",
+            "manualByTopic",
         ],
     )
     MessagePart = enumeration(
@@ -483,10 +515,22 @@ class QualityOfService(EObject, metaclass=MetaEClass):
         Reliability.
     durability : Durability
         Durability.
+    deadline : float | None
+        Longest time between two messages, in seconds; absent: any.
+    lifespan : float | None
+        How long a message is kept, in seconds; absent: for ever.
+    liveliness : Liveliness
+        Liveliness.
+    leaseDuration : float | None
+        Longest time between two signs of life, in seconds; absent: any.
     """
 
     reliability: Reliability = Ecore.EAttribute(eType=Reliability, default_value=Reliability.reliable)
     durability: Durability = Ecore.EAttribute(eType=Durability, default_value=Durability.volatile)
+    deadline: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
+    lifespan: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
+    liveliness: Liveliness = Ecore.EAttribute(eType=Liveliness, default_value=Liveliness.automatic)
+    leaseDuration: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
 
     __setattr__ = refuse_unknown
     __repr__ = show
@@ -496,6 +540,10 @@ class QualityOfService(EObject, metaclass=MetaEClass):
         *,
         reliability: Reliability | str | None = None,
         durability: Durability | str | None = None,
+        deadline: float | None = None,
+        lifespan: float | None = None,
+        liveliness: Liveliness | str | None = None,
+        leaseDuration: float | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -504,6 +552,10 @@ class QualityOfService(EObject, metaclass=MetaEClass):
             {
                 "reliability": reliability,
                 "durability": durability,
+                "deadline": deadline,
+                "lifespan": lifespan,
+                "liveliness": liveliness,
+                "leaseDuration": leaseDuration,
             },
             unknown,
         )
@@ -519,21 +571,32 @@ class TopicPort(EObject, metaclass=MetaEClass):
         The place whose tokens are the messages.
     limit : int
         Capacity of the port's queue, 1 or more.
+    qos : QualityOfService | None
+        Quality of service of the port; absent: the topic's. The depth of its history is the limit.
     """
 
     place: pn.Place = Ecore.EReference(lower=1, required=True)
     limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+    qos: QualityOfService | None = Ecore.EReference(containment=True)
 
     __setattr__ = refuse_unknown
     __repr__ = show
 
-    def __init__(self, *, place: pn.Place | None = None, limit: int | None = None, **unknown: Never) -> None:
+    def __init__(
+        self,
+        *,
+        place: pn.Place | None = None,
+        limit: int | None = None,
+        qos: QualityOfService | None = None,
+        **unknown: Never,
+    ) -> None:
         super(EObject, self).__init__()
         initialise(
             self,
             {
                 "place": place,
                 "limit": limit,
+                "qos": qos,
             },
             unknown,
         )
@@ -866,6 +929,7 @@ class PublisherPort(TopicPort):
         *,
         place: pn.Place | None = None,
         limit: int | None = None,
+        qos: QualityOfService | None = None,
         channel: TopicChannel | None = None,
         **unknown: Never,
     ) -> None:
@@ -875,6 +939,7 @@ class PublisherPort(TopicPort):
             {
                 "place": place,
                 "limit": limit,
+                "qos": qos,
                 "channel": channel,
             },
             unknown,
@@ -888,16 +953,22 @@ class SubscriberPort(TopicPort):
     ----------
     channel : TopicChannel | None
         The topic.
+    inHand : int | None
+        Messages that the node takes before it has worked on them, -1 for any number; absent: as many as
+        one transition takes.
     """
 
     channel: TopicChannel | None = Ecore.EReference()
+    inHand: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
 
     def __init__(
         self,
         *,
         place: pn.Place | None = None,
         limit: int | None = None,
+        qos: QualityOfService | None = None,
         channel: TopicChannel | None = None,
+        inHand: int | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -906,7 +977,9 @@ class SubscriberPort(TopicPort):
             {
                 "place": place,
                 "limit": limit,
+                "qos": qos,
                 "channel": channel,
+                "inHand": inHand,
             },
             unknown,
         )
@@ -921,10 +994,13 @@ class SystemModel(pn.Net):
         What every token of the model carries.
     channels : ModelList[Channel]
         Topics and services, in order.
+    middleware : Middleware
+        The rules that flatten it.
     """
 
     tokenType: TokenType | None = Ecore.EReference(containment=True)
     channels: ModelList[Channel] = Ecore.EReference(containment=True, upper=-1)
+    middleware: Middleware = Ecore.EAttribute(eType=Middleware, default_value=Middleware.ros1)
 
     def __init__(
         self,
@@ -937,6 +1013,7 @@ class SystemModel(pn.Net):
         pages: Iterable[pn.Page] | None = None,
         tokenType: TokenType | None = None,
         channels: Iterable[Channel] | None = None,
+        middleware: Middleware | str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -951,6 +1028,7 @@ class SystemModel(pn.Net):
                 "pages": pages,
                 "tokenType": tokenType,
                 "channels": channels,
+                "middleware": middleware,
             },
             unknown,
         )
@@ -1237,6 +1315,7 @@ class Place(pn.Place):
         outgoing: Iterable[pn.Arc] | None = None,
         incoming: Iterable[pn.Arc] | None = None,
         tokens: int | None = None,
+        capacity: int | None = None,
         balloons: Iterable[BalloonToken] | None = None,
         kind: PlaceKind | str | None = None,
         **unknown: Never,
@@ -1254,6 +1333,7 @@ class Place(pn.Place):
                 "outgoing": outgoing,
                 "incoming": incoming,
                 "tokens": tokens,
+                "capacity": capacity,
                 "balloons": balloons,
                 "kind": kind,
             },
@@ -1322,6 +1402,7 @@ resolve_references(
         (Literal.disjunction, Disjunction),
         (Literal.signal, InputSignal),
         (TopicPort.place, pn.Place),
+        (TopicPort.qos, QualityOfService),
         (Dispatcher.channel, TopicChannel),
         (Dispatcher.node, NodeNet),
         (ServerPort.channel, ServiceChannel),
@@ -1377,6 +1458,8 @@ for _enumeration in (
     FieldKind,
     Reliability,
     Durability,
+    Middleware,
+    Liveliness,
     MessagePart,
 ):
     eClassifiers[_enumeration.name] = _enumeration

@@ -37,6 +37,7 @@ FOLDERS = {
         "elements",
         "build",
         "calls",
+        "matching",
         "token_data",
         "positions",
         "clauses",

@@ -103,6 +103,12 @@ class ReachabilityGraph:
                 kept = (other for other in enabled if changed.get(other, True))
                 queue.append((after, frozenset((*kept, *(other for other, now in changed.items() if now)))))
 
+    def successors(self, marking: Marking) -> Iterator[tuple[Name, Marking]]:
+        """Yield what can fire in a marking, and the markings that follow."""
+        for name, transition in self._compiled.items():
+            if transition.is_enabled(marking):
+                yield name, transition.fire(marking)
+
     def markings(self, limit: int) -> set[Marking]:
         """Return all reachable markings."""
         found = {self.start}

@@ -13,7 +13,7 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.engine import Engine
 from dineros.transformations.rules import services, signals
-from dineros.transformations.rules.notation import History, OverflowQueue
+from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 
 
 class CertificateError(DinerosError):
@@ -26,6 +26,7 @@ def add_certificate(
     """Add to a net the invariants of what the rules made; return them."""
     certificate = [
         *_queues(engine, made),
+        *_bounds(engine, made),
         *_instances(engine, made),
         *_clients(engine, made),
         *_signals(engine, made),
@@ -55,6 +56,13 @@ def _queues(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.Pla
         seen.add(load)
         assert isinstance(load, pn.Place) and isinstance(capacity, pn.Place)
         yield _invariant(f"{load.id} + {capacity.id}", capacity.tokens, [(load, 1), (capacity, 1)], made)
+
+
+def _bounds(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    for _, bound in engine.groups(Bound):
+        place, free = bound["place"], bound["free"]
+        assert isinstance(place, pn.Place) and isinstance(free, pn.Place)
+        yield _invariant(f"{place.id} + {free.id}", place.tokens + free.tokens, [(place, 1), (free, 1)], made)
 
 
 def _instances(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:

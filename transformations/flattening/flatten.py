@@ -11,13 +11,24 @@ from dineros.metamodel.calls import callers_first, server_pages, serving
 from dineros.metamodel.elements import arcs, nodes, resolve, transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.reading import collector_paused
+from dineros.transformations.flattening.bounding import fresh, join
 from dineros.transformations.flattening.certificate import add_certificate, check_certificate
 from dineros.transformations.flattening.traces import Link, Trace
 from dineros.transformations.language.copying import deep_copy
 from dineros.transformations.language.engine import Engine, require_makers
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules import services
-from dineros.transformations.rules.catalogue import INSTANCE_RULES, OverflowVariant, SignalVariant, rules_of
+from dineros.transformations.rules.catalogue import (
+    CAPACITY_RULES,
+    INSTANCE_RULES,
+    MiddlewareVariant,
+    OverflowVariant,
+    SignalVariant,
+    rules_of,
+)
+
+REQUESTS = 10
+"""Depth of the request history of a service of ROS 2; while no more clients call it, it loses nothing."""
 
 KEPT = "kept"
 """Name in the trace for what is taken over from the system model as it is."""
@@ -45,8 +56,9 @@ def flatten(
     signals: SignalVariant = "input-enabled",
     overflow: OverflowVariant = "weighted",
     extra: Sequence[type[Rule]] = (),
+    as_run: bool = False,
 ) -> Flattened:
-    """Flatten a system model; the model itself is not changed.
+    """Flatten a system model by the rules of its middleware; the model itself is not changed.
 
     Parameters
     ----------
@@ -57,7 +69,10 @@ def flatten(
     overflow : {"weighted", "inhibitor"}
         How a full queue drops: T5b or T5a.
     extra : sequence of Rule
-        Rules to apply after the standard ones.
+        Rules to apply after the standard ones; only those about capacities come later.
+    as_run : bool
+        Whether to flatten it as the runtime runs it today, whatever its middleware is: by the paper's rules,
+        without capacities.
 
     Raises
     ------
@@ -65,21 +80,29 @@ def flatten(
         References run in a circle.
     CallCircleError
         Services call each other in a circle, and none of it says how many instances it has.
+    DinerosError
+        Under the rules of ROS 2, a service has more clients than it keeps requests.
     CertificateError
         The net lacks a place invariant that the rules guarantee.
     RuleError
         A rule fails.
     """
-    standard = rules_of(signals, overflow)
-    require_makers([*INSTANCE_RULES, *standard, *extra])
+    is_ros2 = model.middleware == sym.Middleware.ros2 and not as_run
+    middleware: MiddlewareVariant = "ros2" if is_ros2 else "ros1"
+    standard, last = rules_of(signals, overflow, middleware), [] if as_run else CAPACITY_RULES[middleware]
+    require_makers([*INSTANCE_RULES, *standard, *extra, *last])
     working, images = deep_copy(model)
     assert isinstance(working, sym.SystemModel)
     working.pages.append(pnm.Sheet(id="the rules' sheet"))
     engine = Engine(working)
     prototypes = _instantiate(working, engine)
     _override_instances(working, engine)
-    _join_transitions(working)
+    if is_ros2:
+        _require_requests_kept(working)
+    join(working, pn.ReferenceTransition)
     engine.run([*standard, *extra])
+    join(working, pn.ReferencePlace)
+    engine.run(last)
 
     net = pnm.PetriNetModel(
         id=model.id,
@@ -146,13 +169,19 @@ def _override_instances(working: sym.SystemModel, engine: Engine) -> None:
             transition.overrides.extend(instances.get(lower, ()))
 
 
-def _join_transitions(working: sym.SystemModel) -> None:
-    """Resolve references to transitions, so that rules about the arcs of a transition see all of them."""
-    for arc in arcs(working):
-        if isinstance(arc.source, pn.ReferenceTransition):
-            arc.source = resolve(arc.source)
-        if isinstance(arc.target, pn.ReferenceTransition):
-            arc.target = resolve(arc.target)
+def _require_requests_kept(working: sym.SystemModel) -> None:
+    """Refuse services that may lose requests, which no rule says yet.
+
+    A client has one request under way, so that as many clients as the history is deep lose nothing.
+    """
+    for channel in working.channels:
+        if isinstance(channel, sym.ServiceChannel) and len(channel.clients) > REQUESTS:
+            raise DinerosError(
+                f"service {channel.service} has {len(channel.clients)} clients, instances counted, and keeps "
+                f"{REQUESTS} requests: that it loses others is not modelled yet",
+                element=channel.id,
+                hint=f"let at most {REQUESTS} clients call it, or flatten with --middleware ros1",
+            )
 
 
 def _plain_net(
@@ -164,10 +193,10 @@ def _plain_net(
     """
     taken = {net.id}
     taken.update(element.id for element in (*nodes(working), *arcs(working)) if element in kept)
-    page = pn.Page(id=_fresh("net", taken), net=net)
+    page = pn.Page(id=fresh("net", taken), net=net)
 
     def id_of(element: pn.Element) -> str:
-        return element.id if element in kept else _fresh(element.id, taken)
+        return element.id if element in kept else fresh(element.id, taken)
 
     made: dict[EObject, pn.Element] = {}
     for node in nodes(working):
@@ -201,16 +230,6 @@ def _image(arc: pn.Arc, end: pn.Node, made: dict[EObject, pn.Element]) -> pn.Nod
             hint="only the elements of a server page may use its places",
         )
     return found
-
-
-def _fresh(id: str, taken: set[str]) -> str:
-    """Return an id that nothing else has; the second ``a-b`` becomes ``a-b~2``."""
-    fresh, number = id, 1
-    while fresh in taken:
-        number += 1
-        fresh = f"{id}~{number}"
-    taken.add(fresh)
-    return fresh
 
 
 def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, pn.Element]) -> Trace:

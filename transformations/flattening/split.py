@@ -102,7 +102,10 @@ def _topic_ports(
             yield (
                 place,
                 rtm.PublisherPort(
-                    **_interface(channel), topic=channel.topic, limit=publisher.limit, qos=_quality(channel)
+                    **_interface(channel),
+                    topic=channel.topic,
+                    limit=publisher.limit,
+                    qos=_quality(channel, publisher),
                 ),
             )
     limits = [dispatcher.limit for dispatcher in channel.dispatchers if dispatcher.node is node]
@@ -116,7 +119,7 @@ def _topic_ports(
                     topic=channel.topic,
                     limit=subscriber.limit,
                     dispatcherLimit=limits[0] if limits else DISPATCHER_LIMIT,
-                    qos=_quality(channel),
+                    qos=_quality(channel, subscriber),
                 ),
             )
 
@@ -165,10 +168,11 @@ def _interface(channel: sym.Channel) -> _Interface:
     return {"channel": channel.id, "type": channel.type, "mappings": mappings}
 
 
-def _quality(channel: sym.TopicChannel) -> sym.QualityOfService | None:
-    if channel.qos is None:
+def _quality(channel: sym.TopicChannel, port: sym.TopicPort) -> sym.QualityOfService | None:
+    quality = port.qos or channel.qos
+    if quality is None:
         return None
-    copied, _ = deep_copy(channel.qos)
+    copied, _ = deep_copy(quality)
     assert isinstance(copied, sym.QualityOfService)
     return copied
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 from dineros.metamodel import pn, trace
 from dineros.metamodel.base import EObject
@@ -104,10 +104,6 @@ class Trace:
                 return link
         known = [link.target.id for link in self.links]
         raise UnknownElementError(f"no element {id!r} was made", hint=near_matches(id, known))
-
-    def with_sources(self, origin: Callable[[EObject], EObject]) -> Trace:
-        """Return the same links speaking of other source elements, such as a copied model's originals."""
-        return Trace(replace(link, sources=tuple(map(origin, link.sources))) for link in self.links)
 
     def to_model(self, source: str, target: str) -> trace.TraceModel:
         """Return the links as a model that can be saved.

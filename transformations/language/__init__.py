@@ -10,6 +10,8 @@ from dineros.transformations.language.functions import (
     either,
     enclosing,
     first,
+    greatest,
+    less,
     number,
     position,
 )
@@ -35,7 +37,9 @@ __all__ = [
     "either",
     "enclosing",
     "first",
+    "greatest",
     "image",
+    "less",
     "number",
     "position",
 ]

@@ -249,15 +249,17 @@ class Member(Expression):
 class Fragment:
     """A group of elements that several rules create: written once, looked up as one.
 
-    A subclass declares the classes of its elements by role (``roles``) and makes them in its constructor.
+    A subclass declares the classes of its elements by role (``roles``) and makes them in its constructor, or
+    is given them.
     """
 
     roles: Mapping[str, type[EObject]] = {}
     rule: type[Maker] | None = None
     symbol = ""
 
-    def __init__(self) -> None:
+    def __init__(self, **given: Expression) -> None:
         self.location: Location = rule_line()
+        self.given = given
 
     def elements(self) -> dict[str, New]:
         """Return the group's elements by role, in the order they were made."""
@@ -273,8 +275,9 @@ class Fragment:
         return iter(self.elements().values())
 
     def shared(self) -> dict[str, Expression]:
-        """Return the members that another rule made: what has a role and is not new."""
-        return {role: member for role in self.roles if isinstance(member := vars(self).get(role), Member)}
+        """Return the members that the group does not make: what it is given, and what another rule made."""
+        made = {role: member for role in self.roles if isinstance(member := vars(self).get(role), Member)}
+        return {**self.given, **made}
 
     def members(self, made: Mapping[str, EObject], match: Mapping[Variable, Any]) -> dict[str, EObject]:
         """Return what an application made for this group, and what the group shares, by role."""

@@ -141,7 +141,8 @@ class Engine:
         found: dict[Any, None] = {}
         for node in rule.lhs:
             bound = match[node]
-            element = next(iter(bound.values())) if isinstance(bound, dict) else bound
+            members = bound.values() if isinstance(bound, dict) else (bound,)
+            element = next(member for member in members if member in self._maker)
             found.update(dict.fromkeys(self._maker[element].sources))
         return list(found)
 

@@ -10,6 +10,7 @@ from dineros.metamodel.base import EObject
 from dineros.transformations.language.datatypes import WHOLE, comparable
 from dineros.transformations.language.errors import RuleError
 from dineros.transformations.language.expressions import (
+    Constant,
     Expression,
     Item,
     Match,
@@ -190,6 +191,41 @@ class Number(Expression):
         return f"1 if {self.condition}"
 
 
+class Greatest(Expression):
+    """The greatest of some numbers."""
+
+    datatype = WHOLE
+
+    def __init__(self, *values: Expression) -> None:
+        super().__init__(*values)
+        self.values = values
+
+    def evaluate(self, match: Match) -> int:
+        return max(int(value.evaluate(match)) for value in self.values)
+
+    def __str__(self) -> str:
+        return f"greatest of {', '.join(map(str, self.values))}"
+
+
+class Difference(Expression):
+    """A number less another one."""
+
+    datatype = WHOLE
+
+    def __init__(self, whole: Expression, part: Expression) -> None:
+        super().__init__(whole, part)
+        self.whole = whole
+        self.part = part
+
+    def evaluate(self, match: Match) -> int:
+        return int(self.whole.evaluate(match)) - int(self.part.evaluate(match))
+
+    def __str__(self) -> str:
+        if isinstance(self.whole, Constant) and self.whole.value == 0:
+            return f"-({self.part})"
+        return f"({self.whole}) - {self.part}" if " " in str(self.whole) else f"{self.whole} - {self.part}"
+
+
 def ancestor(element: Expression, eclass: type[EObject]) -> Expression:
     """Return the nearest container of a class, the element itself included."""
     return Ancestor(element, eclass)
@@ -220,6 +256,16 @@ def first(values: Expression, **features: object) -> Expression:
 
 def _equals(name: str, wanted: object, item: Item) -> Expression:
     return Path(item, name) == wanted
+
+
+def greatest(*values: object) -> Expression:
+    """Return the greatest of some numbers."""
+    return Greatest(*map(as_expression, values))
+
+
+def less(whole: object, part: object) -> Expression:
+    """Return a number less another one."""
+    return Difference(as_expression(whole), as_expression(part))
 
 
 def number(condition: Expression) -> Expression:

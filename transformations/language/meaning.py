@@ -18,14 +18,16 @@ class Meaning:
     ----------
     words : str
         What it is, or what its firing does. Names in braces are filled in: ``topic``, ``service``,
-        ``client``, ``instance`` and ``signal`` are of what the rule matched, ``queue`` is its queue, and
-        ``writer`` the server instance that writes there.
+        ``client``, ``instance``, ``signal``, ``publisher``, ``subscriber`` and ``place`` are of what the rule
+        matched, ``queue`` is its queue, and ``writer`` the server instance that writes there.
     on_server_page : str
         What is said instead where the client stands on a server page.
     step : type of Step or None
         What its firing is in a trace; None where it is a firing of the model, and for places.
     queue : {"publisher", "dispatcher", "subscriber"} or None
         The kind of queue it belongs to.
+    called : str
+        What that queue is called, with names in braces.
     part : str
         What it is there: ``load``, ``capacity``, ``enter``, ``leave`` or ``drop`` of a queue, and the like.
     value : bool or None
@@ -38,6 +40,7 @@ class Meaning:
     on_server_page: str = ""
     step: type[Step] | None = None
     queue: QueueKind | None = None
+    called: str = "{queue_kind} queue of {queue_end} (topic {topic})"
     part: str = ""
     value: bool | None = None
     rests: bool = False

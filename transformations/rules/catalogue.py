@@ -1,4 +1,4 @@
-"""All rules of the paper by family, in its order; how rules are called, and in which order they run."""
+"""All rules by family, the paper's in its order; how rules are called, and in which order they run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 
 from dineros.metamodel.errors import UnknownElementError, near_matches
 from dineros.transformations.language.rule import Rule
-from dineros.transformations.rules import services, signals, topics
+from dineros.transformations.rules import capacities, histories, services, signals, topics
 
 
 @dataclass(frozen=True)
@@ -23,15 +23,18 @@ class Family:
     title : str
         What the rules do.
     section : str
-        Where the paper has them.
+        Where the paper has them; empty where it has none.
     rules : tuple of Rule
         In the paper's order.
+    about : str
+        Where they come from, if not from the paper.
     """
 
     name: str
     title: str
     section: str
     rules: tuple[type[Rule], ...]
+    about: str = ""
 
 
 FAMILIES = (
@@ -72,9 +75,24 @@ FAMILIES = (
             signals.I6IoEnabled,
         ),
     ),
+    Family(
+        "histories",
+        "Topics of ROS 2: writer and reader histories",
+        "",
+        (histories.R1, histories.R1Instance, histories.R2, histories.R3, histories.R4),
+        "They take the place of T1 to T4 where the middleware is `ros2`.",
+    ),
+    Family(
+        "capacities",
+        "Capacities of places",
+        "",
+        (capacities.B1, capacities.B2, capacities.B3, capacities.B4),
+        "They run last of all rules: B1 and B4 under every middleware, B2 and B3 where it is `ros2`.",
+    ),
 )
 
 SignalVariant: TypeAlias = Literal["none", "fully-enabled", "input-enabled", "io-enabled"]
+MiddlewareVariant: TypeAlias = Literal["ros1", "ros2"]
 OverflowVariant: TypeAlias = Literal["weighted", "inhibitor"]
 
 _INPUT_ENABLED = [signals.I4, signals.I5InputEnabled, signals.I6InputEnabled]
@@ -89,15 +107,16 @@ SIGNAL_RULES: dict[SignalVariant, list[type[Rule]]] = {
 }
 OVERFLOW_RULES: dict[OverflowVariant, type[Rule]] = {"weighted": topics.T5b, "inhibitor": topics.T5a}
 INSTANCE_RULES: list[type[Rule]] = [services.S4, services.S4Client]
-TOPIC_RULES: list[type[Rule]] = [
-    topics.T1,
-    topics.T2,
-    topics.T2History,
-    topics.T2Instance,
-    topics.T3,
-    topics.T4,
-]
+TOPIC_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
+    "ros1": [topics.T1, topics.T2, topics.T2History, topics.T2Instance, topics.T3, topics.T4],
+    "ros2": [histories.R3, histories.R2, histories.R1, histories.R1Instance, histories.R4],
+}
 SERVICE_RULES: list[type[Rule]] = [services.S3, services.S1, services.S2]
+CAPACITY_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
+    "ros1": [capacities.B1, capacities.B4],
+    "ros2": [capacities.B1, capacities.B2, capacities.B3, capacities.B4],
+}
+"""They run last, after rules of one's own: they look at all arcs."""
 
 
 def name_of(rule: type[Rule] | str) -> str:
@@ -132,6 +151,16 @@ def find_rule(name: str, families: Sequence[Family] = FAMILIES) -> type[Rule]:
     raise UnknownElementError(f"there is no rule {name!r}", hint=hint)
 
 
-def rules_of(signals: SignalVariant, overflow: OverflowVariant) -> list[type[Rule]]:
-    """Return the rules of a variant, in the order they run; those of `INSTANCE_RULES` run before them."""
-    return [*SERVICE_RULES, *TOPIC_RULES, OVERFLOW_RULES[overflow], *SIGNAL_RULES[signals]]
+def rules_of(
+    signals: SignalVariant, overflow: OverflowVariant, middleware: MiddlewareVariant = "ros1"
+) -> list[type[Rule]]:
+    """Return the rules of a variant, in the order they run.
+
+    Those of `INSTANCE_RULES` run before them, those of `CAPACITY_RULES` after them.
+    """
+    return [
+        *SERVICE_RULES,
+        *TOPIC_RULES[middleware],
+        OVERFLOW_RULES[overflow],
+        *SIGNAL_RULES[signals],
+    ]

@@ -10,7 +10,8 @@ from dineros.metamodel.records import Drop, Signal, Transfer
 from dineros.metamodel.records.schema import Step
 from dineros.transformations.language.creation import Fragment, New
 from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.expressions import Expression, Text, as_expression
+from dineros.transformations.language.expressions import Expression, Path, Text, as_expression
+from dineros.transformations.language.functions import less
 from dineros.transformations.language.meaning import Meaning, QueueKind
 from dineros.transformations.language.patterns import Context, Made
 
@@ -103,7 +104,9 @@ _QUEUE_WORDS = {
 }
 
 
-def _part(kind: QueueKind | None, part: str, step: type[Step] = Transfer) -> Meaning | None:
+def _part(
+    kind: QueueKind | None, part: str, called: str = Meaning.called, step: type[Step] = Transfer
+) -> Meaning | None:
     """Return the meaning of a part of a queue; steps are of its transitions."""
     if kind is None:
         return None
@@ -112,6 +115,7 @@ def _part(kind: QueueKind | None, part: str, step: type[Step] = Transfer) -> Mea
         _QUEUE_WORDS[part],
         step=None if is_place else step,
         queue=kind,
+        called=called,
         part=part,
         rests=part == "capacity",
     )
@@ -134,6 +138,8 @@ class OverflowQueue(Fragment):
         A `History` made before, which tokens of several sources enter; then it has limit and sinks.
     kind : {"publisher", "dispatcher", "subscriber"}, optional
         Whose queue it is; without, its parts have no meaning.
+    called : str, optional
+        What it is called, where that is not the usual name of queues of its kind.
     enters, leaves : type of Step
         What a message that enters, or leaves, is in a trace.
     """
@@ -160,20 +166,21 @@ class OverflowQueue(Fragment):
         sinks: Sequence[Expression] = (),
         history: Made | None = None,
         kind: QueueKind | None = None,
+        called: str = Meaning.called,
         enters: type[Step] = Transfer,
         leaves: type[Step] = Transfer,
     ) -> None:
         super().__init__()
         if history is None:
             assert limit is not None
-            self.load = place(f"{id}.Load", means=_part(kind, "load"))
-            self.capacity = place(f"{id}.Capacity", tokens=limit, means=_part(kind, "capacity"))
+            self.load = place(f"{id}.Load", means=_part(kind, "load", called))
+            self.capacity = place(f"{id}.Capacity", tokens=limit, means=_part(kind, "capacity", called))
         else:
             self.load, self.capacity, self.leave = history.load, history.capacity, history.leave
-        self.enter = transition(f"{id}.in", means=_part(kind, "enter", enters))
+        self.enter = transition(f"{id}.in", means=_part(kind, "enter", called, enters))
         if history is None:
-            self.leave = transition(f"{id}.out", means=_part(kind, "leave", leaves))
-        self.drop = transition(f"{id}.drop", means=_part(kind, "drop", Drop))
+            self.leave = transition(f"{id}.out", means=_part(kind, "leave", called, leaves))
+        self.drop = transition(f"{id}.drop", means=_part(kind, "drop", called, Drop))
         self.arcs = [arc(source, self.enter), arc(self.capacity, self.enter), arc(self.enter, self.load)]
         if history is None:
             self.arcs += [
@@ -182,6 +189,29 @@ class OverflowQueue(Fragment):
                 *(arc(self.leave, sink) for sink in sinks),
             ]
         self.arcs.append(arc(source, self.drop))
+
+
+class Bound(Fragment):
+    """A place that holds no more than its capacity: the place of its free room, which B4 wires.
+
+    Parameters
+    ----------
+    bounded : Expression
+        The place.
+    capacity : Expression or int
+        The most tokens that it holds.
+    means : Meaning
+        What its free room is.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"place": pn.Place, "free": pn.Place}
+    free: New
+
+    def __init__(self, bounded: Expression, capacity: object, means: Meaning) -> None:
+        super().__init__(place=bounded)
+        id = Text("{bounded.id}.free", bounded=bounded)
+        self.free = New(pn.Place, page=SHEET, id=id, tokens=less(capacity, Path(bounded, "tokens")))
+        self.free.meaning = means
 
 
 def _change(value: bool) -> Meaning:

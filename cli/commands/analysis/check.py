@@ -15,7 +15,7 @@ from dineros.cli.analysing import (
     load_valid,
 )
 from dineros.cli.console import summarise, warn
-from dineros.cli.options import ModelPath, json_option, model_argument, settings_option
+from dineros.cli.options import ModelPath, json_option, middleware_option, model_argument, settings_option
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.evidence import confirm_option, confirmed_report, say_confirmation
 from dineros.cli.presentation.findings import print_report, say_capacities, write_witnesses
@@ -66,6 +66,7 @@ if TYPE_CHECKING:
 @scheduler_option
 @budget_options
 @cache_option
+@middleware_option
 @settings_option
 @json_option
 def check(

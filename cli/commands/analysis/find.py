@@ -20,6 +20,7 @@ from dineros.cli.analysing import (
 )
 from dineros.cli.asking import Backing, answered
 from dineros.cli.console import say_json
+from dineros.cli.models import rules_of
 from dineros.cli.options import model_argument
 from dineros.cli.presentation.answers import say_way
 from dineros.cli.presentation.evidence import certificate_option, confirm_option
@@ -85,7 +86,7 @@ def find(
     if scheduler is not None and engine == "tina":
         raise click.UsageError("workers of a scheduler do not ask TINA")
     run, goal = search(), f"enabled({enabled})" if enabled is not None else str(marking)
-    backing = Backing(certificate, confirm)
+    backing, rules = Backing(certificate, confirm), dict[str, object]()
 
     def say(answer: Outcome) -> int:
         answer = replace(answer, reason=run.reason(answer.reason))
@@ -96,6 +97,7 @@ def find(
             say_json(
                 {
                     "model": str(model),
+                    **rules,
                     "goal": goal,
                     "status": answer.status,
                     "reason": answer.reason,
@@ -112,6 +114,7 @@ def find(
 
     run.draft(lambda ending: say(run.unknown(ending)))
     subject = load_subject(model, settings, signals, overflow)
+    rules.update(rules_of(subject.model))
     question: Question
     if enabled is not None:
         question = Enabled(subject.net, subject.names, enabled, order)

@@ -11,6 +11,7 @@ import click
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, budget_options, load_subject, variant_options
 from dineros.cli.console import say, say_json, summarise, warn
+from dineros.cli.models import rules_of
 from dineros.cli.options import json_option, model_argument, output_option, settings_option
 from dineros.cli.searching import TIME, search
 from dineros.cli.supervising import search_command
@@ -97,6 +98,7 @@ def reduce(
     small = reduction.net
     report: dict[str, object] = {
         "model": str(model),
+        **rules_of(subject.model),
         "places": [len(net.places), len(small.places)],
         "transitions": [len(net.transitions), len(small.transitions)],
         "steps": steps,

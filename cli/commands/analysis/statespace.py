@@ -17,6 +17,7 @@ from dineros.cli.analysing import (
     variant_options,
 )
 from dineros.cli.console import say, say_json
+from dineros.cli.models import rules_of
 from dineros.cli.options import json_option, model_argument, settings_option
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.evidence import confirm_option, say_confirmation
@@ -95,6 +96,7 @@ def statespace(
             "model": str(model),
             "signals": signals if flattened else None,
             "overflow": overflow if flattened else None,
+            **rules_of(subject.model),
             "reduced": reduce,
             **replace(space, reason=run.reason(space.reason)).to_dict(),
             **({"reduced_states": space.reduced_states} if reduce else {}),

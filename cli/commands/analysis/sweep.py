@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dineros.cli.analysing import HOLDS, OVERFLOW, SIGNALS, UNKNOWN, budget_options, load_valid
-from dineros.cli.options import json_option, model_argument, output_option, settings_option
+from dineros.cli.options import json_option, middleware_option, model_argument, output_option, settings_option
 from dineros.cli.presentation.sweeps import say_begun_sweep, say_sweep, say_sweep_as_json
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
@@ -101,6 +101,7 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
     help="Give up a point after so long.",
 )
 @budget_options
+@middleware_option
 @settings_option
 @json_option
 def sweep(

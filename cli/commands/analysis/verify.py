@@ -20,6 +20,7 @@ from dineros.cli.analysing import (
 )
 from dineros.cli.asking import Backing, answered
 from dineros.cli.console import say_json
+from dineros.cli.models import rules_of
 from dineros.cli.options import ModelPath, model_argument
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.answers import say_unfairness, say_verdict
@@ -134,6 +135,7 @@ def verify(
             hint="leave out --engine, or say it in LTL",
         )
     run, formula, backing = search(), str(ltl or ctl), Backing(certificate, confirm)
+    rules: dict[str, object] = {}
 
     def say(verdict: Outcome) -> int:
         verdict = replace(verdict, reason=run.reason(verdict.reason))
@@ -149,6 +151,7 @@ def verify(
             say_json(
                 {
                     "model": str(model),
+                    **rules,
                     "formula": formula,
                     "status": verdict.status,
                     "reason": verdict.reason,
@@ -169,6 +172,7 @@ def verify(
 
     run.draft(lambda ending: say(run.unknown(ending)))
     subject = load_subject(model, settings, signals, overflow)
+    rules.update(rules_of(subject.model))
     if written is not None:
         with run.answer(), reading_formula("--ltl" if ctl is None else "--ctl"):
             return write_formula(subject, model, ltl, ctl, written)

@@ -11,8 +11,8 @@ import click
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, budget_options, write_witness
 from dineros.cli.console import note, say, say_json, summarise
-from dineros.cli.models import load_system, refuse_invalid
-from dineros.cli.options import ModelPath, json_option, model_argument, settings_option
+from dineros.cli.models import load_system, refuse_invalid, say_what_runs
+from dineros.cli.options import ModelPath, json_option, middleware_option, model_argument, settings_option
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
 from dineros.metamodel.errors import counted
@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     help="What has to hold all the time, such as 'PickRun + PlaceRun <= 1'; repeatable.",
 )
 @budget_options
+@middleware_option
 @settings_option
 @json_option
 def conform(
@@ -83,6 +84,7 @@ def conform(
     settings = settings or _settings_of(parts.values())
     system = load_system(model, settings)
     refuse_invalid(system, model)
+    say_what_runs(system, model)
     run = search()
 
     def so_far(ending: str) -> int:
@@ -130,7 +132,7 @@ def _broken(system: sym.SystemModel, invariants: Sequence[str], verdict: Verdict
     from dineros.analysis.conformance.invariants import Invariant
     from dineros.analysis.model.subject import subject_of
 
-    subject = subject_of(system, "fully-enabled")
+    subject = subject_of(system, "fully-enabled", as_run=True)
     found = {text: Invariant(text, subject).first_violation(verdict.sequence) for text in invariants}
     return {text: number for text, number in found.items() if number is not None}
 
@@ -189,7 +191,7 @@ def _write(
     from dineros.analysis.witnesses.findings import witness_of
     from dineros.analysis.witnesses.first_cause import blocked_cause
 
-    subject = subject_of(system, "fully-enabled")
+    subject = subject_of(system, "fully-enabled", as_run=True)
     witness = witness_of(subject, [subject.transition_index[name] for name in verdict.sequence])
     if broken:
         asked = f"G ({min(broken, key=lambda text: broken[text])})"

@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from dineros.cli.console import say_json, warn, working
-from dineros.cli.models import load_system, refuse_invalid
-from dineros.cli.options import command, json_option, model_argument, settings_option
+from dineros.cli.models import load_system, refuse_invalid, say_what_runs
+from dineros.cli.options import command, json_option, middleware_option, model_argument, settings_option
 from dineros.cli.presentation.workspaces import say_comparison
 
 FOUND = 1
@@ -30,6 +30,7 @@ FOUND = 1
     required=True,
     help="The workspace: its folder src/ gets the packages.",
 )
+@middleware_option
 @settings_option
 @click.option("--check", is_flag=True, help="Write nothing; exit status 1 when anything is stale.")
 @click.option(
@@ -75,6 +76,7 @@ def generate(
         raise click.UsageError("--templates and --default-templates exclude each other.")
     system = load_system(model, settings)
     refuse_invalid(system, model)
+    say_what_runs(system, model)
     options = generators.Options(
         source=model.name,
         settings=settings,

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from dineros.cli.options import command, json_option, model_argument, settings_option
+from dineros.cli.options import command, json_option, middleware_option, model_argument, settings_option
 
 
 @command(
@@ -65,6 +65,7 @@ from dineros.cli.options import command, json_option, model_argument, settings_o
     help="Notice when nobody sets this signal for so long; then keep its value (keep), stop its node (stop), "
     "or give it a value (true, false). Repeatable.",
 )
+@middleware_option
 @settings_option
 @json_option
 def run(

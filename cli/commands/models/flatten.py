@@ -8,8 +8,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dineros.cli.console import note, say_json, summarise, working
-from dineros.cli.models import load_system, refuse_invalid
-from dineros.cli.options import ModelPath, command, json_option, model_argument, rules_option, settings_option
+from dineros.cli.models import load_system, refuse_invalid, rules_of, say_rules
+from dineros.cli.options import (
+    ModelPath,
+    command,
+    json_option,
+    middleware_option,
+    model_argument,
+    rules_option,
+    settings_option,
+)
 from dineros.cli.presentation.explanations import explained, say_explanation
 
 if TYPE_CHECKING:
@@ -45,6 +53,7 @@ OVERFLOW = ("weighted", "inhibitor")
     help="How a full queue drops: by weighted arcs, which tools reduce, or by inhibitor arcs, for people.",
 )
 @rules_option("Apply the list RULES of this Python file after the standard rules.")
+@middleware_option
 @settings_option
 @click.option(
     "--explain",
@@ -77,9 +86,10 @@ def flatten(
     own = _own_rules(rule_file)
     system = load_system(model, settings)
     refuse_invalid(system, model)
+    say_rules(system, model)
     with working(f"Flattening {model}"):
         result = flattening.flatten(system, signals, overflow, own)
-    report = _counts(model, result, signals, overflow)
+    report = {**_counts(model, result, signals, overflow), **rules_of(system)}
     explanation = None if explain is None else explain_element(explain, system, result.trace)
     if output is not None:
         report |= _write(result, model, output, changed=bool(settings))

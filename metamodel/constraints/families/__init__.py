@@ -8,6 +8,7 @@ from dineros.metamodel.constraints.constraint import Constraint
 from dineros.metamodel.constraints.families import (
     bounds,
     clauses,
+    histories,
     names,
     nets,
     node_nets,
@@ -29,4 +30,4 @@ def _of(*families: ModuleType) -> tuple[Constraint, ...]:
 BOUNDS = _of(bounds)
 """What lacks something the metamodel requires: no other constraint is asked about that element."""
 
-OTHERS = _of(names, nets, node_nets, topics, services, ports, clauses, tokens, results, sizes)
+OTHERS = _of(names, nets, node_nets, topics, histories, services, ports, clauses, tokens, results, sizes)

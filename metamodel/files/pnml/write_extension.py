@@ -187,7 +187,9 @@ class ExtensionWriter:
     def _topic(self, xml: etree._Element, channel: sym.TopicChannel) -> set[str]:
         block = self._block(xml)
         _add(block, "type", TOPIC)
-        said = {"publishers", "subscribers"}
+        said = {"publishers"} if all(port.qos is None for port in channel.publishers) else set()
+        if all(port.qos is None and port.inHand is None for port in channel.subscribers):
+            said.add("subscribers")
         if _is_plain(channel.topic):
             _add(block, "topicName", channel.topic)
             said.add("topic")

@@ -32,6 +32,13 @@ def net_text(net: pn.Net, path: Path | None = None) -> str:
     flows = _flows(net)
     lines = [f"net {_name(label(net))}"]
     for place in places(net):
+        if place.capacity is not None:
+            raise ModelFileError(
+                f"place {place.id!r} has a capacity, which .net cannot say",
+                location=location,
+                element=place.id,
+                hint="use .pnml, or .xmi",
+            )
         marking = f" ({place.tokens})" if place.tokens else ""
         lines.append(f"pl {_name(place.id)}{_label(place)}{marking}")
     for transition in transitions(net):

@@ -3,6 +3,7 @@
 from tests.support.broken import (
     bounds,
     clauses,
+    histories,
     names,
     nets,
     node_nets,
@@ -15,5 +16,18 @@ from tests.support.broken import (
 )
 from tests.support.broken.cases import Case
 
-FAMILIES = (bounds, names, nets, node_nets, topics, services, ports, clauses, tokens, results, sizes)
+FAMILIES = (
+    bounds,
+    names,
+    nets,
+    node_nets,
+    topics,
+    histories,
+    services,
+    ports,
+    clauses,
+    tokens,
+    results,
+    sizes,
+)
 CASES: list[Case] = [case for family in FAMILIES for case in family.CASES]

@@ -17,6 +17,7 @@ from dineros.transformations.pictures.diagram import Side
 from dineros.transformations.pictures.drawing import draw_rule, rule_dot, rule_svg
 from dineros.transformations.rules import services, signals, topics
 from dineros.transformations.rules.catalogue import (
+    CAPACITY_RULES,
     FAMILIES,
     INSTANCE_RULES,
     OVERFLOW_RULES,
@@ -52,7 +53,8 @@ def test_the_catalogue_holds_every_rule_that_flattening_uses() -> None:
     used: set[type[Rule]] = set(INSTANCE_RULES)
     for signal_variant in SIGNAL_RULES:
         for overflow_variant in OVERFLOW_RULES:
-            used.update(rules_of(signal_variant, overflow_variant))
+            for middleware, last in CAPACITY_RULES.items():
+                used.update(rules_of(signal_variant, overflow_variant, middleware), last)
     assert set(RULES) == used
     assert len({name_of(rule) for rule in RULES}) == len(RULES)
     assert all(summary_of(rule) for rule in RULES)
@@ -61,7 +63,8 @@ def test_the_catalogue_holds_every_rule_that_flattening_uses() -> None:
 def test_rules_are_called_as_in_the_paper() -> None:
     names = [name_of(rule) for rule in RULES]
     assert names[:8] == ["T1", "T2", "T2-history", "T2-instance", "T3", "T4", "T5a", "T5b"]
-    assert names[-1] == "I6-io-enabled"
+    assert names[names.index("R1") - 1] == "I6-io-enabled"
+    assert names[-1] == "B4"
     assert find_rule("i5-FULLY-enabled") is signals.I5FullyEnabled
     assert find_rule("I5FullyEnabled") is signals.I5FullyEnabled
     with pytest.raises(UnknownElementError, match="did you mean 'T5b' or 'T5a'"):

@@ -1,0 +1,100 @@
+"""Capacities of places, messages in hand, whether publishers and subscribers match."""
+
+from __future__ import annotations
+
+import math
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.constraints.constraint import Outcome, constraint
+from dineros.metamodel.constraints.index import Index
+from dineros.metamodel.constraints.wording import describe
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.matching import mismatch
+
+_UNLIMITED = -1
+
+
+def _is_bounded(place: pn.Place, index: Index) -> bool:
+    return place.capacity is not None
+
+
+def _has_in_hand(port: sym.SubscriberPort, index: Index) -> bool:
+    return port.inHand is not None
+
+
+@constraint(
+    "{it} has the capacity {element.capacity}",
+    fix="give it a capacity of 1 or more, or none",
+    guard=_is_bounded,
+)
+def capacity_positive(place: pn.Place, index: Index) -> Outcome:
+    """A capacity is 1 or more."""
+    return place.capacity is None or place.capacity >= 1
+
+
+@constraint(
+    "{it} holds {element.tokens} tokens at the start, and its capacity is {element.capacity}",
+    fix="give it fewer tokens or more capacity",
+    guard=lambda place, index: place.capacity is not None and place.capacity >= 1,
+)
+def capacity_holds_tokens(place: pn.Place, index: Index) -> Outcome:
+    """The tokens that a place has at the start fit into its capacity."""
+    return place.capacity is None or place.tokens <= place.capacity
+
+
+@constraint(
+    "{it} has {element.inHand} messages in hand",
+    fix="use 1 or more, or -1 for any number",
+    guard=_has_in_hand,
+)
+def in_hand_positive(port: sym.SubscriberPort, index: Index) -> Outcome:
+    """A node takes 1 message or more at a time, or any number."""
+    return port.inHand is None or port.inHand >= 1 or port.inHand == _UNLIMITED
+
+
+@constraint(
+    "{it} says how many messages are in hand, and its place {element.place.id!r} has a capacity",
+    fix="say only one of both",
+    guard=_has_in_hand,
+)
+def in_hand_or_capacity(port: sym.SubscriberPort, index: Index) -> Outcome:
+    """How many messages a node has in hand is said once: by the port, or by the capacity of its place."""
+    return port.place.capacity is None
+
+
+@constraint(
+    "{it} has {element.inHand} messages in hand, and its place holds {element.place.tokens} at the start",
+    fix="give the place fewer tokens, or the port more in hand",
+    guard=lambda port, index: port.inHand is not None and port.inHand >= 1,
+)
+def in_hand_holds_tokens(port: sym.SubscriberPort, index: Index) -> Outcome:
+    """The messages that a node has in hand at the start are as many as it may have."""
+    return port.inHand is None or port.place.tokens <= port.inHand
+
+
+@constraint("{it} has the {found}", fix="use a time in seconds above 0, or none")
+def quality_times_positive(quality: sym.QualityOfService, index: Index) -> Outcome:
+    """Times of a quality of service are above 0; one that is absent is without bound."""
+    for name, words in (
+        ("deadline", "deadline"),
+        ("lifespan", "lifespan"),
+        ("leaseDuration", "lease duration"),
+    ):
+        seconds = getattr(quality, name)
+        if seconds is not None and not (seconds > 0 and math.isfinite(seconds)):
+            return f"{words} {seconds}"
+    return True
+
+
+@constraint(
+    "{it} gets no message of {found}",
+    fix="let the publisher offer what the subscriber requests",
+    severity="warning",
+)
+def ports_match(port: sym.SubscriberPort, index: Index) -> Outcome:
+    """A subscriber requests no more quality of service than each publisher offers."""
+    publishers = port.channel.publishers if port.channel is not None else ()
+    for publisher in publishers:
+        if publisher not in index.incomplete and (found := mismatch(publisher, port)) is not None:
+            return DinerosError(f"{describe(publisher)}: {found.reason}", hint=found.fix)
+    return True

@@ -1,0 +1,94 @@
+"""Whether a publisher and a subscriber of a topic go together: requested against offered quality of service.
+
+The rules are those of DDS (OMG, Data Distribution Service 1.4, 2015, Sect. 2.2.3), which ROS 2 obeys: a pair
+that does not match exchanges nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from dineros.metamodel import sym
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """Why a pair does not match.
+
+    Attributes
+    ----------
+    reason : str
+        What is offered and what is requested.
+    fix : str
+        The setting that mends it.
+    """
+
+    reason: str
+    fix: str
+
+
+def quality_of(port: sym.PublisherPort | sym.SubscriberPort) -> sym.QualityOfService:
+    """Return the quality of service of a port: its own, else its topic's, else the usual one."""
+    own = port.qos or (port.channel.qos if port.channel is not None else None)
+    return own or sym.QualityOfService()
+
+
+def are_matched(publisher: sym.PublisherPort, subscriber: sym.SubscriberPort) -> bool:
+    """Tell whether messages of a publisher reach a subscriber."""
+    return mismatch(publisher, subscriber) is None
+
+
+def is_best_effort(publisher: sym.PublisherPort, subscriber: sym.SubscriberPort) -> bool:
+    """Tell whether messages between two ports may be lost on the way."""
+    best_effort = sym.Reliability.bestEffort
+    return best_effort in (quality_of(publisher).reliability, quality_of(subscriber).reliability)
+
+
+def mismatch(publisher: sym.PublisherPort, subscriber: sym.SubscriberPort) -> Mismatch | None:
+    """Return why a publisher and a subscriber do not match; None where they do."""
+    offered, requested = quality_of(publisher), quality_of(subscriber)
+    for name, strictness in _ORDERED.items():
+        given, asked = getattr(offered, name), getattr(requested, name)
+        if strictness(given) < strictness(asked):
+            return _reason(name, publisher, subscriber, given, asked)
+    return None
+
+
+def _reason(
+    name: str, publisher: sym.PublisherPort, subscriber: sym.SubscriberPort, given: object, asked: object
+) -> Mismatch:
+    words = "lease duration" if name == "leaseDuration" else name
+    mended = _setting("publisher", publisher, name, asked), _setting("subscriber", subscriber, name, given)
+    return Mismatch(
+        f"the publisher's {words} is {_shown(given)}, and the subscriber asks for {_shown(asked)}",
+        " or ".join(mended),
+    )
+
+
+def _setting(role: str, port: sym.PublisherPort | sym.SubscriberPort, name: str, value: object) -> str:
+    """Return a change of a port as `--set` takes it."""
+    channel = port.channel.id if port.channel is not None else ""
+    return f"{channel}.{role}.{port.place.id}.qos.{name}={'' if value is None else value}"
+
+
+def _shown(value: object) -> str:
+    if value is None:
+        return "without bound"
+    return f"{value:g} s" if isinstance(value, float) else str(value)
+
+
+def _time(seconds: float | None) -> float:
+    """Return how strict a time is: the shorter the stricter."""
+    return -math.inf if seconds is None else -seconds
+
+
+_ORDERED: dict[str, Callable[..., float]] = {
+    "reliability": lambda value: value == sym.Reliability.reliable,
+    "durability": lambda value: value == sym.Durability.transientLocal,
+    "deadline": _time,
+    "liveliness": lambda value: value == sym.Liveliness.manualByTopic,
+    "leaseDuration": _time,
+}
+"""How strict each value is; what is offered must be as strict as what is requested."""

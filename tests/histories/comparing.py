@@ -1,0 +1,55 @@
+"""What is done with a model: it is flattened in variants, and each is compared with the interpreter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from dineros.metamodel import pn, sym
+from dineros.transformations.flattening.flatten import flatten
+from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from tests.support.equal_behaviour import Comparison, compare
+from tests.support.reference_flattening import plain_net_of
+from tests.support.reference_histories import Interpreter, are_matched, quality_of
+
+
+def variants(
+    model: sym.SystemModel,
+    states: int,
+    signals: Sequence[SignalVariant],
+    overflow: Sequence[OverflowVariant],
+) -> Iterator[tuple[SignalVariant, OverflowVariant, Comparison]]:
+    """Yield how the nets of a model compare with the interpreter, up to a number of states each."""
+    for signal_variant in signals:
+        interpreter = Interpreter(model, signal_variant)
+        for overflow_variant in overflow:
+            net = plain_net_of(flatten(model, signal_variant, overflow_variant).net)
+            yield signal_variant, overflow_variant, compare(net, interpreter, states)
+
+
+def features_of_model(model: sym.SystemModel) -> set[str]:
+    """Return what a model has of what the rules of ROS 2 look at."""
+    found = set()
+    pages = {c.server.page for c in model.channels if isinstance(c, sym.ServiceChannel)}
+    for channel in model.channels:
+        if isinstance(channel, sym.ServiceChannel):
+            found.add("with services")
+            if any(client.request.page in pages for client in channel.clients):
+                found.add("with calls on server pages")
+            continue
+        assert isinstance(channel, sym.TopicChannel)
+        found.add("with topics")
+        if any(port.inHand is not None for port in channel.subscribers):
+            found.add("with messages in hand")
+        if any(port.place.page in pages for port in channel.publishers):
+            found.add("with publishers on server pages")
+        for writer in channel.publishers:
+            for reader in channel.subscribers:
+                found.add("with matched pairs" if are_matched(writer, reader) else "with pairs not matched")
+                if "bestEffort" in {str(quality_of(port).reliability) for port in (writer, reader)}:
+                    found.add("with best effort")
+    for element in model.eAllContents():
+        if isinstance(element, pn.Place) and element.capacity is not None:
+            found.add("with capacities of places")
+        if isinstance(element, sym.Transition) and element.clause is not None:
+            found.add("with clauses")
+    return found

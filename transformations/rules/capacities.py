@@ -1,0 +1,86 @@
+"""Capacities of places: those that the model declares, and those of ports (rules B1 to B4).
+
+They run last of all rules, when all arcs are there. The place of free room is the complement of the place
+that is bounded (Reisig, Petri Nets, 1985, Sect. 6.3).
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.transformations.language.creation import ForAll
+from dineros.transformations.language.functions import count, either, greatest, less
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.histories import Publication
+from dineros.transformations.rules.notation import Bound, arc
+from dineros.transformations.rules.tokens import Change, Heaviest, Lowering, Raising
+
+UNLIMITED = -1
+"""Value of `inHand` by which a node takes any number of messages."""
+
+
+class B1(Rule):
+    """Capacity that the model gives to a place."""
+
+    bounded = Node(pn.Place)
+
+    bound = Bound(bounded, bounded.capacity, means=Meaning("free room at {place}", rests=True))
+
+    where = [bounded.capacity > 0]
+    lhs = [bounded]
+    rhs = [*lhs, *bound]
+
+
+class B2(Rule):
+    """Messages that wait to be published: `publish` hands each over at once, so those of one firing."""
+
+    port = Node(sym.PublisherPort)
+    publication = Made(Publication, of=port)
+
+    bound = Bound(
+        publication.source,
+        greatest(1, publication.source.tokens, Heaviest(publication.source, puts=True)),
+        means=Meaning("free room at {publisher}{writer}", rests=True),
+    )
+
+    where = [either(port.place.capacity, 0) == 0]
+    lhs = [port, publication]
+    rhs = [*lhs, *bound]
+
+
+class B3(Rule):
+    """Messages in hand: what a node has taken and not worked on, where something takes it."""
+
+    port = Node(sym.SubscriberPort)
+    sink = Node(pn.Place, of=port.place)
+
+    bound = Bound(
+        sink,
+        either(port.inHand, greatest(1, sink.tokens, Heaviest(sink, puts=False))),
+        means=Meaning("free room at {subscriber}", rests=True),
+    )
+
+    where = [
+        either(sink.capacity, 0) == 0,
+        either(port.inHand, 0) != UNLIMITED,
+        count(Lowering(sink)) > 0,
+    ]
+    lhs = [port, sink]
+    rhs = [*lhs, *bound]
+
+
+class B4(Rule):
+    """What raises a place takes free room, and what lowers it gives room back."""
+
+    bound = Made(Bound)
+    raising = Node(pn.Transition, of=Raising(bound.place))
+    lowering = Node(pn.Transition, of=Lowering(bound.place))
+
+    takes = ForAll([raising], make=[arc(bound.free, raising, weight=Change(bound.place, raising))])
+    gives = ForAll(
+        [lowering], make=[arc(lowering, bound.free, weight=less(0, Change(bound.place, lowering)))]
+    )
+
+    lhs = [bound]
+    rhs = [*lhs, takes, gives]

@@ -1,0 +1,199 @@
+"""Topics of ROS 2: a history for each writer and reader (rules R1 to R4).
+
+A writer that keeps its last messages forgets the oldest one, whichever reader lacks it, and what one reader
+lacks is a suffix of what was written; so there is one history for each pair. That the oldest message is lost
+or the newest gives the same numbers of tokens (OMG, Data Distribution Service 1.4, 2015, Sect. 2.2.3.18).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.matching import are_matched, is_best_effort
+from dineros.metamodel.records import Drop, Publish, Take
+from dineros.transformations.language.creation import ForAll, Fragment, New, image
+from dineros.transformations.language.datatypes import TRUTH
+from dineros.transformations.language.errors import LANGUAGE
+from dineros.transformations.language.expressions import Expression, Match
+from dineros.transformations.language.functions import enclosing
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Absent, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.notation import Bound, OverflowQueue, arc, place, transition
+from dineros.transformations.rules.services import S4
+
+LANGUAGE.add(__name__)
+
+WRITER = "writer history of {publisher} for {subscriber} (topic {topic})"
+READER = "reader history of {subscriber} (topic {topic})"
+
+
+class Matched(Expression):
+    """Whether messages of a publisher reach a subscriber, by their quality of service."""
+
+    datatype = TRUTH
+
+    def __init__(self, writer: Node, reader: Node) -> None:
+        super().__init__(writer, reader)
+        self.writer = writer
+        self.reader = reader
+
+    def evaluate(self, match: Match) -> bool:
+        """Tell whether they are matched."""
+        return are_matched(match[self.writer], match[self.reader])
+
+    def __str__(self) -> str:
+        return f"{self.writer} and {self.reader} are matched"
+
+
+class BestEffort(Matched):
+    """Whether one of two ports has best-effort reliability."""
+
+    def evaluate(self, match: Match) -> bool:
+        """Tell whether one of them is."""
+        return is_best_effort(match[self.writer], match[self.reader])
+
+    def __str__(self) -> str:
+        return f"{self.writer} or {self.reader} is bestEffort"
+
+
+class Publication(Fragment):
+    """How messages leave the place of a publisher.
+
+    Parameters
+    ----------
+    id : str
+        Of its transition; may hold placeholders.
+    source : Expression
+        The place.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"source": pn.Place, "publish": pn.Transition}
+    publish: New
+
+    def __init__(self, id: str, source: Expression) -> None:
+        super().__init__(source=source)
+        words = "{publisher} publishes a message on topic {topic}{writer}"
+        means = Meaning(words, step=Publish, queue="publisher", called=WRITER, part="transport")
+        self.publish = transition(id, means)
+        self.arcs = [arc(source, self.publish)]
+
+
+class R3(Rule):
+    """Reader history of each subscriber port."""
+
+    channel = Node(sym.TopicChannel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    sink = Node(pn.Place, of=reader.place)
+
+    received = place(
+        "{channel.id}.reader.{sink.id}.In",
+        means=Meaning("{queue}: arriving messages", queue="subscriber", called=READER, part="received"),
+    )
+    queue = OverflowQueue(
+        "{channel.id}.reader.{sink.id}",
+        source=received,
+        limit=reader.limit,
+        sinks=[sink],
+        kind="subscriber",
+        called=READER,
+        leaves=Take,
+    )
+    bound = Bound(
+        received, 1, means=Meaning("{queue}: room for an arriving message", called=READER, rests=True)
+    )
+
+    lhs = [channel, reader, sink]
+    rhs = [*lhs, received, *queue, *bound]
+
+
+class R2(Rule):
+    """Writer history of each publisher port for each subscriber port that matches it."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    received = Made(R3.received, of=reader)
+
+    written = place(
+        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.In",
+        means=Meaning("{queue}: published messages", queue="publisher", called=WRITER, part="received"),
+    )
+    queue = OverflowQueue(
+        "{channel.id}.writer.{writer.place.id}.{reader.place.id}",
+        source=written,
+        limit=writer.limit,
+        sinks=[received],
+        kind="publisher",
+        called=WRITER,
+    )
+    bound = Bound(
+        written, 1, means=Meaning("{queue}: room for a published message", called=WRITER, rests=True)
+    )
+
+    where = [Matched(writer, reader)]
+    lhs = [channel, writer, reader, received]
+    rhs = [*lhs, written, *queue, *bound]
+
+
+class R1(Rule):
+    """Each publisher port writes to all its histories at once; where there is none, its message is gone."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    source = Node(pn.Place, of=writer.place)
+
+    publication = Publication("{channel.id}.publisher.{source.id}.publish", source)
+    written = Made(R2.written, of=writer)
+    writes = ForAll([written], make=[arc(publication.publish, written)])
+
+    around = Node(pn.Page, of=enclosing(writer.place, pn.Page))
+    server = Node(sym.ServerPort, page=around)
+    absent = [Absent(around, server)]
+    lhs = [channel, writer, source]
+    rhs = [*lhs, *publication, writes]
+
+
+class R1Instance(Rule):
+    """Each instance of a server page writes to the histories of the node's one writer."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    around = Node(pn.Page, of=enclosing(writer.place, pn.Page))
+    server = Node(sym.ServerPort, page=around)
+    page = Made(S4.page, of=server)
+    source = Node(pn.Place, of=image(writer.place, page))
+
+    publication = Publication("{channel.id}.publisher.{source.id}.publish", source)
+    written = Made(R2.written, of=writer)
+    writes = ForAll([written], make=[arc(publication.publish, written)])
+
+    lhs = [channel, writer, around, server, page, source]
+    rhs = [*lhs, *publication, writes]
+
+
+class R4(Rule):
+    """A message between two ports may be lost on the way where one of them is best-effort."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    queue = Made(R2.queue, of=[writer, reader])
+
+    lose = transition(
+        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.lose",
+        Meaning(
+            "a message of the {queue} is lost on the way",
+            step=Drop,
+            queue="publisher",
+            called=WRITER,
+            part="lose",
+        ),
+    )
+    arcs = [arc(queue.load, lose), arc(lose, queue.capacity)]
+
+    where = [BestEffort(writer, reader)]
+    lhs = [channel, writer, reader, queue]
+    rhs = [*lhs, lose, *arcs]
