@@ -108,10 +108,13 @@ def _search_growing() -> None:
 def _diagrams() -> None:
     """Compile decision diagrams: saturation, operations on sets, counting, garbage collection."""
     from dineros.analysis.symbolic.engine import symbolic_state_space
+    from dineros.analysis.symbolic.level_starts import starts
+    from dineros.analysis.symbolic.relations import EventTables
     from dineros.analysis.symbolic.saturation import Diagram
 
     space = symbolic_state_space(rings(3), Budget(MEMORY))
     space.arcs(), space.deadlocks(), space.largest_place(), space.largest_total()
+    list(starts(space.encoding, EventTables.of(space.encoding)))  # easy nets need no other order
     levels = range(len(space.encoding.levels))
     diagram = Diagram(space.encoding, levels, MEMORY, first_cache=4, first_buckets=1)
     diagram.run()

@@ -85,6 +85,7 @@ def behaviour(space: SymbolicStateSpace, budget: Budget = UNLIMITED, work: int |
             start = sets.single([level.initial for level in space.encoding.levels])
             scope.hold(last, start)
             back = sets.closure(start, last, backwards=True)
+            check_work()
             if back == last:
                 # All markings are one part: a transition is live where it can fire at all.
                 never = tuple(t for t in transitions if not space.counts.in_boxes(space.event_masks(t)))

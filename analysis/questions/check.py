@@ -189,6 +189,7 @@ class Matching(Question):
         "{subscriber} gets no message of {publisher} (topic {topic}): {reason}; to mend it, set {fix}",
     )
     faults = (NOT_MATCHED,)
+    asks = "whether ports match"
 
     def ask(self, checked: Checked) -> None:
         """Compare the quality of service of each pair of ports."""

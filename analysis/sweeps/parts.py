@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 STARTS = 3
 """Starts of the search for an order that are tried at the same time."""
 
-TOGETHER = (("Clauses", "Boundedness", "Overflow", "Use"), ("Deadlock",), ("Repetition",))
+TOGETHER = (("Clauses", "Matching", "Boundedness", "Overflow", "Use"), ("Deadlock",), ("Repetition",))
 """Questions of a check that one worker answers, by the names of their classes."""
 
 

@@ -14,9 +14,10 @@ from dineros.analysis.symbolic.levels import encode
 
 
 def without_last_transition(net: CompiledNet) -> CompiledNet:
-    """Return a net whose last transition never fires: it takes what is not there."""
+    """Return a net whose last transition by name never fires: it takes what is not there."""
     rows = [dict(net.pre.row(t)) for t in range(len(net.transitions))]
-    rows[-1] = {p: k + 1_000 for p, k in rows[-1].items()}
+    last = net.transitions.index(max(net.transitions))
+    rows[last] = {p: k + 1_000 for p, k in rows[last].items()}
     return replace(net, pre=ArcTable.from_rows(rows))
 
 

@@ -6,19 +6,22 @@ from pathlib import Path
 
 import click
 
-from dineros.cli.analysing import HOLDS, VIOLATED, load_valid
+from dineros.cli.analysing import HOLDS, VIOLATED, budget_options, load_valid
 from dineros.cli.console import say, say_json
-from dineros.cli.options import command, json_option, model_argument
+from dineros.cli.options import json_option, model_argument
+from dineros.cli.searching import search
+from dineros.cli.supervising import search_command
 
 
-@command(
+@search_command(
     "dineros verify sorting.sym.xmi --ltl 'G Shown <= 3' --certificate s.json "
     "&& dineros certify sorting.sym.xmi s.json",
 )
 @model_argument()
 @click.argument("certificate", type=click.Path(path_type=Path), metavar="CERTIFICATE")
+@budget_options
 @json_option
-def certify(model: Path, certificate: Path, as_json: bool) -> int:
+def certify(model: Path, certificate: Path, timeout: float | None, memory: int | None, as_json: bool) -> int:
     """Check a certificate that find or verify wrote, without the engines that found it.
 
     The model is changed and flattened as the certificate says, and what is printed says how. Exit status 0
@@ -31,6 +34,7 @@ def certify(model: Path, certificate: Path, as_json: bool) -> int:
 
     found = read_certificate(certificate)
     net = load_valid(model, found["settings"])
+    search().stage("checking the certificate")
     reason = refutation(found, net, Location(certificate))
     asked, answer = found["question"], found["answer"]
     if as_json:

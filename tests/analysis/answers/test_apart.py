@@ -212,4 +212,6 @@ def test_the_memory_of_a_tree_counts_shared_pages_once_if_it_matters() -> None:
         first(apart)
         tree = Tree(apart.process)
         counted_often, counted_once = tree.memory(1 << 60), tree.memory(0)
-        assert counted_often >= 3 * size > counted_once > 0
+        # All of them share what this process has, so nothing but each one's own comes to the one count.
+        assert counted_often - counted_once >= 2 * size
+        assert 0 < counted_once < counted_often / 2

@@ -87,7 +87,7 @@ def test_right_answers_are_never_contradicted(net: CompiledNet, least: int, oper
 
 
 def questions() -> list[Any]:
-    names, last = NetNames(NET), NET.transitions[-1]
+    names, last = NetNames(NET), max(NET.transitions)
     return [
         Branching(NET, names, f"EF enabled({last}) & AG EF enabled({last})"),
         Branching(NET, names, f"EG !enabled({last}) -> EF enabled({last})"),
