@@ -39,6 +39,9 @@ MOST_WEIGHTS = 64
 LARGEST_TOKENS = 1 << 60
 """Of a smallest marking: with more, the search gives way."""
 
+PULL = 10
+"""How many firings are worth one token that the initial marking lacks less."""
+
 REPORTED = 500
 """Smallest markings after which progress is told."""
 
@@ -154,7 +157,7 @@ class Backward:
                 minimal.add(before)
                 parents.append((node, t))
                 depths.append(depths[node] + 1)
-                heappush(queue, (depths[-1] + self._lacking(before), len(parents) - 1))
+                heappush(queue, (depths[-1] + PULL * self._lacking(before), len(parents) - 1))
                 if not minimal.holds(node):
                     break
         return None, True
