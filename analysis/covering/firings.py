@@ -1,16 +1,17 @@
 """Which transitions can fire, and whether there is a deadlock, in a net whose markings may have no end.
 
 What is near is found by a breadth-first search, all at once; what is left is proved never to fire by the tree
-of Karp and Miller, or searched for one by one, led by the state equation. Each stage has a share of the
-budget; what none of them decides stays open.
+of Karp and Miller, or searched for one by one, forward and backward, led by the state equation. Each stage
+has a share of the budget; what none of them decides stays open.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.covering.backward import Backward
 from dineros.analysis.covering.bounded_part import bounded_part
 from dineros.analysis.covering.directed import MOST_MARKINGS, Directed
 from dineros.analysis.covering.growing import Limited, without_growth
@@ -28,6 +29,9 @@ FEW_MARKINGS = 10_000
 
 NEAR_BYTES = 512 << 20
 """Bytes of its tables."""
+
+WayTo = Callable[[int, Budget], tuple[tuple[int, ...] | None, bool]]
+"""A search for one transition: a firing sequence that ends with it; whether there is no more to be seen."""
 
 _REASONS = {
     "unbounded": "there is no end of markings",
@@ -99,6 +103,7 @@ def firings(
     search.look_at_bounds()
     search.look_far(FEW_MARKINGS)
     search.make_tree()
+    search.look_back()
     search.look_far(MOST_MARKINGS)
     return search.found
 
@@ -152,16 +157,25 @@ class _Search:
             self.found.dead |= {t for t in self._open if tree.dead.issuperset(self.images[t])}
 
     def look_far(self, most: int) -> None:
-        """Search for each transition that is left, led by the state equation."""
+        """Search forward for each transition that is left, led by the state equation."""
+        if self._open:
+            directed = Directed(self.small.net)
+            self._look_for_each(lambda image, share: directed.way_to(image, share, most))
+
+    def look_back(self) -> None:
+        """Search backward for each transition that is left, which decides it where numbers stay small."""
+        if self._open and not self.budget.is_over:
+            self._look_for_each(Backward(self.small.net).way_to)
+
+    def _look_for_each(self, way_to: WayTo) -> None:
         left = self._open
-        directed = Directed(self.small.net) if left else None
         for number, t in enumerate(left):
-            if directed is None or self.budget.is_over:
+            if self.budget.is_over:
                 return
             share = self.budget.share(0.5 / (len(left) - number))
             ends = True
             for image in self.images[t]:
-                trace, is_complete = directed.way_to(image, share, most)
+                trace, is_complete = way_to(image, share)
                 ends = ends and is_complete
                 if trace is not None:
                     self.found.traces[t] = self._short(self._back(trace[:-1], t))

@@ -70,7 +70,7 @@ def tree_of(net: CompiledNet, budget: Budget) -> Tree:
         Of its time.
     """
     budget = budget.begun()
-    same = _with_complements(net)
+    same = with_complements(net)
     plain = without_inhibitors(same.net)
     known = coverability(plain, MOST_NODES, budget)
     is_exact = plain is same.net
@@ -99,7 +99,7 @@ def _of_net(net: CompiledNet, same: Limited, markings: Iterable[OmegaMarking]) -
     return tuple(sorted({tuple(m[same.place[p]] for p in range(len(net.places))) for m in markings}))
 
 
-def _with_complements(net: CompiledNet) -> Limited:
+def with_complements(net: CompiledNet) -> Limited:
     """Return the net in which places with a bound are no longer looked at by inhibitor arcs."""
     inhibiting = set(net.inhibitor.place.tolist())
     limits: dict[int, int] = {}

@@ -1,4 +1,4 @@
-"""The independent check: plain breadth-first search, and the plain tree of Karp and Miller.
+"""The independent check: plain breadth-first search, backward search and the tree of Karp and Miller.
 
 Slow and short, so that each is obviously right. Nothing of the analysis is used but the arcs of the net.
 """
@@ -103,3 +103,26 @@ def can_fire_by_karp_miller(net: CompiledNet, most: int = 3_000) -> set[int] | N
         for t in range(len(net.transitions))
         if any(all(marking[p] >= w for p, w in net.pre.row(t)) for marking in maximal)
     }
+
+
+def plain_backward(net: CompiledNet, target: tuple[int, ...], most: int = 3_000) -> bool | None:
+    """Whether a target can be covered where inhibitor arcs are left out; None if that takes too much."""
+    initial = tuple(net.initial.tolist())
+    smallest: list[tuple[int, ...]] = []
+    todo = [target]
+    made = 0
+    while todo:
+        marking = todo.pop(0)
+        if any(covers(marking, small) for small in smallest):
+            continue
+        if covers(initial, marking):
+            return True
+        smallest = [marking, *(other for other in smallest if not covers(other, marking))]
+        for t in range(len(net.transitions)):
+            needs, puts = dict(net.pre.row(t)), dict(net.post.row(t))
+            before = [needs.get(p, 0) + max(0, n - puts.get(p, 0)) for p, n in enumerate(marking)]
+            todo.append(tuple(before))
+            made += 1
+        if made > most:
+            return None
+    return False
