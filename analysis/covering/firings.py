@@ -49,6 +49,8 @@ class Firings:
     ----------
     traces : dict of int to tuple of int
         By transition that can fire: a firing sequence that ends with it.
+    possible : frozenset of int
+        Transitions that can fire, by a proof that may name no sequence.
     dead : set of int
         Transitions that can never fire.
     deadlock : tuple of int or None
@@ -64,6 +66,7 @@ class Firings:
     """
 
     traces: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    possible: frozenset[int] = frozenset()
     dead: set[int] = field(default_factory=set)
     deadlock: tuple[int, ...] | None = None
     has_no_deadlock: bool = False
@@ -78,7 +81,7 @@ class Firings:
 
     def is_open(self, transition: int) -> bool:
         """Whether it is not known if a transition can fire."""
-        return transition not in self.traces and transition not in self.dead
+        return not any(transition in known for known in (self.traces, self.possible, self.dead))
 
 
 def firings(

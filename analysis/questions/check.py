@@ -1,33 +1,33 @@
 """Every question with a yes/no answer that can be asked of any model (paper, Sect. 7).
 
 The complete state space of the net without signals answers most of them at once; a witness is then searched
-breadth first, so that it is a shortest one. Where it has no end, what can be answered on the way is.
+breadth first, so that it is a shortest one. Where it costs much, a smaller net may answer instead; where it
+has no end, what can be answered on the way is.
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import ClassVar
+from functools import partial
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
-from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.covering.firings import Firings, firings
 from dineros.analysis.covering.growth import growth_of, remedy_of
 from dineros.analysis.model.queues import queues
 from dineros.analysis.model.satisfiability import unsatisfiable_clauses
-from dineros.analysis.model.subject import Subject, base_subject
+from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.questions import unused
+from dineros.analysis.questions.matching import Matching
+from dineros.analysis.questions.question import Checked, Question
 from dineros.analysis.questions.remedies import remedy_text
-from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
+from dineros.analysis.questions.repetition import Repetition
+from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault, Report, Witness, pumping_witness, witness_of
 from dineros.metamodel import pn, sym
-from dineros.metamodel.matching import mismatch
 
 CHEAP = 1_500_000
 """Cache misses of saturation, about half a second, that liveness and the like may cost by default."""
@@ -35,7 +35,9 @@ CHEAP = 1_500_000
 NEAR = 64 << 20
 """Bytes for the search for a shortest way to a fault; one that is further off is found by the state space."""
 
-BEHAVIOUR = "liveness, reversibility, home markings"
+FIRST_SHARE = 4_000_000
+"""Cache misses of saturation, a few seconds, that the state space may cost before a smaller net is asked."""
+
 OUT_OF_MEMORY = RAN_OUT["memory"]
 SPACE_SHARE = 0.6
 """Part of the time in which the state space is made; the rest is for what can be answered without it."""
@@ -81,80 +83,6 @@ def check(
     return report
 
 
-@dataclass
-class Checked:
-    """What is checked, and what is known of it so far.
-
-    Attributes
-    ----------
-    model : pn.Net
-        The model.
-    report : Report
-        The answers.
-    budget : Budget
-        Begun.
-    work : int or None
-        Cache misses of saturation that a question may cost where a note is the worst answer.
-    orders : OrderCache or None
-        Of the symbolic engine.
-    subject : Subject
-        The net without signals; there once `Boundedness` has been asked, as are the others.
-    space : SymbolicStateSpace
-        Its complete state space; not there where `firings` is.
-    firings : Firings or None
-        What is known without a state space.
-    is_closed : bool
-        Whether no further question can be asked: there is no state space.
-    """
-
-    model: pn.Net
-    report: Report
-    budget: Budget
-    work: int | None
-    orders: OrderCache | None
-    subject: Subject = field(init=False)
-    space: SymbolicStateSpace = field(init=False)
-    firings: Firings | None = None
-    is_closed: bool = False
-
-    @property
-    def identity(self) -> str:
-        """Id of the model."""
-        return str(self.model.id)
-
-    def leave_open(self, question: str, reason: str, hint: str = "", may_be_fault: bool = True) -> None:
-        """Put a question into the report that is not decided."""
-        self.report.unknown.append(Outcome.left_open(question, reason, hint, may_be_fault))
-
-    def close(self, question: str, reason: str) -> None:
-        """End with a question that is not decided: what follows needs a state space."""
-        self.leave_open(question, reason)
-        self.is_closed = True
-
-
-class Question(ABC):
-    """A question of a check. A new one is a subclass, and stands in `QUESTIONS`.
-
-    Attributes
-    ----------
-    faults : tuple of Fault
-        What it may find.
-    asks : str
-        What is not known where it is left open.
-    """
-
-    faults: ClassVar[Sequence[Fault]]
-    asks: ClassVar[str]
-
-    def leave_open(self, checked: Checked, reason: str) -> None:
-        """Leave it, or what is left of it, undecided."""
-        checked.leave_open(self.asks, reason)
-
-    @abstractmethod
-    def ask(self, checked: Checked) -> None:
-        """Put what is found, proved or not known into the report."""
-
-
 class Clauses(Question):
     """Whether every clause can be true."""
 
@@ -179,40 +107,8 @@ class Clauses(Question):
             checked.report.proved.append("every clause can be true")
 
 
-class Matching(Question):
-    """Whether every subscriber gets the messages of every publisher of its topic."""
-
-    NOT_MATCHED = Fault(
-        "ports-not-matched",
-        "warning",
-        "A subscriber asks for more quality of service than a publisher offers, and gets nothing of it.",
-        "{subscriber} gets no message of {publisher} (topic {topic}): {reason}; to mend it, set {fix}",
-    )
-    faults = (NOT_MATCHED,)
-    asks = "whether ports match"
-
-    def ask(self, checked: Checked) -> None:
-        """Compare the quality of service of each pair of ports."""
-        channels = checked.model.channels if isinstance(checked.model, sym.SystemModel) else ()
-        for channel in channels:
-            if not isinstance(channel, sym.TopicChannel):
-                continue
-            for publisher in channel.publishers:
-                for subscriber in channel.subscribers:
-                    found = mismatch(publisher, subscriber)
-                    if found is not None:
-                        ends = publisher.place.id, subscriber.place.id
-                        checked.report.findings.append(
-                            self.NOT_MATCHED.found(
-                                channel.id,
-                                *ends,
-                                publisher=ends[0],
-                                subscriber=ends[1],
-                                topic=channel.topic,
-                                reason=found.reason,
-                                fix=found.fix,
-                            )
-                        )
+class _RecurrentError(Exception):
+    """A smaller net answers what the state space was made for."""
 
 
 class Boundedness(Question):
@@ -231,9 +127,8 @@ class Boundedness(Question):
     def ask(self, checked: Checked) -> None:
         """Make the state space, or find out what is known without it."""
         subject = checked.subject = base_subject(checked.model)
-        share = checked.budget.share(SPACE_SHARE)
         try:
-            space = symbolic_state_space(subject.net, share, orders=checked.orders)
+            reason = self._make_space(checked)
         except UnknownBoundError as error:
             pumping = growth_of(subject.net, checked.budget.share(0.3))
             if pumping is None:
@@ -241,22 +136,56 @@ class Boundedness(Question):
             else:
                 self._grows(checked, pumping)
         except LevelSizeError as error:
-            checked.close(self.asks, error.message)
+            if not self._recurs(checked):
+                checked.close(self.asks, error.message)
             return
-        except BudgetExceededError as limit:
-            checked.leave_open("whether the net is bounded", str(limit))
         else:
-            if space.complete:
-                checked.space = checked.report.space = space
-                checked.report.proved.append(
-                    f"the net is bounded: {space.markings} markings without signals, "
-                    f"at most {max(space.largest_place(), default=0)} tokens in a place"
-                )
+            if not reason or self._recurs(checked):
                 return
-            checked.leave_open("whether the net is bounded", RAN_OUT[space.reason])
-            del space  # its memory is needed
+            checked.leave_open("whether the net is bounded", reason)
         checked.budget.stage("what can happen without bounds")
         checked.firings = firings(subject.net, checked.budget)
+
+    def _make_space(self, checked: Checked) -> str:
+        """Make the state space; return why there is none, which is empty where there is one."""
+        share, between = checked.budget.share(SPACE_SHARE), partial(self._look_elsewhere, checked)
+        try:
+            space = symbolic_state_space(checked.subject.net, share, orders=checked.orders, between=between)
+        except _RecurrentError:
+            return "a smaller net answers"
+        except BudgetExceededError as limit:
+            return str(limit)
+        if not space.complete:
+            return RAN_OUT[space.reason]
+        checked.space = checked.report.space = space
+        checked.report.proved.append(
+            f"the net is bounded: {space.markings} markings without signals, "
+            f"at most {max(space.largest_place(), default=0)} tokens in a place"
+        )
+        return ""
+
+    @staticmethod
+    def _look_elsewhere(checked: Checked, work: int) -> None:
+        """End the making of a state space that costs much where a smaller net answers."""
+        if work >= FIRST_SHARE and checked.recurrence is not None:
+            raise _RecurrentError
+
+    @staticmethod
+    def _recurs(checked: Checked) -> bool:
+        """Whether a smaller net answers instead; if so, note what it says of firings."""
+        proof = checked.recurrence
+        if proof is None:
+            return False
+        checked.report.proved.append(
+            f"the net is bounded: no place ever holds more than {max(proof.bounds, default=0)} tokens; "
+            "its markings are not counted, as that takes too much work"
+        )
+        # Lost messages never come back: where the net does, no queue overflows.
+        possible = frozenset(range(len(checked.subject.net.transitions))) - proof.dead
+        checked.firings = Firings(
+            possible=possible, dead=set(proof.dead), has_no_deadlock=True, is_complete=True
+        )
+        return True
 
     def _grows(self, checked: Checked, pumping: Pumping) -> None:
         subject, report = checked.subject, checked.report
@@ -390,73 +319,6 @@ class Deadlock(Question):
             return
         if not found:
             checked.report.proved.append("no deadlock")
-
-
-class Repetition(Question):
-    """What can happen again and again: liveness, reversibility, home markings.
-
-    Few applications are live, so what fails is a note, no fault. Losing messages for ever is no part of being
-    live. What needs more than the work given stays unknown.
-    """
-
-    NOT_LIVE = Fault(
-        "not-live",
-        "note",
-        "A marking can be reached from which a transition never fires again.",
-        "some marking shuts off for ever: {transitions}",
-    )
-    NOT_REVERSIBLE = Fault(
-        "not-reversible",
-        "note",
-        "A marking can be reached from which the initial marking cannot be reached again.",
-        "the initial marking cannot always be reached again",
-    )
-    NO_HOME_MARKING = Fault(
-        "no-home-marking",
-        "note",
-        "No marking can be reached from every reachable one.",
-        "no marking can always be reached",
-    )
-    faults = (NOT_LIVE, NOT_REVERSIBLE, NO_HOME_MARKING)
-    asks = BEHAVIOUR
-
-    def leave_open(self, checked: Checked, reason: str) -> None:
-        """Leave it undecided, which matters only where it was asked for."""
-        checked.leave_open(self.asks, reason, may_be_fault=checked.work is None)
-
-    def ask(self, checked: Checked) -> None:
-        """Look at the terminal parts of the state space."""
-        from dineros.analysis.properties.behaviour import TooMuchWorkError, behaviour
-
-        if checked.firings is not None:
-            self.leave_open(checked, checked.firings.why_open)
-            return
-        try:
-            answer = behaviour(checked.space, checked.budget, checked.work)
-        except TooMuchWorkError:
-            reason = "left, as it takes more work than a check may cost"
-            checked.leave_open(BEHAVIOUR, reason, "--behaviour decides it", may_be_fault=False)
-            return
-        except DiagramMemoryError:
-            self.leave_open(checked, OUT_OF_MEMORY)
-            return
-        subject, found, proved = checked.subject, checked.report.findings, checked.report.proved
-        drops = {subject.transition_index[drop] for queue in queues(subject) for drop in queue.drops}
-        shut_off = (subject.transition_text(t) for t in answer.not_live if t not in drops)
-        names = tuple(dict.fromkeys([*subject.blocked, *shut_off]))
-        if names:
-            shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
-            found.append(self.NOT_LIVE.found(checked.identity, transitions=shown))
-        else:
-            proved.append("the net is live: every transition can always fire again")
-        if answer.reversible:
-            proved.append("the net is reversible: the initial marking can always be reached again")
-        else:
-            found.append(self.NOT_REVERSIBLE.found(checked.identity))
-        if answer.home_markings:
-            proved.append(f"{answer.home_markings} home markings can always be reached")
-        else:
-            found.append(self.NO_HOME_MARKING.found(checked.identity))
 
 
 QUESTIONS: tuple[Question, ...] = (

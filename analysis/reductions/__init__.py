@@ -2,6 +2,7 @@
 
 from dineros.analysis.reductions.net import Arcs, Change, Marking, MutableNet
 from dineros.analysis.reductions.reduction import (
+    PROOFS_OF_DEATH,
     RULES,
     Reduction,
     ReductionError,
@@ -12,6 +13,7 @@ from dineros.analysis.reductions.reduction import (
 from dineros.analysis.reductions.rule import PlaceEquation, Property, Question, Rule, Step
 
 __all__ = [
+    "PROOFS_OF_DEATH",
     "RULES",
     "Arcs",
     "Change",

@@ -81,8 +81,9 @@ class PreAgglomeration(Rule):
     needs or tests the tokens h takes, h is invisible, and nothing but F needs p. An h whose token is never
     taken can be left out; it cannot be endlessly many of them alone, since h takes tokens it does not make.
     Where N' stops, N can still fire H until that stops, too, and then no f is enabled, or its composition
-    with an h would have been. H and F are live together iff their compositions are, and p piles up tokens
-    only if the inputs of H do in N'.
+    with an h would have been. With one h or one f, H and F are live together iff their compositions are; with
+    several of both, some f may never meet the token of some h, so that `LIVENESS` is not claimed. p piles up
+    tokens only if the inputs of H do in N'.
     """
 
     preserves = AGGLOMERATION_PRESERVES
@@ -98,7 +99,9 @@ class PreAgglomeration(Rule):
             if any(net.transitions[f].inputs[place] > 1 for f in second):
                 continue
             if all(self._can_wait(net, place, h, question) for h in first):
-                yield _fuse(net, place, first, second, self.name, self.preserves, pre_lift)
+                are_many = len(first) > 1 and len(second) > 1
+                kept = self.preserves - {Property.LIVENESS} if are_many else self.preserves
+                yield _fuse(net, place, first, second, self.name, kept, pre_lift)
 
     @staticmethod
     def _can_wait(net: MutableNet, place: str, h: str, question: Question) -> bool:

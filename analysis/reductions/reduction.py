@@ -46,6 +46,9 @@ RULES: tuple[Rule, ...] = (
     ImpliedPlace(),
 )
 
+#: Rules that only remove transitions that can never fire, which changes no marking and no other firing.
+PROOFS_OF_DEATH: tuple[Rule, ...] = (DeadTransition(), UnreadableTransition(), ExcludedTransition())
+
 
 class ReductionError(NetError):
     """A question that cannot be asked: an unknown property, place or transition."""

@@ -49,6 +49,8 @@ MEMORY_TRIES = 2
 FIRST_CAP = 4
 LARGEST_CAP = 1 << 12
 
+Between = Callable[[int], None]
+
 
 @dataclass
 class SymbolicStateSpace:
@@ -237,6 +239,7 @@ def symbolic_state_space(
     order: Sequence[Sequence[str]] | None = None,
     orders: OrderCache | None = None,
     keep: Collection[str] = (),
+    between: Between | None = None,
 ) -> SymbolicStateSpace:
     """Compute the complete state space of a net with decision diagrams.
 
@@ -256,6 +259,9 @@ def symbolic_state_space(
         find is kept.
     keep
         Places that stand on a level, even if others determine them: those with weights in `weighted`.
+    between
+        Told before the first run of saturation, and after each that did not end, what all of them and the
+        search for orders have cost, in cache misses; what it raises ends the work.
 
     Raises
     ------
@@ -277,7 +283,7 @@ def symbolic_state_space(
         order = orders.order(net)
     arrangement = arranged(net)
     kept = [arrangement.net.places.index(name) for name in keep]
-    space = _with_bounds(arrangement.net, budget.begun(), seed, order, kept)
+    space = _with_bounds(arrangement.net, budget.begun(), seed, order, kept, between)
     space.encoding = space.diagram.encoding = space.encoding.renumbered(
         net, arrangement.places, arrangement.transitions
     )
@@ -293,6 +299,7 @@ def _with_bounds(
     seed: int,
     order: Sequence[Sequence[str]] | None,
     keep: Collection[int],
+    between: Between | None,
 ) -> SymbolicStateSpace:
     """Compute the state space; places whose bounds are not known get caps, raised until they are not met."""
     gain = max((tokens for change in net.delta for tokens in change.values()), default=0)
@@ -311,7 +318,7 @@ def _with_bounds(
             if covered.bounds is not None:
                 caps = [int(bound) + gain for bound in covered.bounds]
             continue
-        space = _with_encoding(net, encoding, budget, seed, order)
+        space = _with_encoding(net, encoding, budget, seed, order, between)
         if caps is None or not space.complete:
             return space
         largest = space.largest_place()
@@ -332,6 +339,7 @@ def _with_encoding(
     budget: Budget,
     seed: int,
     known: Sequence[Sequence[str]] | None,
+    between: Between | None,
 ) -> SymbolicStateSpace:
     began = time.perf_counter()
     budget.stage("the order of levels")
@@ -339,7 +347,9 @@ def _with_encoding(
     diagram = Diagram(encoding, range(len(encoding.levels)), budget.memory)
     search = OrderSearch(encoding, diagram.events, seed, budget.memory // 8, budget.report)
     searched = seconds = 0.0
-    failures = 0
+    failures = work = 0
+    if between is not None:
+        between(work)
     for order, limit in _attempts(search, _known_order(net, encoding, known)):
         started = time.perf_counter()
         searched += started - began
@@ -352,6 +362,9 @@ def _with_encoding(
         failures += diagram.out_of_memory
         if is_complete or failures == MEMORY_TRIES:
             break
+        work += diagram.effort
+        if between is not None:
+            between(search.work + work)
     reason = "" if diagram.complete else "memory"
     budget.stage("counting markings")
     return SymbolicStateSpace(

@@ -179,6 +179,21 @@ def test_pre_agglomeration() -> None:
     assert reduction.expand(["h.f"], until_deadlock=True) == ["h", "f", "h"]
 
 
+def test_pre_agglomeration_of_steps_that_never_meet_is_not_live() -> None:
+    # The step that takes its token after h is always f, and that after i always g: "h.g" never fires.
+    places = {"a": 1, "b": 0, "c": 0, "d": 0, "for h": 0, "for i": 0, "p": 0}
+    transitions = [
+        T("t", {"a": 1}, {"b": 1, "for h": 1}),
+        T("h", {"for h": 1}, {"p": 1}),
+        T("f", {"p": 1, "b": 1}, {"c": 1}),
+        T("u", {"c": 1}, {"d": 1, "for i": 1}),
+        T("i", {"for i": 1}, {"p": 1}),
+        T("g", {"p": 1, "d": 1}, {"a": 1}),
+    ]
+    assert "h.g" in _reduced("PreAgglomeration", places, transitions, "deadlocks").net.transitions
+    assert not _reduced("PreAgglomeration", places, transitions, "liveness").steps
+
+
 SIGNAL = [T("rise", {"off": 1}, {"on": 1}), T("fall", {"on": 1}, {"off": 1})]
 
 

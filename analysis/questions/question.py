@@ -1,0 +1,102 @@
+"""What a question of a check is, and what it finds when it is asked: the model, and what is known so far."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import ClassVar
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.covering.firings import Firings
+from dineros.analysis.model.subject import Subject
+from dineros.analysis.properties.recurrence import Recurrence, recurrence
+from dineros.analysis.symbolic.engine import SymbolicStateSpace
+from dineros.analysis.symbolic.order_cache import OrderCache
+from dineros.analysis.witnesses.findings import Fault, Report
+from dineros.metamodel import pn
+
+RECURRENCE_SHARE = 0.2
+"""Part of the time that is left in which a smaller net is looked at."""
+
+
+@dataclass
+class Checked:
+    """What is checked, and what is known of it so far.
+
+    Attributes
+    ----------
+    model : pn.Net
+        The model.
+    report : Report
+        The answers.
+    budget : Budget
+        Begun.
+    work : int or None
+        Cache misses of saturation that a question may cost where a note is the worst answer.
+    orders : OrderCache or None
+        Of the symbolic engine.
+    subject : Subject
+        The net without signals; there once `Boundedness` has been asked, as are the others.
+    space : SymbolicStateSpace
+        Its complete state space; not there where `firings` is.
+    firings : Firings or None
+        What is known without a state space.
+    is_closed : bool
+        Whether no further question can be asked: there is no state space.
+    """
+
+    model: pn.Net
+    report: Report
+    budget: Budget
+    work: int | None
+    orders: OrderCache | None
+    subject: Subject = field(init=False)
+    space: SymbolicStateSpace = field(init=False)
+    firings: Firings | None = None
+    is_closed: bool = False
+
+    @cached_property
+    def recurrence(self) -> Recurrence | None:
+        """What a smaller net proves of it."""
+        self.budget.stage("whether the net always comes back")
+        return recurrence(self.subject.net, self.budget.share(RECURRENCE_SHARE))
+
+    @property
+    def identity(self) -> str:
+        """Id of the model."""
+        return str(self.model.id)
+
+    def leave_open(self, question: str, reason: str, hint: str = "", may_be_fault: bool = True) -> None:
+        """Put a question into the report that is not decided."""
+        self.report.unknown.append(Outcome.left_open(question, reason, hint, may_be_fault))
+
+    def close(self, question: str, reason: str) -> None:
+        """End with a question that is not decided: what follows needs a state space."""
+        self.leave_open(question, reason)
+        self.is_closed = True
+
+
+class Question(ABC):
+    """A question of a check. A new one is a subclass, and stands in `QUESTIONS`.
+
+    Attributes
+    ----------
+    faults : tuple of Fault
+        What it may find.
+    asks : str
+        What is not known where it is left open.
+    """
+
+    faults: ClassVar[Sequence[Fault]]
+    asks: ClassVar[str]
+
+    def leave_open(self, checked: Checked, reason: str) -> None:
+        """Leave it, or what is left of it, undecided."""
+        checked.leave_open(self.asks, reason)
+
+    @abstractmethod
+    def ask(self, checked: Checked) -> None:
+        """Put what is found, proved or not known into the report."""

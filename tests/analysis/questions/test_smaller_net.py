@@ -1,0 +1,104 @@
+"""Where a state space costs much a smaller net answers `check`, and says what the state space says."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.model.subject import base_subject
+from dineros.analysis.nets.bounds import place_bounds
+from dineros.analysis.nets.models import to_model
+from dineros.analysis.questions import check as module
+from dineros.analysis.questions.check import check
+from dineros.analysis.witnesses.findings import Report
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import flow
+from dineros.metamodel.elements import places as all_places
+from dineros.metamodel.errors import DinerosError
+from tests.analysis.properties.test_recurrence import turning_net
+from tests.support.calling_systems import calling_systems
+from tests.support.chatty_systems import chatty_systems
+from tests.support.looping_clients import COUNTS, looping_clients
+from tests.support.small_systems import small_system_models
+
+
+def checked_without_space(model: pn.Net) -> Report:
+    """Check with no work for the state space where a smaller net answers."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "FIRST_SHARE", 0)
+        return check(model, Budget(1 << 28))
+
+
+def what_it_says(report: Report) -> tuple[object, ...]:
+    """Findings, what is proved without numbers of markings, and what is unknown."""
+    findings = [(f.rule, f.elements, f.message, f.witness is None) for f in report.findings]
+    proved = [re.sub(r"bounded: .*|^(all|\d+ home) markings", "", text) for text in report.proved]
+    return findings, proved, [str(unknown) for unknown in report.unknown]
+
+
+def agrees(model: pn.Net) -> bool:
+    """Whether a smaller net answered; what it said is compared."""
+    forced, usual = checked_without_space(model), check(model, Budget(1 << 28))
+    assert what_it_says(forced) == what_it_says(usual)
+    return forced.space is None and usual.space is not None
+
+
+@given(st.one_of(small_system_models(), chatty_systems(), calling_systems()))
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+def test_generated_systems(model: pn.Net) -> None:
+    try:
+        net = base_subject(model).net
+    except DinerosError:  # priorities, which are not analysed
+        return
+    assume(None not in place_bounds(net))  # else no smaller net is asked
+    agrees(model)
+
+
+def ping_pong(players: int) -> sym.SystemModel:
+    """Return a system of nodes that send a ball around, for ever; each topic has room for one message."""
+    model = sym.SystemModel(id="ball")
+    nets = [sym.NodeNet(id=f"player{number}", net=model) for number in range(players)]
+    for number, net in enumerate(nets):
+        receiver = nets[(number + 1) % players]
+        sent = sym.Place(id=f"Sent{number}", page=net)
+        heard = sym.Place(id=f"Heard{number}", tokens=int(number == 0), page=receiver)
+        topic = sym.TopicChannel(id=f"Ball{number}", topic=f"/ball{number}", model=model)
+        topic.publishers.append(sym.PublisherPort(place=sent, limit=1))
+        topic.subscribers.append(sym.SubscriberPort(place=heard, limit=1))
+        topic.dispatchers.append(sym.Dispatcher(node=receiver, limit=1))
+    places = {str(place.id): place for place in all_places(model)}
+    for number, net in enumerate(nets):
+        came, goes = places[f"Heard{(number - 1) % players}"], places[f"Sent{number}"]
+        flow(came, sym.Transition(id=f"Play{number}", page=net), goes)
+    return model
+
+
+def test_queues_that_never_overflow() -> None:
+    model = ping_pong(3)
+    assert agrees(model)
+    proved = checked_without_space(model).proved
+    assert len([text for text in proved if text.endswith("never overflows")]) >= 3
+
+
+def test_nets_of_circles() -> None:
+    answered = [agrees(to_model(turning_net(seed), "turning")) for seed in range(80)]
+    assert answered.count(True) >= 15 and answered.count(False) >= 15
+
+
+@pytest.mark.parametrize(("clients", "services"), COUNTS)
+def test_looping_clients(clients: int, services: int) -> None:
+    assert agrees(looping_clients(clients, services))
+
+
+def test_many_looping_clients() -> None:
+    report = check(looping_clients(8, 4))
+    assert report.findings == [] and report.unknown == []
+    assert report.space is None
+    assert "no deadlock" in report.proved
+    assert "every transition can fire, every channel is used" in report.proved
+    assert "the net is live: every transition can always fire again" in report.proved
+    assert "the net is reversible: the initial marking can always be reached again" in report.proved
