@@ -36,3 +36,19 @@ def replay(net: CompiledNet, trace: Iterable[int]) -> list[list[int]]:
             raise WitnessError(f"step {step}: transition {net.transitions[transition]!r} is not enabled")
         markings.append(net.fire(transition, markings[-1]))
     return markings
+
+
+def ending_with_one_of(net: CompiledNet, trace: Iterable[int], transitions: Iterable[int]) -> tuple[int, ...]:
+    """Return a sequence with the first of some transitions at its end that is enabled there.
+
+    Raises
+    ------
+    WitnessError
+        If a transition is not enabled when it is its turn, or none of those at the end.
+    """
+    way = tuple(trace)
+    marking = replay(net, way)[-1]
+    last = next((t for t in transitions if net.is_enabled(t, marking)), None)
+    if last is None:
+        raise WitnessError("none of the transitions that should end it is enabled")
+    return (*way, last)

@@ -34,7 +34,7 @@ from dineros.analysis.logic.language.syntax import (
 )
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.shortening import shortened
-from dineros.analysis.nets.witness import replay
+from dineros.analysis.nets.witness import ending_with_one_of
 from dineros.analysis.questions.reachability import INTERRUPTED, QUICK, search
 
 # Most goals are near, and need none of the engines that are imported where they are asked.
@@ -67,9 +67,7 @@ def find_enabled(
     answer = _Road(net, Enabled(Name(name)), names, order, goals, order == "breadth-first").run(budget)
     if answer.trace is None:
         return answer
-    marking = replay(net, answer.trace)[-1]
-    last = next(t for t in transitions if net.is_enabled(t, marking))
-    return replace(answer, trace=(*answer.trace, last))
+    return replace(answer, trace=ending_with_one_of(net, answer.trace, transitions))
 
 
 def find_marking(

@@ -20,7 +20,7 @@ from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Enabled, Formula, Name
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.witness import replay
+from dineros.analysis.nets.witness import ending_with_one_of
 from dineros.analysis.tina.digest import read_counts
 from dineros.analysis.tina.formulas import PARTIAL, always, fair_text, formula_text, not_
 from dineros.analysis.tina.paths import lasso, read_sequence, to_goal
@@ -51,8 +51,7 @@ def find_enabled(
     answer = find_condition(net, Enabled(Name(name)), names, budget, order)
     if answer.trace is None:
         return answer
-    last = replay(net, answer.trace)[-1]
-    return replace(answer, trace=(*answer.trace, next(t for t in wanted if net.is_enabled(t, last))))
+    return replace(answer, trace=ending_with_one_of(net, answer.trace, wanted))
 
 
 def find_marking(
