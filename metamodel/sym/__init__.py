@@ -47,6 +47,7 @@ __all__ = [
     "Disjunction",
     "Dispatcher",
     "Durability",
+    "Execution",
     "Executor",
     "FieldKind",
     "FieldMapping",
@@ -101,6 +102,8 @@ if TYPE_CHECKING:
         """A message of a topic."""
         server: ClassVar[CallbackKind]
         """A request of a service."""
+        client: ClassVar[CallbackKind]
+        """A response of a service, without waiting for it."""
 
     class PlaceKind(EnumLiteral):
         """Role of a place in the workflow of its node."""
@@ -172,6 +175,14 @@ if TYPE_CHECKING:
         manualByTopic: ClassVar[Liveliness]
         """The publisher itself, by publishing or asserting."""
 
+    class Execution(EnumLiteral):
+        """How the callbacks of a node run."""
+
+        net: ClassVar[Execution]
+        """The net interleaves them: the node runs our engine, and its callbacks only put tokens."""
+        callbacks: ClassVar[Execution]
+        """One after another where executor and callback groups say so: the node is written by hand."""
+
     class MessagePart(EnumLiteral):
         """Part of a ROS interface."""
 
@@ -203,6 +214,7 @@ else:
             "timer",
             "subscriber",
             "server",
+            "client",
         ],
     )
     PlaceKind = enumeration(
@@ -259,6 +271,13 @@ else:
         [
             "automatic",
             "manualByTopic",
+        ],
+    )
+    Execution = enumeration(
+        "Execution",
+        [
+            "net",
+            "callbacks",
         ],
     )
     MessagePart = enumeration(
@@ -688,7 +707,7 @@ class ServerPort(EObject, metaclass=MetaEClass):
 
 
 class ClientPort(EObject, metaclass=MetaEClass):
-    """A client of a service; at most one request under way.
+    """A client of a service.
 
     Attributes
     ----------
@@ -700,12 +719,24 @@ class ClientPort(EObject, metaclass=MetaEClass):
         Holds requests.
     response : pn.Place
         Receives responses.
+    group : CallbackGroup | None
+        Callback group that takes its responses; absent: that of the node, which is exclusive.
+    outstanding : int
+        Requests that the client has under way at most, 1 or more.
+    timeout : float | None
+        Seconds until the client gives up; absent: it waits for ever.
+    timedOut : pn.Place | None
+        Gets a token when the client gives up; absent: it is ready to ask again.
     """
 
     channel: ServiceChannel | None = Ecore.EReference()
     client: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     request: pn.Place = Ecore.EReference(lower=1, required=True)
     response: pn.Place = Ecore.EReference(lower=1, required=True)
+    group: CallbackGroup | None = Ecore.EReference()
+    outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    timeout: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
+    timedOut: pn.Place | None = Ecore.EReference()
 
     __setattr__ = refuse_unknown
     __repr__ = show
@@ -717,6 +748,10 @@ class ClientPort(EObject, metaclass=MetaEClass):
         client: str | None = None,
         request: pn.Place | None = None,
         response: pn.Place | None = None,
+        group: CallbackGroup | None = None,
+        outstanding: int | None = None,
+        timeout: float | None = None,
+        timedOut: pn.Place | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -727,6 +762,10 @@ class ClientPort(EObject, metaclass=MetaEClass):
                 "client": client,
                 "request": request,
                 "response": response,
+                "group": group,
+                "outstanding": outstanding,
+                "timeout": timeout,
+                "timedOut": timedOut,
             },
             unknown,
         )
@@ -1112,12 +1151,15 @@ class ServiceChannel(Channel):
         The clients, in order.
     instances : int | None
         Number of server instances; absent: the number of clients.
+    depth : int
+        Requests that wait for the server before one is lost, 1 or more.
     """
 
     service: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     server: ServerPort = Ecore.EReference(containment=True, lower=1, required=True)
     clients: ModelList[ClientPort] = Ecore.EReference(containment=True, upper=-1)
     instances: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
+    depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
 
     def __init__(
         self,
@@ -1135,6 +1177,7 @@ class ServiceChannel(Channel):
         server: ServerPort | None = None,
         clients: Iterable[ClientPort] | None = None,
         instances: int | None = None,
+        depth: int | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1154,6 +1197,7 @@ class ServiceChannel(Channel):
                 "server": server,
                 "clients": clients,
                 "instances": instances,
+                "depth": depth,
             },
             unknown,
         )
@@ -1176,6 +1220,8 @@ class NodeNet(pn.Page):
         Input signals of the node.
     callbackGroups : ModelList[CallbackGroup]
         Callback groups of the node.
+    execution : Execution
+        What its callbacks wait for.
     """
 
     package: str | None = Ecore.EAttribute(eType=Ecore.EString)
@@ -1184,6 +1230,7 @@ class NodeNet(pn.Page):
     threads: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
     signals: ModelList[InputSignal] = Ecore.EReference(containment=True, upper=-1)
     callbackGroups: ModelList[CallbackGroup] = Ecore.EReference(containment=True, upper=-1)
+    execution: Execution = Ecore.EAttribute(eType=Execution, default_value=Execution.net)
 
     def __init__(
         self,
@@ -1203,6 +1250,7 @@ class NodeNet(pn.Page):
         threads: int | None = None,
         signals: Iterable[InputSignal] | None = None,
         callbackGroups: Iterable[CallbackGroup] | None = None,
+        execution: Execution | str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1224,6 +1272,7 @@ class NodeNet(pn.Page):
                 "threads": threads,
                 "signals": signals,
                 "callbackGroups": callbackGroups,
+                "execution": execution,
             },
             unknown,
         )
@@ -1242,12 +1291,15 @@ class CallbackPage(pn.Page):
         Period of a timer callback.
     priority : int
         Higher runs first.
+    awaits : bool
+        Its callback awaits the answers to its calls, and gives its thread back meanwhile (`async def`).
     """
 
     kind: CallbackKind = Ecore.EAttribute(eType=CallbackKind, default_value=CallbackKind.subscriber)
     group: CallbackGroup | None = Ecore.EReference()
     timer: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
     priority: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
+    awaits: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
 
     def __init__(
         self,
@@ -1265,6 +1317,7 @@ class CallbackPage(pn.Page):
         group: CallbackGroup | None = None,
         timer: float | None = None,
         priority: int | None = None,
+        awaits: bool | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1284,6 +1337,7 @@ class CallbackPage(pn.Page):
                 "group": group,
                 "timer": timer,
                 "priority": priority,
+                "awaits": awaits,
             },
             unknown,
         )
@@ -1412,6 +1466,8 @@ resolve_references(
         (ClientPort.channel, ServiceChannel),
         (ClientPort.request, pn.Place),
         (ClientPort.response, pn.Place),
+        (ClientPort.group, CallbackGroup),
+        (ClientPort.timedOut, pn.Place),
         (InputSignal.node, NodeNet),
         (InputSignal.literals, Literal),
         (TokenType.fields, TokenField),
@@ -1460,6 +1516,7 @@ for _enumeration in (
     Durability,
     Middleware,
     Liveliness,
+    Execution,
     MessagePart,
 ):
     eClassifiers[_enumeration.name] = _enumeration

@@ -30,7 +30,12 @@ TRANSITION_TYPES = {
 TOPIC = "topicTransitionType"
 SERVICE = "serviceTransitionType"
 NODE_PAGE = "nodePage"
-CALLBACK_TYPES = {"callbackTimer": "timer", "callbackSubscriber": "subscriber", "callbackServer": "server"}
+CALLBACK_TYPES = {
+    "callbackTimer": "timer",
+    "callbackSubscriber": "subscriber",
+    "callbackServer": "server",
+    "callbackClient": "client",
+}
 
 FIELDS: dict[str, frozenset[str]] = {
     "net": frozenset({"callbackgroups"}),

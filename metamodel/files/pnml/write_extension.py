@@ -226,7 +226,7 @@ class ExtensionWriter:
                 _add(inside, "cid", client.client)
             _add(inside, "request", self._refer(client.request))
             _add(inside, "response", self._refer(client.response))
-        if all(_is_plain(client.client) for client in channel.clients):
+        if all(_is_plain_client(client) for client in channel.clients):
             said.add("clients")
         return said
 
@@ -253,6 +253,12 @@ def _plain_graphics(group: sym.CallbackGroup) -> etree._Element | None:
 def _is_plain_group(group: sym.CallbackGroup) -> bool:
     drawn = group.graphics is None or _plain_graphics(group) is not None
     return group.name is None and drawn and not len(group.labels) and not len(group.toolInfos)
+
+
+def _is_plain_client(client: sym.ClientPort) -> bool:
+    """Tell whether the dialect has words for all that a client says."""
+    more = client.timeout is not None or client.timedOut is not None or client.group is not None
+    return _is_plain(client.client) and client.outstanding == 1 and not more
 
 
 def _says_all(clause: sym.InputClause) -> bool:
