@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 
 from dineros.metamodel.errors import UnknownElementError, near_matches
 from dineros.transformations.language.rule import Rule
-from dineros.transformations.rules import capacities, histories, services, signals, topics
+from dineros.transformations.rules import capacities, histories, requests, services, signals, topics
 
 
 @dataclass(frozen=True)
@@ -83,6 +83,21 @@ FAMILIES = (
         "They take the place of T1 to T4 where the middleware is `ros2`.",
     ),
     Family(
+        "requests",
+        "Services of ROS 2: request histories and time-outs",
+        "",
+        (
+            requests.R5,
+            requests.R5Client,
+            requests.R6,
+            requests.R6Instance,
+            requests.R7,
+            requests.R7Instance,
+            requests.R7Place,
+        ),
+        "They come after S1 to S4 where the middleware is `ros2`, for services that can lose requests.",
+    ),
+    Family(
         "capacities",
         "Capacities of places",
         "",
@@ -111,7 +126,21 @@ TOPIC_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [topics.T1, topics.T2, topics.T2History, topics.T2Instance, topics.T3, topics.T4],
     "ros2": [histories.R3, histories.R2, histories.R1, histories.R1Instance, histories.R4],
 }
-SERVICE_RULES: list[type[Rule]] = [services.S3, services.S1, services.S2]
+SERVICE_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
+    "ros1": [services.S3, services.S1, services.S2],
+    "ros2": [
+        services.S3,
+        services.S1,
+        services.S2,
+        requests.R5,
+        requests.R5Client,
+        requests.R6,
+        requests.R6Instance,
+        requests.R7,
+        requests.R7Instance,
+        requests.R7Place,
+    ],
+}
 CAPACITY_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [capacities.B1, capacities.B4],
     "ros2": [capacities.B1, capacities.B2, capacities.B3, capacities.B4],
@@ -159,7 +188,7 @@ def rules_of(
     Those of `INSTANCE_RULES` run before them, those of `CAPACITY_RULES` after them.
     """
     return [
-        *SERVICE_RULES,
+        *SERVICE_RULES[middleware],
         *TOPIC_RULES[middleware],
         OVERFLOW_RULES[overflow],
         *SIGNAL_RULES[signals],
