@@ -24,6 +24,7 @@ def history_models(draw: st.DrawFn) -> sym.SystemModel:
     for channel in model.channels:
         if isinstance(channel, sym.ServiceChannel):
             _ask(draw, channel)
+        if not isinstance(channel, sym.TopicChannel):
             continue
         channel.qos = draw(qualities())
         for publisher in channel.publishers:

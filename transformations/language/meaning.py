@@ -19,8 +19,8 @@ class Meaning:
     words : str
         What it is, or what its firing does. Names in braces are filled in: ``topic``, ``service``,
         ``client``, ``instance``, ``signal``, ``publisher``, ``subscriber`` and ``place`` are of what the rule
-        matched, ``queue`` is its queue, ``writer`` the server instance that writes there, and ``waits`` what a
-        client does whose request is lost.
+        matched, ``queue`` is its queue, ``writer`` the server instance that writes there, and ``waits`` what
+        a client does whose request is lost.
     on_server_page : str
         What is said instead where the client stands on a server page.
     step : type of Step or None

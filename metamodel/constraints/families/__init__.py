@@ -13,6 +13,7 @@ from dineros.metamodel.constraints.families import (
     nets,
     node_nets,
     ports,
+    requests,
     results,
     services,
     sizes,
@@ -30,4 +31,6 @@ def _of(*families: ModuleType) -> tuple[Constraint, ...]:
 BOUNDS = _of(bounds)
 """What lacks something the metamodel requires: no other constraint is asked about that element."""
 
-OTHERS = _of(names, nets, node_nets, topics, histories, services, ports, clauses, tokens, results, sizes)
+OTHERS = _of(
+    names, nets, node_nets, topics, histories, services, requests, ports, clauses, tokens, results, sizes
+)
