@@ -13,8 +13,8 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.catalogue import OverflowVariant
-from tests.support.ovens import oven
 from tests.support.equal_behaviour import compare
+from tests.support.ovens import oven
 from tests.support.reference_flattening import PlainNet, plain_net_of
 from tests.support.reference_histories import Interpreter
 
