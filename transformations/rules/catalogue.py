@@ -13,6 +13,7 @@ from dineros.transformations.rules import (
     capacities,
     executors,
     histories,
+    requests,
     services,
     signals,
     timers,
@@ -125,6 +126,21 @@ FAMILIES = (
         "They run where the middleware is `ros2`, for node nets whose execution is `callbacks`.",
     ),
     Family(
+        "requests",
+        "Services of ROS 2: request histories and time-outs",
+        "",
+        (
+            requests.R5,
+            requests.R5Client,
+            requests.R6,
+            requests.R6Instance,
+            requests.R7,
+            requests.R7Instance,
+            requests.R7Place,
+        ),
+        "They come after S1 to S4 where the middleware is `ros2`, for services that can lose requests.",
+    ),
+    Family(
         "capacities",
         "Capacities of places",
         "",
@@ -153,7 +169,6 @@ TOPIC_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [topics.T1, topics.T2, topics.T2History, topics.T2Instance, topics.T3, topics.T4],
     "ros2": [histories.R3, histories.R2, histories.R1, histories.R1Instance, histories.R4],
 }
-SERVICE_RULES: list[type[Rule]] = [services.S3, services.S1, services.S2]
 CALLBACK_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [],
     "ros2": [
@@ -166,6 +181,21 @@ CALLBACK_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     ],
 }
 """They run after those of signals, whose places are those of the model."""
+SERVICE_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
+    "ros1": [services.S3, services.S1, services.S2],
+    "ros2": [
+        services.S3,
+        services.S1,
+        services.S2,
+        requests.R5,
+        requests.R5Client,
+        requests.R6,
+        requests.R6Instance,
+        requests.R7,
+        requests.R7Instance,
+        requests.R7Place,
+    ],
+}
 CAPACITY_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [capacities.B1, capacities.B4],
     "ros2": [capacities.B1, capacities.B2, capacities.B3, capacities.B4],
@@ -213,7 +243,7 @@ def rules_of(
     Those of `INSTANCE_RULES` run before them, those of `CAPACITY_RULES` after them.
     """
     return [
-        *SERVICE_RULES,
+        *SERVICE_RULES[middleware],
         *TOPIC_RULES[middleware],
         OVERFLOW_RULES[overflow],
         *SIGNAL_RULES[signals],
