@@ -7,6 +7,7 @@ from types import ModuleType
 from dineros.metamodel.constraints.constraint import Constraint
 from dineros.metamodel.constraints.families import (
     bounds,
+    callbacks,
     clauses,
     histories,
     names,
@@ -32,5 +33,17 @@ BOUNDS = _of(bounds)
 """What lacks something the metamodel requires: no other constraint is asked about that element."""
 
 OTHERS = _of(
-    names, nets, node_nets, topics, histories, services, requests, ports, clauses, tokens, results, sizes
+    names,
+    nets,
+    node_nets,
+    callbacks,
+    topics,
+    histories,
+    services,
+    requests,
+    ports,
+    clauses,
+    tokens,
+    results,
+    sizes,
 )
