@@ -42,6 +42,7 @@ FOLDERS = {
         "positions",
         "clauses",
         "files",
+        "token_types",
         "records",
         "settings",
         "constraints",

@@ -16,6 +16,7 @@ from dineros.metamodel.constraints.families import (
     results,
     services,
     sizes,
+    token_types,
     tokens,
     topics,
 )
@@ -30,4 +31,7 @@ def _of(*families: ModuleType) -> tuple[Constraint, ...]:
 BOUNDS = _of(bounds)
 """What lacks something the metamodel requires: no other constraint is asked about that element."""
 
-OTHERS = _of(names, nets, node_nets, topics, histories, services, ports, clauses, tokens, results, sizes)
+OTHERS = _of(
+    *(names, nets, node_nets, topics, histories, services, ports, clauses),
+    *(tokens, token_types, results, sizes),
+)
