@@ -276,13 +276,16 @@ class RuntimeModel(pn.Net):
     node : sym.NodeNet
         The node net, on one of the pages.
     tokenType : sym.TokenType | None
-        What every token carries.
+        What tokens carry in places that name no other type.
+    otherTokenTypes : ModelList[sym.TokenType]
+        Further token types, which its places name.
     systemModel : str
         Id of the system model it was split from.
     """
 
     node: sym.NodeNet = Ecore.EReference(lower=1, required=True)
     tokenType: sym.TokenType | None = Ecore.EReference(containment=True)
+    otherTokenTypes: ModelList[sym.TokenType] = Ecore.EReference(containment=True, upper=-1)
     systemModel: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
 
     def __init__(
@@ -296,6 +299,7 @@ class RuntimeModel(pn.Net):
         pages: Iterable[pn.Page] | None = None,
         node: sym.NodeNet | None = None,
         tokenType: sym.TokenType | None = None,
+        otherTokenTypes: Iterable[sym.TokenType] | None = None,
         systemModel: str | None = None,
         **unknown: Never,
     ) -> None:
@@ -311,6 +315,7 @@ class RuntimeModel(pn.Net):
                 "pages": pages,
                 "node": node,
                 "tokenType": tokenType,
+                "otherTokenTypes": otherTokenTypes,
                 "systemModel": systemModel,
             },
             unknown,
@@ -343,6 +348,7 @@ class Place(sym.Place):
         capacity: int | None = None,
         balloons: Iterable[sym.BalloonToken] | None = None,
         kind: sym.PlaceKind | str | None = None,
+        tokenType: sym.TokenType | None = None,
         ports: Iterable[PlacePort] | None = None,
         **unknown: Never,
     ) -> None:
@@ -362,6 +368,7 @@ class Place(sym.Place):
                 "capacity": capacity,
                 "balloons": balloons,
                 "kind": kind,
+                "tokenType": tokenType,
                 "ports": ports,
             },
             unknown,
@@ -378,6 +385,7 @@ resolve_references(
         (ServerPort.page, pn.Page),
         (RuntimeModel.node, sym.NodeNet),
         (RuntimeModel.tokenType, sym.TokenType),
+        (RuntimeModel.otherTokenTypes, sym.TokenType),
         (Place.ports, PlacePort),
     ],
     opposites=[],

@@ -125,7 +125,7 @@ class Client:
         pending, traffic, port = self.pending, self._traffic, self.port
         if pending is None or (message.id and message.id != pending.id):
             return
-        token = traffic.arriving(port.service, message.data)
+        token = traffic.arriving(port.service, self._response, message.data)
         if token is None:
             return
         self._stop_timer()
@@ -231,7 +231,7 @@ class Server:
         for instance in self.instances:
             while instance.message is None and self.waiting:
                 message, answers = self.waiting.popleft()
-                token = traffic.arriving(port.service, message.data)
+                token = traffic.arriving(port.service, instance.entry, message.data)
                 if token is None:
                     continue
                 instance.message, instance.answers = message.id, answers

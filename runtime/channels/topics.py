@@ -117,7 +117,7 @@ class Subscriber:
         known = parse_id(message.id)
         if known is not None and self.had(message):
             return
-        token = traffic.arriving(port.topic, message.data)
+        token = traffic.arriving(port.topic, self._place, message.data)
         if token is None:
             return
         if known is not None:

@@ -101,7 +101,7 @@ class _Play:
 
     def put(self) -> None:
         place = self.random.randrange(len(self.engine.structure.places))
-        self.engine.put(place, self.engine.new_token(self.engine.checker.default))
+        self.engine.put(place, self.engine.new_token(self.engine.checkers[place].default))
         self.reference.marking[self.engine.structure.places[place]] += 1
 
     def take(self) -> None:
