@@ -15,12 +15,11 @@ from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, pages, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.limits import exceeds
+from dineros.metamodel.matching import Quality, plain
 from dineros.metamodel.token_data import TokenType, Value, read_data
 from dineros.metamodel.token_types.declared import token_type_of, type_of_place
 from dineros.runtime.nets import ports
-
-Arcs = tuple[tuple[int, int], ...]
-"""Pairs of a place's index and a weight, in arc order, no place twice."""
+from dineros.runtime.nets.capacities import Arcs, capacities_of, raises_of
 
 Clause = tuple[tuple[tuple[int, bool], ...], ...]
 """Disjunctions of literals: a signal's index, and whether it is negated."""
@@ -42,6 +41,11 @@ class Structure:
         For each transition, the number of its server instance, from 1.
     inputs, outputs : tuple of Arcs
         For each transition, what it takes and puts.
+    capacities : tuple of int or None
+        For each place, the most tokens that it holds; None: any number.
+    raises : tuple of Arcs
+        For each transition, the places with a capacity in which it leaves more tokens than there were, and
+        how many more.
     reads, inhibitors : tuple of Arcs
         For each transition, how many tokens a place must hold in all (what the transition takes itself
         included), and how many it must not hold.
@@ -71,6 +75,8 @@ class Structure:
     instances: tuple[int | None, ...]
     inputs: tuple[Arcs, ...]
     outputs: tuple[Arcs, ...]
+    capacities: tuple[int | None, ...]
+    raises: tuple[Arcs, ...]
     reads: tuple[Arcs, ...]
     inhibitors: tuple[Arcs, ...]
     superiors: tuple[tuple[int, ...], ...]
@@ -145,6 +151,8 @@ class _Reading:
         transitions = [node for node, _ in self.transitions]
         signals = {signal: index for index, signal in enumerate(self.model.node.signals)}
         self._require_few_tokens(places)
+        inputs, outputs, reads = _tuples(joined.inputs), _tuples(joined.outputs), _tuples(joined.needs())
+        capacities = capacities_of(self.model, list(self.places), inputs, outputs, reads)
         return Structure(
             places=tuple(self.place_ids),
             place_names=tuple(place.id for place in places),
@@ -152,9 +160,11 @@ class _Reading:
             transition_names=tuple(transition.id for transition in transitions),
             transition_labels=tuple(label(transition) for transition in transitions),
             instances=tuple(number or None for _, number in self.transitions),
-            inputs=_tuples(joined.inputs),
-            outputs=_tuples(joined.outputs),
-            reads=_tuples(joined.needs()),
+            inputs=inputs,
+            outputs=outputs,
+            capacities=capacities,
+            raises=raises_of(capacities, inputs, outputs),
+            reads=reads,
             inhibitors=_tuples(joined.inhibitors),
             superiors=self._superiors(),
             intervals=tuple(_interval(transition) for transition in transitions),
@@ -282,11 +292,11 @@ class _Reading:
                 common = (port.channel, self._interface(place, port), _mappings(port))
                 if isinstance(port, rtm.PublisherPort):
                     ends = (port.topic, place.id, port.limit)
-                    made = (*_quality(port, common[1]), self._copies(place))
+                    made = (_quality(port, common[1]), self._copies(place))
                     publishers.append(ports.PublisherPort(*common, *ends, *made))
                 elif isinstance(port, rtm.SubscriberPort):
                     ends = (port.topic, place.id, port.limit)
-                    quality = (*_quality(port, common[1]), port.dispatcherLimit)
+                    quality = (_quality(port, common[1]), port.dispatcherLimit)
                     subscribers.append(ports.SubscriberPort(*common, *ends, *quality))
                 elif isinstance(port, rtm.ClientPort):
                     clients.append(ports.ClientPort(*common, port.service, *self._client(port, number)))
@@ -300,6 +310,7 @@ class _Reading:
             namespace=node.namespace or "",
             executor=str(node.executor),
             threads=node.threads,
+            middleware=str(model.middleware),
             token_type=self.token_type,
             publishers=tuple(publishers),
             subscribers=tuple(subscribers),
@@ -415,12 +426,13 @@ def _mappings(port: rtm.PlacePort) -> tuple[ports.FieldMapping, ...]:
     )
 
 
-def _quality(port: rtm.PublisherPort | rtm.SubscriberPort, interface: str | None) -> tuple[str, str]:
-    """Return reliability and durability.
+def _quality(port: rtm.PublisherPort | rtm.SubscriberPort, interface: str | None) -> Quality:
+    """Return the quality of service of a port.
 
     Where the model does not say, nothing is lost when a node is down for a while. An existing type is that of
     programs outside of the model, which have ROS's defaults: no transient-local subscriber hears them.
     """
-    if port.qos is None:
-        return "reliable", "transientLocal" if interface is None else "volatile"
-    return str(port.qos.reliability), str(port.qos.durability)
+    if port.qos is not None:
+        return plain(port.qos)
+    usual = plain(sym.QualityOfService())
+    return usual if interface is not None else usual._replace(durability="transientLocal")
