@@ -130,7 +130,7 @@ class Client:
             self._stop_timer()
             self._held = message
             return
-        token = traffic.arriving(port.service, self._response, message.data)
+        token = traffic.arriving(port.service, self.response, message.data)
         if token is None:
             return
         self._stop_timer()
