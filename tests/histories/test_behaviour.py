@@ -25,13 +25,13 @@ from tests.support.reference_histories import Interpreter
 
 
 @given(history_models())
-@settings(max_examples=50, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow])
 def test_generated_models_are_valid(model: sym.SystemModel) -> None:
     assert [found for found in validate(model) if found.severity == "error"] == []
 
 
 @given(history_models(), st.sampled_from(get_args(SignalVariant)), st.sampled_from(get_args(OverflowVariant)))
-@settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_generated_models(model: sym.SystemModel, signals: SignalVariant, overflow: OverflowVariant) -> None:
     for _, _, found in variants(model, 300, [signals], [overflow]):
         assert found.difference == ""

@@ -17,7 +17,7 @@ from tests.support.history_models import history_models
 
 
 @given(history_models(), st.sampled_from(["0.1", "0.2"]))
-@settings(max_examples=50, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
 def test_nothing_is_lost_in_files(tmp_path: Path, model: sym.SystemModel, version: Version) -> None:
     (tmp_path / "model.pnml").write_bytes(pnml_bytes(model, version))
     assert differences(model, read_pnml(tmp_path / "model.pnml")) == []

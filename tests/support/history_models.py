@@ -11,9 +11,12 @@ from tests.support.small_systems import small_system_models
 
 
 @st.composite
-def history_models(draw: st.DrawFn) -> sym.SystemModel:
+def history_models(
+    draw: st.DrawFn, systems: st.SearchStrategy[sym.SystemModel] | None = None
+) -> sym.SystemModel:
     """Return a small system of topics and services, with every feature that the rules of ROS 2 look at."""
-    model = draw(st.one_of(small_system_models(clients=0), calling_systems(circles=True, services=2)))
+    usual = st.one_of(small_system_models(clients=0), calling_systems(circles=True, services=2))
+    model = draw(usual if systems is None else systems)
     model.middleware = "ros2"  # type: ignore[assignment]
     bounded = draw(st.booleans())
     declared: set[pn.Place] = set()
