@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from dineros.metamodel import pn, rtm, sym
-from dineros.metamodel.calls import copy_id
 from dineros.metamodel.callbacks.bodies import Body, calls_of
+from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, pages, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.limits import exceeds
@@ -254,7 +254,14 @@ class _Reading:
     def _timers(self) -> tuple[tuple[float, tuple[int, ...]], ...]:
         calls = calls_of(self.model)
         return tuple(
-            (page.timer, tuple(self.transitions[begin, 0] for begin in Body(page, calls).beginnings()))
+            (
+                page.timer,
+                tuple(
+                    number
+                    for begin in Body(page, calls).beginnings()
+                    if (number := self.transitions.get((begin, 0))) is not None
+                ),
+            )
             for page in pages(self.model)
             if isinstance(page, sym.CallbackPage) and page.kind == sym.CallbackKind.timer and page.timer
         )
