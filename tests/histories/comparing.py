@@ -55,7 +55,7 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
                 found.add("with matched pairs" if are_matched(writer, reader) else "with pairs not matched")
                 if "bestEffort" in {str(quality_of(port).reliability) for port in (writer, reader)}:
                     found.add("with best effort")
-    events = [event.name for event in Interpreter(model).events]
+    events = [event.name for event in ExecutorInterpreter(model).events]
     if any(".client." in name and name.endswith(".drop") for name in events):
         found.add("with requests that can be lost")
     for element in model.eAllContents():

@@ -14,7 +14,9 @@ from dineros.metamodel.build import flow
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.catalogue import OverflowVariant
 from tests.support.equal_behaviour import compare
+from tests.support.executor_cases import Case, case_model
 from tests.support.ovens import oven
+from tests.support.reference_executors import ExecutorInterpreter
 from tests.support.reference_flattening import PlainNet, plain_net_of
 from tests.support.reference_histories import Interpreter
 
@@ -145,3 +147,28 @@ def test_clients_on_a_server_page() -> None:
         assert isinstance(ready, pn.Place) and ready.tokens == 2
     found = compare(plain_net_of(flattened.net), Interpreter(model), 3000)
     assert found.difference == ""
+
+
+CALLBACKS = [
+    Case(),
+    Case(client="own", threads=2),
+    Case(kind="reentrant", threads=2),
+    Case(client="own", awaits=True),
+    Case(client="own", threads=2, answers=True),
+]
+
+
+@pytest.mark.parametrize("case", CALLBACKS)
+def test_callbacks_that_give_up(case: Case) -> None:
+    """A callback that waits no longer goes on, and no group and thread is blocked for ever."""
+    model = case_model(case)
+    for channel in model.channels:
+        assert isinstance(channel, sym.ServiceChannel)
+        channel.depth = 1
+        for client in channel.clients:
+            client.timeout, client.timedOut = 0.5, client.response
+    interpreter = ExecutorInterpreter(model)
+    assert interpreter.count()[2] == 0
+    for overflow in ("weighted", "inhibitor"):
+        found = compare(plain_net_of(flatten(model, "none", overflow).net), interpreter, 5000)
+        assert (found.difference, found.complete) == ("", True)

@@ -13,6 +13,7 @@ from dineros.transformations.rules import (
     capacities,
     executors,
     histories,
+    late,
     requests,
     services,
     signals,
@@ -122,6 +123,9 @@ FAMILIES = (
             executors.E6Exclusive,
             executors.E7,
             executors.E7Call,
+            late.E3Late,
+            late.E4Late,
+            late.E7GiveUp,
         ),
         "They run where the middleware is `ros2`, for node nets whose execution is `callbacks`.",
     ),
@@ -174,10 +178,11 @@ CALLBACK_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros2": [
         timers.C1,
         *(executors.E1, executors.E2, executors.E2Default, executors.E3),
-        *(executors.E3Take, executors.E3Tick, executors.E3Serve, executors.E6),
-        *(executors.E4, executors.E4Reply, executors.E3Once),
+        *(executors.E3Take, executors.E3Tick, executors.E3Serve, executors.E6, late.E3Late),
+        *(executors.E4, executors.E4Reply, late.E4Late, executors.E3Once),
         *(executors.E3Exclusive, executors.E4Exclusive, executors.E3OnceExclusive),
         *(executors.E5, executors.E5Exclusive, executors.E6Exclusive, executors.E7, executors.E7Call),
+        late.E7GiveUp,
     ],
 }
 """They run after those of signals, whose places are those of the model."""
