@@ -38,8 +38,7 @@ def topic_has_one_type(channel: sym.TopicChannel, index: Index) -> Outcome:
 )
 def requests_have_one_type(channel: sym.ServiceChannel, index: Index) -> Outcome:
     """The request places of a service's clients and its entry have one token type."""
-    entry = channel.server.entry if channel.server is not None else None
-    return _disagreement([entry, *(port.request for port in channel.clients)], index) or True
+    return _disagreement([channel.server.entry, *(port.request for port in channel.clients)], index) or True
 
 
 @constraint(
@@ -48,8 +47,7 @@ def requests_have_one_type(channel: sym.ServiceChannel, index: Index) -> Outcome
 )
 def responses_have_one_type(channel: sym.ServiceChannel, index: Index) -> Outcome:
     """The response places of a service's clients and its exit have one token type."""
-    exit_ = channel.server.exit if channel.server is not None else None
-    return _disagreement([exit_, *(port.response for port in channel.clients)], index) or True
+    return _disagreement([channel.server.exit, *(port.response for port in channel.clients)], index) or True
 
 
 @constraint(
