@@ -66,16 +66,6 @@ def channel_type_of_tokens(channel: sym.Channel, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} has the token type {element.tokenType.id!r}, which is none of the model",
-    fix="name a token type of the model, or none for its first one",
-    guard=lambda place, index: place.tokenType is not None,
-)
-def place_type_of_model(place: sym.Place, index: Index) -> Outcome:
-    """The token type that a place names belongs to the model."""
-    return place.tokenType in index.members
-
-
-@constraint(
     "{it} is no ROS message that tokens can be: {found}",
     fix="name one such as std_msgs/msg/String",
     guard=lambda token_type, index: token_type.ros is not None,

@@ -11,6 +11,7 @@ from tests.support.broken import (
     results,
     services,
     sizes,
+    token_types,
     tokens,
     topics,
 )
@@ -27,6 +28,7 @@ FAMILIES = (
     ports,
     clauses,
     tokens,
+    token_types,
     results,
     sizes,
 )
