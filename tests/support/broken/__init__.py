@@ -13,6 +13,7 @@ from tests.support.broken import (
     results,
     services,
     sizes,
+    token_types,
     tokens,
     topics,
 )
@@ -31,6 +32,7 @@ FAMILIES = (
     ports,
     clauses,
     tokens,
+    token_types,
     results,
     sizes,
 )
