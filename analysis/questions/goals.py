@@ -2,8 +2,8 @@
 
 1. the markings that are near, which is all there is of small nets;
 2. structure: the state equation and traps, which exclude goals without a state space;
-3. by turns, until one knows: explicit search, also of the reduced net; decision diagrams; bounded model
-   checking and k-induction.
+3. side by side and by turns, until one knows: explicit search, also of the reduced net; decision diagrams;
+   bounded model checking and k-induction.
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from dineros.analysis.answers.beside import first_of_two
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.answers.turns import HEAD_START, Member, first_answer
+from dineros.analysis.answers.turns import HEAD_START, Member
 from dineros.analysis.explicit import Order
 from dineros.analysis.explicit.goals import Goal
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
@@ -202,7 +203,7 @@ class _Road:
             is_short = answer.by == EXPLICIT or not self.is_shortest
             return answer.status == "unreachable" or answer.reason == INTERRUPTED or is_short
 
-        answer = first_answer(members, budget, is_final)
+        answer = first_of_two(members, budget, is_final)
         return answer or Outcome("unknown", reason="time ran out", states=near.states)
 
     def holds(self, marking: Sequence[int]) -> bool:
