@@ -273,6 +273,7 @@ class Use(Question):
         else:
             dead = known.dead
             is_open = [checked.subject.transition_text(t) for t in range(len(names)) if known.is_open(t)]
+        checked.report.dead = [names[index] for index in sorted(dead)]
         found = unused.unused_parts(checked.subject, dead)
         checked.report.findings += found
         if known is not None and is_open:
