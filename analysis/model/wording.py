@@ -8,6 +8,7 @@ from typing import TypeVar
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import server_pages, serving
+from dineros.metamodel.elements import node_net_of
 from dineros.transformations.flattening.traces import Link
 
 E = TypeVar("E", bound=EObject)
@@ -79,6 +80,12 @@ def _place_words(link: Link) -> str:
     return f"{_id(source_of(link, pn.Place))}{instance}"
 
 
+def _callback_words(link: Link) -> str:
+    """Return a callback by its page, and which instance it is where server instances have copies."""
+    instance = f" of server instance {link.index}" if link.index is not None else ""
+    return f"callback {_id(source_of(link, sym.CallbackPage))}{instance}"
+
+
 _PARTS: dict[str, Callable[[Link], object]] = {
     "topic": lambda link: source_of(link, sym.TopicChannel).topic,
     "service": lambda link: source_of(link, sym.ServiceChannel).service,
@@ -88,6 +95,9 @@ _PARTS: dict[str, Callable[[Link], object]] = {
     "publisher": lambda link: _id(source_of(link, sym.PublisherPort).place),
     "subscriber": lambda link: _id(source_of(link, sym.SubscriberPort).place),
     "place": _place_words,
+    "callback": _callback_words,
+    "group": lambda link: _id(source_of(link, sym.CallbackGroup)),
+    "node": lambda link: _id(node_net_of(link.sources[0]) or link.sources[0]),
     "queue": queue_words,
     "queue_kind": lambda link: link.meaning and link.meaning.queue,
     "queue_end": lambda link: _id(queue_end(link)),

@@ -12,7 +12,8 @@ from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.engine import Engine
-from dineros.transformations.rules import services, signals
+from dineros.transformations.rules import executors, services, signals, timers
+from dineros.transformations.rules.callbacks import members_of
 from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 
 
@@ -31,6 +32,9 @@ def add_certificate(
         *_clients(engine, made),
         *_signals(engine, made),
         *_disjunctions(engine, made),
+        *_timers(engine, made),
+        *_executors(engine, made),
+        *_groups(engine, made),
     ]
     net.certificate.extend(certificate)
     return certificate
@@ -98,6 +102,33 @@ def _disjunctions(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[p
         for literal in disjunction.literals:
             terms.append((values[literal.signal]["false" if literal.negated else "true"], -1))
         yield _invariant(f"{place.id} counts true literals", 0, terms, made)
+
+
+def _timers(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    for application in engine.applications_of(timers.C1):
+        idle, due = application.made["idle"], application.made["due"]
+        assert isinstance(idle, pn.Place)
+        yield _invariant(f"{idle.id} or due", 1, [(idle, 1), (due, 1)], made)
+
+
+def _executors(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    for application in engine.applications_of(executors.E1):
+        threads = application.made["threads"]
+        running = [each.made["running"] for each in engine.applications_of(executors.E3, application.sources)]
+        assert isinstance(threads, pn.Place)
+        terms = [(place, 1) for place in (threads, *running)]
+        yield _invariant(f"{threads.id} or callbacks that run", threads.tokens, terms, made)
+
+
+def _groups(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    for application, group in engine.groups(executors.Lock):
+        lock = group["lock"]
+        assert isinstance(lock, pn.Place)
+        terms: list[tuple[EObject, int]] = [(lock, 1)]
+        for member in members_of(application.sources[0]):
+            for rule, role in ((executors.E3, "running"), (executors.E7, "awaiting")):
+                terms.extend((each.made[role], 1) for each in engine.applications_of(rule, [member]))
+        yield _invariant(f"{lock.id} or a callback that has begun", 1, terms, made)
 
 
 def check_certificate(net: pnm.PetriNetModel) -> None:

@@ -18,8 +18,9 @@ class Meaning:
     ----------
     words : str
         What it is, or what its firing does. Names in braces are filled in: ``topic``, ``service``,
-        ``client``, ``instance``, ``signal``, ``publisher``, ``subscriber`` and ``place`` are of what the rule
-        matched, ``queue`` is its queue, and ``writer`` the server instance that writes there.
+        ``client``, ``instance``, ``signal``, ``publisher``, ``subscriber``, ``place``, ``callback``,
+        ``group`` and ``node`` are of what the rule matched, ``queue`` is its queue, and ``writer`` the server
+        instance that writes there.
     on_server_page : str
         What is said instead where the client stands on a server page.
     step : type of Step or None
@@ -29,7 +30,8 @@ class Meaning:
     called : str
         What that queue is called, with names in braces.
     part : str
-        What it is there: ``load``, ``capacity``, ``enter``, ``leave`` or ``drop`` of a queue, and the like.
+        What it is there: ``load``, ``capacity``, ``enter``, ``leave`` or ``drop`` of a queue; ``threads``,
+        ``lock``, ``running`` or ``awaiting`` of an executor; ``idle``, ``due`` or ``tick`` of a timer.
     value : bool or None
         The value of a signal that it stands for.
     rests : bool
