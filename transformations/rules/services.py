@@ -58,6 +58,7 @@ class S4Client(Rule):
         client="{service.id}[{instance}].{original.client}",
         request=image(original.request, page),
         response=image(original.response, page),
+        group=original.group,
     )
 
     where = [around == server.page]
