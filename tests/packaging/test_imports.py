@@ -67,6 +67,7 @@ FOLDERS = {
         "witnesses",
         "tina",
         "properties",
+        "callbacks",
         "questions",
         "evidence",
         "conformance",

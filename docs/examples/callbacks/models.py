@@ -6,11 +6,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, inhibit
 from dineros.metamodel.files import save
+from dineros.metamodel.settings import apply
 
 HOME = Path(__file__).resolve().parent
 OWN = "Level.client.monitor.group=calls"
@@ -137,7 +140,23 @@ def topic(model: sym.SystemModel, name: str, source: sym.Place, sink: sym.Place)
     )
 
 
+def program(name: str) -> sym.SystemModel:
+    """Return the model of a program."""
+    base, settings = PROGRAMS[name]
+    model = MODELS[base]()
+    for setting in settings:
+        apply(model, setting)
+    return model
+
+
+MODELS: dict[str, Callable[[], sym.SystemModel]] = {
+    "battery": battery,
+    "planner": planner,
+    "sensor": sensor,
+    "sensor_mended": partial(sensor, mended=True),
+}
+
+
 if __name__ == "__main__":
-    models = {"battery": battery(), "planner": planner(), "sensor": sensor(), "sensor_mended": sensor(True)}
-    for name, model in models.items():
-        save(model, HOME / f"{name}.sym.xmi")
+    for name, make in MODELS.items():
+        save(make(), HOME / f"{name}.sym.xmi")
