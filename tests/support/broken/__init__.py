@@ -2,6 +2,7 @@
 
 from tests.support.broken import (
     bounds,
+    callbacks,
     clauses,
     histories,
     names,
@@ -21,6 +22,7 @@ FAMILIES = (
     names,
     nets,
     node_nets,
+    callbacks,
     topics,
     histories,
     services,
