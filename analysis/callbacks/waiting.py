@@ -20,7 +20,8 @@ from dineros.analysis.model.subject import Subject
 from dineros.analysis.model.wording import client_words, source_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.callbacks import Body, callback_page_of, threads_of
+from dineros.metamodel.callbacks.bodies import Body
+from dineros.metamodel.callbacks.groups import callback_page_of, threads_of
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import Reply, Request, Response, Serve
 from dineros.transformations.flattening.traces import Link
