@@ -3,6 +3,7 @@
 ==========================================  =========================================================
 ``RedObjects.tokens=2``                     an attribute of the element with that id, or unique name
 ``LeftCell.publisher.SortRed.limit=5``      a port of a channel, by its place (also ``subscriber``)
+``Pick.client.left.timeout=2.5``            a client of a service, by its id
 ``LeftCell.dispatcher.controller.limit=8``  what a node net buffers of a topic; made where it is absent
 ``LeftCell.qos.reliability=bestEffort``     quality of service; made where it is absent
 ``LeftCell.publisher.SortRed.qos.deadline=1``  that of a port; made as its topic's where it is absent
@@ -22,6 +23,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable
+from types import SimpleNamespace
 from typing import Any, TypeVar
 
 from pyecore.ecore import EAttribute, EEnum
@@ -271,6 +273,10 @@ def _dispatcher(channel: sym.TopicChannel, key: str) -> EObject:
     return here[0] if here else sym.Dispatcher(node=node)
 
 
+def _client(channel: sym.ServiceChannel, key: str) -> EObject:
+    return _keyed("client", key, channel.clients, lambda port: SimpleNamespace(id=port.client))
+
+
 def _field(token_type: sym.TokenType, key: str) -> EObject:
     return _keyed("field", key, token_type.fields, lambda field: field)
 
@@ -279,6 +285,7 @@ _KEYED: dict[str, tuple[type[EObject], Callable[[Any, str], EObject]]] = {
     "publisher": (sym.TopicChannel, _publisher),
     "subscriber": (sym.TopicChannel, _subscriber),
     "dispatcher": (sym.TopicChannel, _dispatcher),
+    "client": (sym.ServiceChannel, _client),
     "field": (sym.TokenType, _field),
 }
 

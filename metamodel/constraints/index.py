@@ -242,6 +242,8 @@ class Index:
             name = client.channel.service if client.channel else ""
             uses[client.request].append(PortUse(client, True, ("service", name)))
             uses[client.response].append(PortUse(client, False, ("service", name)))
+            if client.timedOut is not None:
+                uses[client.timedOut].append(PortUse(client, False, ("service", name)))
         for place in self.all(rtm.Place):
             for port in place.ports:
                 if port not in self.incomplete:

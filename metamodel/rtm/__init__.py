@@ -140,6 +140,9 @@ class SubscriberPort(PlacePort):
         QoS depth.
     dispatcherLimit : int
         Capacity of the node's dispatcher queue.
+    inHand : int | None
+        Messages that the node takes before it has worked on them, -1 for any number; absent: as many as
+        one transition takes.
     qos : sym.QualityOfService | None
         Quality of service.
     """
@@ -147,6 +150,7 @@ class SubscriberPort(PlacePort):
     topic: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
     dispatcherLimit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=16)
+    inHand: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
     qos: sym.QualityOfService | None = Ecore.EReference(containment=True)
 
     def __init__(
@@ -158,6 +162,7 @@ class SubscriberPort(PlacePort):
         topic: str | None = None,
         limit: int | None = None,
         dispatcherLimit: int | None = None,
+        inHand: int | None = None,
         qos: sym.QualityOfService | None = None,
         **unknown: Never,
     ) -> None:
@@ -171,6 +176,7 @@ class SubscriberPort(PlacePort):
                 "topic": topic,
                 "limit": limit,
                 "dispatcherLimit": dispatcherLimit,
+                "inHand": inHand,
                 "qos": qos,
             },
             unknown,
@@ -281,12 +287,15 @@ class RuntimeModel(pn.Net):
         Further token types, which its places name.
     systemModel : str
         Id of the system model it was split from.
+    middleware : sym.Middleware
+        Whose queues its topics have.
     """
 
     node: sym.NodeNet = Ecore.EReference(lower=1, required=True)
     tokenType: sym.TokenType | None = Ecore.EReference(containment=True)
     otherTokenTypes: ModelList[sym.TokenType] = Ecore.EReference(containment=True, upper=-1)
     systemModel: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    middleware: sym.Middleware = Ecore.EAttribute(eType=sym.Middleware, default_value=sym.Middleware.ros1)
 
     def __init__(
         self,
@@ -301,6 +310,7 @@ class RuntimeModel(pn.Net):
         tokenType: sym.TokenType | None = None,
         otherTokenTypes: Iterable[sym.TokenType] | None = None,
         systemModel: str | None = None,
+        middleware: sym.Middleware | str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -317,6 +327,7 @@ class RuntimeModel(pn.Net):
                 "tokenType": tokenType,
                 "otherTokenTypes": otherTokenTypes,
                 "systemModel": systemModel,
+                "middleware": middleware,
             },
             unknown,
         )

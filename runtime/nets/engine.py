@@ -2,7 +2,8 @@
 
 No handler, no clock and no transport here: `dineros.runtime.firing` decides what fires when. A place is a
 queue; a transition takes the oldest tokens unless it is told which. Tokens can be *reserved* for a firing
-in flight: they stay where they are, read and inhibitor arcs see them, and nobody else takes them.
+in flight, and with them room for those it will put: they stay where they are, read and inhibitor arcs see
+them, and nobody else takes them or fills the room.
 """
 
 from __future__ import annotations
@@ -48,6 +49,8 @@ class Engine:
         Transitions that can fire now with free tokens, priorities aside. Not to be changed.
     due : list of int
         Departures that can happen now: departure ``i`` as ``first_departure + i``. Not to be changed.
+    opened : list of int
+        Places with a capacity that were full and got room, for whoever brings tokens to look at and clear.
     """
 
     def __init__(
@@ -75,6 +78,8 @@ class Engine:
         )
         self.ready = self._enabling.ready
         self.due = self._enabling.due
+        self.opened = self._enabling.opened
+        self.opened.clear()
         self.first_departure = len(structure.transitions)
         for number in range(len(self.departures)):
             self.hold_departure(number)
@@ -119,15 +124,26 @@ class Engine:
         """Return how many tokens a place holds."""
         return self._enabling.total[place]
 
+    def has_room(self, place: int) -> bool:
+        """Return whether a place may get one more token; from any thread."""
+        room = self._enabling.room[place]
+        return room is None or room > 0
+
     def is_ready(self, transition: int) -> bool:
         """Return whether a transition can fire now with free tokens."""
         return self._enabling.is_ready(transition)
 
     def is_enabled(self, transition: int) -> bool:
         """Return whether a transition is enabled in the net, reservations, holds and priorities aside."""
-        total = self._enabling.total
-        inputs = self.structure.inputs[transition]
-        return all(total[place] >= weight for place, weight in inputs) and self._conditions_hold(transition)
+        total, structure = self._enabling.total, self.structure
+        return (
+            all(total[place] >= weight for place, weight in structure.inputs[transition])
+            and all(
+                total[place] + more <= (structure.capacities[place] or 0)
+                for place, more in structure.raises[transition]
+            )
+            and self._conditions_hold(transition)
+        )
 
     def is_overridden(self, transition: int) -> bool:
         """Return whether a transition of higher priority is enabled."""
@@ -278,16 +294,20 @@ class Engine:
         if self._aside:
             self._forget(taken)
 
-    def reserve(self, taken: Tokens) -> None:
-        """Reserve free tokens for a firing in flight."""
+    def reserve(self, transition: int, taken: Tokens) -> None:
+        """Reserve free tokens for a firing in flight, and room for what it will put."""
+        for place, more in self.structure.raises[transition]:
+            self._enabling.change_room(place, -more)
         for place, tokens in taken:
             self._reserved.update((token.id, place) for token in tokens)
             self._enabling.change(place, -len(tokens), 0)
         if self._aside:
             self._refresh_needs(place for place, _ in taken)
 
-    def release(self, taken: Tokens) -> None:
+    def release(self, transition: int, taken: Tokens) -> None:
         """Give up a reservation."""
+        for place, more in self.structure.raises[transition]:
+            self._enabling.change_room(place, more)
         for place, tokens in taken:
             for token in tokens:
                 del self._reserved[token.id]
@@ -369,7 +389,7 @@ class Engine:
         return next(token for token in self._tokens[place] if token.id not in self._reserved)
 
     def put(self, place: int, token: Token) -> None:
-        """Put a token that arrived on a place."""
+        """Put a token that arrived on a place, which has room for it."""
         self._tokens[place].append(token)
         self._enabling.change(place, 1, 1)
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
+from dineros.metamodel.matching import Quality
 from dineros.metamodel.token_data import TokenType, Value
 
 Data = Mapping[str, Value]
@@ -82,23 +83,22 @@ class TopicPort(Port):
         The place in the model.
     limit : int
         Capacity of the queue.
-    reliability : {"reliable", "bestEffort"}
-    durability : {"volatile", "transientLocal"}
-        With an existing type, that of programs which know nothing of DiNeROS.
+    quality : Quality
+        Its quality of service. With an existing type, the durability is that of programs which know nothing
+        of DiNeROS.
     """
 
     topic: str
     place: str
     limit: int
-    reliability: str
-    durability: str
+    quality: Quality
 
     @property
     def is_kept(self) -> bool:
         """Whether publishers keep their last messages for subscribers that come back."""
         if self.type is None:
-            return self.durability == "transientLocal"
-        return self.reliability == "reliable"
+            return self.quality.durability == "transientLocal"
+        return self.quality.reliability == "reliable"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,13 +118,14 @@ class PublisherPort(TopicPort):
 class SubscriberPort(TopicPort):
     """Messages of a topic become tokens of a place.
 
-    The node itself keeps to the limit: what arrives while so many messages wait for it is dropped, counted
-    and recorded.
+    Under the paper's rules the node itself keeps to the limit: what arrives while so many messages wait for
+    it is dropped, counted and recorded. Under those of ROS 2 the limit is the depth of the history that the
+    middleware keeps, and the node takes a message when its place has room.
 
     Attributes
     ----------
     dispatcher_limit : int
-        Capacity of the queue that all subscribers of the node to this topic share.
+        Capacity of the queue that all subscribers of the node to this topic share, under the paper's rules.
     """
 
     dispatcher_limit: int
@@ -187,6 +188,8 @@ class Ports:
         What tokens carry in places that name no other type.
     place_types : mapping
         What they carry in the others, by the places' ids as they run and in the model.
+    middleware : {"ros1", "ros2"}
+        Whose queues its topics have.
     """
 
     model: str
@@ -195,6 +198,7 @@ class Ports:
     namespace: str
     executor: str
     threads: int
+    middleware: str
     token_type: TokenType
     publishers: tuple[PublisherPort, ...]
     subscribers: tuple[SubscriberPort, ...]

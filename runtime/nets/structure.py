@@ -11,16 +11,16 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.callbacks.bodies import Body, calls_of
 from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, pages, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.limits import exceeds
+from dineros.metamodel.matching import Quality, plain
 from dineros.metamodel.token_data import TokenType, Value, read_data
 from dineros.metamodel.token_types.declared import token_type_of, type_of_place
 from dineros.runtime.nets import ports
-
-Arcs = tuple[tuple[int, int], ...]
-"""Pairs of a place's index and a weight, in arc order, no place twice."""
+from dineros.runtime.nets.capacities import Arcs, capacities_of, raises_of
 
 Clause = tuple[tuple[tuple[int, bool], ...], ...]
 """Disjunctions of literals: a signal's index, and whether it is negated."""
@@ -42,6 +42,11 @@ class Structure:
         For each transition, the number of its server instance, from 1.
     inputs, outputs : tuple of Arcs
         For each transition, what it takes and puts.
+    capacities : tuple of int or None
+        For each place, the most tokens that it holds; None: any number.
+    raises : tuple of Arcs
+        For each transition, the places with a capacity in which it leaves more tokens than there were, and
+        how many more.
     reads, inhibitors : tuple of Arcs
         For each transition, how many tokens a place must hold in all (what the transition takes itself
         included), and how many it must not hold.
@@ -49,8 +54,8 @@ class Structure:
         For each transition, those of higher priority: while one of them is enabled, it may not fire.
     intervals : tuple
         For each transition, the earliest and latest seconds since it is ready, or None.
-    periods : tuple of float or None
-        For each transition, the period of the timer callback that it belongs to.
+    timers : tuple of (float, tuple of int)
+        For each timer callback, its period, and the transitions by which it begins.
     clauses : tuple of Clause
         For each transition, its input clause.
     initial : tuple
@@ -71,11 +76,13 @@ class Structure:
     instances: tuple[int | None, ...]
     inputs: tuple[Arcs, ...]
     outputs: tuple[Arcs, ...]
+    capacities: tuple[int | None, ...]
+    raises: tuple[Arcs, ...]
     reads: tuple[Arcs, ...]
     inhibitors: tuple[Arcs, ...]
     superiors: tuple[tuple[int, ...], ...]
     intervals: tuple[tuple[float, float | None] | None, ...]
-    periods: tuple[float | None, ...]
+    timers: tuple[tuple[float, tuple[int, ...]], ...]
     clauses: tuple[Clause, ...]
     signals: tuple[str, ...]
     initial: tuple[tuple[dict[str, Value], ...], ...]
@@ -145,6 +152,8 @@ class _Reading:
         transitions = [node for node, _ in self.transitions]
         signals = {signal: index for index, signal in enumerate(self.model.node.signals)}
         self._require_few_tokens(places)
+        inputs, outputs, reads = _tuples(joined.inputs), _tuples(joined.outputs), _tuples(joined.needs())
+        capacities = capacities_of(self.model, list(self.places), inputs, outputs, reads)
         return Structure(
             places=tuple(self.place_ids),
             place_names=tuple(place.id for place in places),
@@ -152,13 +161,15 @@ class _Reading:
             transition_names=tuple(transition.id for transition in transitions),
             transition_labels=tuple(label(transition) for transition in transitions),
             instances=tuple(number or None for _, number in self.transitions),
-            inputs=_tuples(joined.inputs),
-            outputs=_tuples(joined.outputs),
-            reads=_tuples(joined.needs()),
+            inputs=inputs,
+            outputs=outputs,
+            capacities=capacities,
+            raises=raises_of(capacities, inputs, outputs),
+            reads=reads,
             inhibitors=_tuples(joined.inhibitors),
             superiors=self._superiors(),
             intervals=tuple(_interval(transition) for transition in transitions),
-            periods=tuple(_period(transition) for transition in transitions),
+            timers=self._timers(),
             clauses=tuple(_clause(transition, signals) for transition in transitions),
             signals=tuple(signal.id for signal in signals),
             initial=tuple(self._initial(place) for place in places),
@@ -265,6 +276,21 @@ class _Reading:
                         superiors[below].append(index)
         return tuple(tuple(above) for above in superiors)
 
+    def _timers(self) -> tuple[tuple[float, tuple[int, ...]], ...]:
+        calls = calls_of(self.model)
+        return tuple(
+            (
+                page.timer,
+                tuple(
+                    number
+                    for begin in Body(page, calls).beginnings()
+                    if (number := self.transitions.get((begin, 0))) is not None
+                ),
+            )
+            for page in pages(self.model)
+            if isinstance(page, sym.CallbackPage) and page.kind == sym.CallbackKind.timer and page.timer
+        )
+
     def _initial(self, place: pn.Node) -> tuple[dict[str, Value], ...]:
         assert isinstance(place, pn.Place)
         fields = {field.name: field for field in self._type_at(place).fields}
@@ -283,11 +309,11 @@ class _Reading:
                 common = (port.channel, self._interface(place, port), _mappings(port))
                 if isinstance(port, rtm.PublisherPort):
                     ends = (port.topic, place.id, port.limit)
-                    made = (*_quality(port, common[1]), self._copies(place))
+                    made = (_quality(port, common[1]), self._copies(place))
                     publishers.append(ports.PublisherPort(*common, *ends, *made))
                 elif isinstance(port, rtm.SubscriberPort):
                     ends = (port.topic, place.id, port.limit)
-                    quality = (*_quality(port, common[1]), port.dispatcherLimit)
+                    quality = (_quality(port, common[1]), port.dispatcherLimit)
                     subscribers.append(ports.SubscriberPort(*common, *ends, *quality))
                 elif isinstance(port, rtm.ClientPort):
                     clients.append(ports.ClientPort(*common, port.service, *self._client(port, number)))
@@ -301,6 +327,7 @@ class _Reading:
             namespace=node.namespace or "",
             executor=str(node.executor),
             threads=node.threads,
+            middleware=str(model.middleware),
             token_type=self.token_type,
             publishers=tuple(publishers),
             subscribers=tuple(subscribers),
@@ -399,16 +426,6 @@ def _interval(transition: pn.Node) -> tuple[float, float | None] | None:
     return None if interval is None else (interval.earliest, interval.latest)
 
 
-def _period(transition: pn.Node) -> float | None:
-    """Return the period of the timer callback page that a transition stands on."""
-    page = transition.page
-    while page is not None:
-        if isinstance(page, sym.CallbackPage) and page.kind == sym.CallbackKind.timer and page.timer:
-            return page.timer
-        page = page.page
-    return None
-
-
 def _mappings(port: rtm.PlacePort) -> tuple[ports.FieldMapping, ...]:
     return tuple(
         ports.FieldMapping(str(mapping.part), mapping.messageField, mapping.tokenField)
@@ -416,12 +433,13 @@ def _mappings(port: rtm.PlacePort) -> tuple[ports.FieldMapping, ...]:
     )
 
 
-def _quality(port: rtm.PublisherPort | rtm.SubscriberPort, interface: str | None) -> tuple[str, str]:
-    """Return reliability and durability.
+def _quality(port: rtm.PublisherPort | rtm.SubscriberPort, interface: str | None) -> Quality:
+    """Return the quality of service of a port.
 
     Where the model does not say, nothing is lost when a node is down for a while. An existing type is that of
     programs outside of the model, which have ROS's defaults: no transient-local subscriber hears them.
     """
-    if port.qos is None:
-        return "reliable", "transientLocal" if interface is None else "volatile"
-    return str(port.qos.reliability), str(port.qos.durability)
+    if port.qos is not None:
+        return plain(port.qos)
+    usual = plain(sym.QualityOfService())
+    return usual if interface is not None else usual._replace(durability="transientLocal")

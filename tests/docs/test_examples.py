@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from tests.support.layouter import without_line
 from tests.support.markdown import blocks, commands, run_page
 from tests.support.on_ros import on_ros
 from tests.support.system_packages import require_for
+from tests.support.warm_commands import served
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -21,13 +23,25 @@ ON_ROS = ("quick_start.md",)
 """Pages whose nodes are processes on ROS 2."""
 
 
+COLD = ("README.md", *ON_ROS)
+"""Pages whose commands start as a reader's do; those of the others are forks, which saves their imports."""
+
+
+@pytest.fixture(scope="session")
+def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Serve commands at a socket."""
+    with served(tmp_path_factory.mktemp("warm") / "socket") as place:
+        yield place
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_examples_of_a_page_run(page: Path, tmp_path: Path) -> None:
+def test_examples_of_a_page_run(page: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    warm = None if page.name in COLD else request.getfixturevalue("warm")
     with on_ros() if page.name in ON_ROS else nullcontext():
-        check_page(page, tmp_path)
+        check_page(page, tmp_path, warm)
 
 
-def check_page(page: Path, tmp_path: Path) -> None:
+def check_page(page: Path, tmp_path: Path, warm: Path | None) -> None:
     """Run a page in a folder where there are the models and examples of the repository."""
     require_for(page.read_text(encoding="utf-8"))
     (tmp_path / "case_study").mkdir()
@@ -35,7 +49,7 @@ def check_page(page: Path, tmp_path: Path) -> None:
         for model in (ROOT / "case_study").glob(suffix):
             shutil.copy(model, tmp_path / "case_study")
     shutil.copytree(ROOT / "docs/examples", tmp_path / "docs/examples")
-    for block, command, shown, printed in run_page(page.read_text(encoding="utf-8"), tmp_path):
+    for block, command, shown, printed in run_page(page.read_text(encoding="utf-8"), tmp_path, warm):
         assert without_line(printed) == shown, f"{page.name}:{block.line}: {command}"
 
 

@@ -51,6 +51,7 @@ def model() -> sym.SystemModel:
         id="c2",
         service="Pick",
         server=sym.ServerPort(entry=entry, exit=exit_, page=server),
+        clients=[sym.ClientPort(client="left", request=sorted_, response=place)],
     )
     return sym.SystemModel(
         id="model",
@@ -84,6 +85,8 @@ def reached(model: pn.Net, path: str) -> object:
         ("Pick.instances=1", "c2/instances", 1),
         ("c2.instances=2", "c2/instances", 2),
         ("Pick.instances=", "c2/instances", None),
+        ("Pick.client.left.timeout=2.5", "c2/clients/0/timeout", 2.5),
+        ("c2.client.left.outstanding=3", "c2/clients/0/outstanding", 3),
         ("TSense.kind=timed", "TSense/kind", sym.TransitionKind.timed),
         ("TSense.interval.latest=2.5", "TSense/interval/latest", 2.5),
         ("LeftCellObjects.publisher.SortRed.limit=5", "c1/publishers/0/limit", 5),

@@ -37,6 +37,7 @@ FOLDERS = {
         "elements",
         "build",
         "calls",
+        "callbacks",
         "matching",
         "token_data",
         "positions",

@@ -60,7 +60,12 @@ def _runtime_model(
     copied = images[node]
     assert isinstance(top, pn.Page) and isinstance(copied, sym.NodeNet)
     runtime_model = rtm.RuntimeModel(
-        id=f"{model.id}.{node.id}", name=node.name, systemModel=model.id, pages=[top], node=copied
+        id=f"{model.id}.{node.id}",
+        name=node.name,
+        systemModel=model.id,
+        middleware=model.middleware,
+        pages=[top],
+        node=copied,
     )
     _copy_token_types(model, runtime_model)
     for channel in model.channels:
@@ -141,6 +146,7 @@ def _topic_ports(
                     topic=channel.topic,
                     limit=subscriber.limit,
                     dispatcherLimit=limits[0] if limits else DISPATCHER_LIMIT,
+                    inHand=subscriber.inHand,
                     qos=_quality(channel, subscriber),
                 ),
             )
@@ -191,9 +197,14 @@ def _interface(channel: sym.Channel) -> _Interface:
 
 
 def _quality(channel: sym.TopicChannel, port: sym.TopicPort) -> sym.QualityOfService | None:
+    """Return the quality of service of a port; None where no port of its topic says any.
+
+    Where another port does, this one has what it matches by: the usual one, not one that nobody sees.
+    """
     quality = port.qos or channel.qos
     if quality is None:
-        return None
+        is_said = any(other.qos is not None for other in (*channel.publishers, *channel.subscribers))
+        return sym.QualityOfService() if is_said else None
     copied, _ = deep_copy(quality)
     assert isinstance(copied, sym.QualityOfService)
     return copied

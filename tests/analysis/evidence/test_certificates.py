@@ -269,7 +269,7 @@ def goals(draw: st.DrawFn, places: tuple[str, ...]) -> str:
     return draw(st.sampled_from([" & ", " | "])).join(parts)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(st.data())
 def test_what_is_certified_is_true(data: st.DataObject) -> None:
     net = data.draw(nets())
@@ -280,7 +280,7 @@ def test_what_is_certified_is_true(data: st.DataObject) -> None:
         assert refutation(found, to_model(net, "net")) == ""
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(st.data())
 def test_induction_accepts_only_what_is_true(data: st.DataObject) -> None:
     net = data.draw(nets())
@@ -301,7 +301,7 @@ def test_induction_accepts_only_what_is_true(data: st.DataObject) -> None:
         assert refutation(found, model) == ""
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=120, deadline=None)
 @given(
     st.lists(
         st.lists(
