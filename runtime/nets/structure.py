@@ -187,10 +187,11 @@ class _Reading:
     def _require_few_tokens(self, places: list[pn.Node]) -> None:
         marked = [place for place in places if isinstance(place, pn.Place) and place.tokens]
         self._require("tokens", sum(place.tokens for place in marked))
-        each = {
-            id(type_): sum(_size(field.default) for field in type_.fields) for type_ in self._types.values()
-        }
-        self._require("values", sum(place.tokens * each[id(self._type_at(place))] for place in marked))
+        values = (
+            place.tokens * sum(_size(field.default) for field in self._type_at(place).fields)
+            for place in marked
+        )
+        self._require("values", sum(values))
 
     def _type_at(self, place: pn.Node) -> TokenType:
         return self._type(type_of_place(place, self.model))

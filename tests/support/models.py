@@ -227,9 +227,14 @@ def _other_token_types(draw: st.DrawFn, make_id: _Ids, model: sym.SystemModel, f
     """Give all places a second token type, with bounds, and the model a third that is a ROS message."""
     other = sym.TokenType(id=make_id("Other", plain=True), name="Other")
     for field in first.fields:
-        kinds = {"kind": field.kind, "elementKind": field.elementKind, "length": field.length}
-        ros = {"integer": "int16", "text": "string<=40"}.get(str(field.kind))
-        other.fields.append(sym.TokenField(name=field.name, default=field.default, ros=ros, **kinds))
+        same = sym.TokenField(
+            name=field.name, kind=field.kind, elementKind=field.elementKind, length=field.length
+        )
+        same.default, same.ros = (
+            field.default,
+            {"integer": "int16", "text": "string<=40"}.get(str(field.kind)),
+        )
+        other.fields.append(same)
     other.fields.append(sym.TokenField(name="few", kind="list", bound=2))
     message = sym.TokenType(id=make_id("Message", plain=True), ros="std_msgs/msg/Header")
     model.otherTokenTypes.extend([other, message])
