@@ -7,8 +7,9 @@ from dataclasses import replace
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.elements import label
 from dineros.metamodel.limits import exceeds
+from dineros.metamodel.positions import location_of
 from dineros.metamodel.token_data import FieldType, TokenType, field_type, field_value, read_json
-from dineros.metamodel.token_types.installed import installed_fields
+from dineros.metamodel.token_types.installed import UnknownInterfaceError, installed_fields
 
 
 def type_of_place(place: pn.Node, net: pn.Net) -> sym.TokenType | None:
@@ -34,7 +35,11 @@ def token_type_of(declared: sym.TokenType | None) -> TokenType:
     if declared is None:
         return TokenType("Token", ())
     if declared.ros:
-        return TokenType(label(declared), installed_fields(declared.ros), declared.ros)
+        try:
+            return TokenType(label(declared), installed_fields(declared.ros), declared.ros)
+        except UnknownInterfaceError as error:
+            error.element, error.location = declared.id, location_of(declared)
+            raise
     return TokenType(label(declared), tuple(_field_type(field) for field in declared.fields))
 
 

@@ -89,7 +89,7 @@ def _fields_of(name: str, prefixes: str) -> tuple[FieldType, ...]:
     file = _file(name, ".json")
     try:
         described = decode_json(_text(name, file))
-        message = described["type_description_msg"]  # type: ignore[index]
+        message = described["type_description_msg"]
         referenced = {each["type_name"]: each for each in message["referenced_type_descriptions"]}
         return _described(message["type_description"], referenced, 0)
     except (KeyError, TypeError, ValueError, RecursionError) as error:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.callbacks.bodies import Body, calls_of
 from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, pages, resolve
 from dineros.metamodel.errors import DinerosError
@@ -53,8 +54,8 @@ class Structure:
         For each transition, those of higher priority: while one of them is enabled, it may not fire.
     intervals : tuple
         For each transition, the earliest and latest seconds since it is ready, or None.
-    periods : tuple of float or None
-        For each transition, the period of the timer callback that it belongs to.
+    timers : tuple of (float, tuple of int)
+        For each timer callback, its period, and the transitions by which it begins.
     clauses : tuple of Clause
         For each transition, its input clause.
     initial : tuple
@@ -81,7 +82,7 @@ class Structure:
     inhibitors: tuple[Arcs, ...]
     superiors: tuple[tuple[int, ...], ...]
     intervals: tuple[tuple[float, float | None] | None, ...]
-    periods: tuple[float | None, ...]
+    timers: tuple[tuple[float, tuple[int, ...]], ...]
     clauses: tuple[Clause, ...]
     signals: tuple[str, ...]
     initial: tuple[tuple[dict[str, Value], ...], ...]
@@ -168,7 +169,7 @@ class _Reading:
             inhibitors=_tuples(joined.inhibitors),
             superiors=self._superiors(),
             intervals=tuple(_interval(transition) for transition in transitions),
-            periods=tuple(_period(transition) for transition in transitions),
+            timers=self._timers(),
             clauses=tuple(_clause(transition, signals) for transition in transitions),
             signals=tuple(signal.id for signal in signals),
             initial=tuple(self._initial(place) for place in places),
@@ -186,10 +187,11 @@ class _Reading:
     def _require_few_tokens(self, places: list[pn.Node]) -> None:
         marked = [place for place in places if isinstance(place, pn.Place) and place.tokens]
         self._require("tokens", sum(place.tokens for place in marked))
-        each = {
-            id(type_): sum(_size(field.default) for field in type_.fields) for type_ in self._types.values()
-        }
-        self._require("values", sum(place.tokens * each[id(self._type_at(place))] for place in marked))
+        values = (
+            place.tokens * sum(_size(field.default) for field in self._type_at(place).fields)
+            for place in marked
+        )
+        self._require("values", sum(values))
 
     def _type_at(self, place: pn.Node) -> TokenType:
         return self._type(type_of_place(place, self.model))
@@ -273,6 +275,21 @@ class _Reading:
                     if not same or instance == number:
                         superiors[below].append(index)
         return tuple(tuple(above) for above in superiors)
+
+    def _timers(self) -> tuple[tuple[float, tuple[int, ...]], ...]:
+        calls = calls_of(self.model)
+        return tuple(
+            (
+                page.timer,
+                tuple(
+                    number
+                    for begin in Body(page, calls).beginnings()
+                    if (number := self.transitions.get((begin, 0))) is not None
+                ),
+            )
+            for page in pages(self.model)
+            if isinstance(page, sym.CallbackPage) and page.kind == sym.CallbackKind.timer and page.timer
+        )
 
     def _initial(self, place: pn.Node) -> tuple[dict[str, Value], ...]:
         assert isinstance(place, pn.Place)
@@ -407,16 +424,6 @@ def _clause(transition: pn.Node, signals: dict[sym.InputSignal, int]) -> Clause:
 def _interval(transition: pn.Node) -> tuple[float, float | None] | None:
     interval = transition.interval if isinstance(transition, pn.Transition) else None
     return None if interval is None else (interval.earliest, interval.latest)
-
-
-def _period(transition: pn.Node) -> float | None:
-    """Return the period of the timer callback page that a transition stands on."""
-    page = transition.page
-    while page is not None:
-        if isinstance(page, sym.CallbackPage) and page.kind == sym.CallbackKind.timer and page.timer:
-            return page.timer
-        page = page.page
-    return None
 
 
 def _mappings(port: rtm.PlacePort) -> tuple[ports.FieldMapping, ...]:

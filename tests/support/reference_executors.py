@@ -113,6 +113,8 @@ class ExecutorInterpreter(Interpreter):
         found = []
         for _, client in self._ports:
             copies = self._copies(client.request)
+            if not copies:
+                continue
             here = copy if copy in copies else copies[0]
             found.append((self._place(client.request, here), self._place(client.response, here)))
             if client.timedOut is not None:

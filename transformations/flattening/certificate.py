@@ -10,10 +10,10 @@ from collections.abc import Iterable, Mapping
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.callbacks.groups import members_of
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.engine import Engine
 from dineros.transformations.rules import executors, requests, services, signals, timers
-from dineros.transformations.rules.callbacks import members_of
 from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 
 

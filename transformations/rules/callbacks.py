@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.callbacks import (
-    Body,
+from dineros.metamodel.callbacks.bodies import Body
+from dineros.metamodel.callbacks.groups import (
     begins_callback,
     callback_page_of,
-    group_of,
+    group_or_node,
     is_awaited,
+    members_of,
     threads_of,
 )
-from dineros.metamodel.elements import node_net_of
 from dineros.transformations.language.datatypes import TRUTH, WHOLE
 from dineros.transformations.language.errors import LANGUAGE
 from dineros.transformations.language.expressions import Expression, Match
@@ -79,7 +79,7 @@ class Group(Expression):
 
     def evaluate(self, match: Match) -> EObject | None:
         """Return it."""
-        return _group(self.asking.evaluate(match))
+        return group_or_node(self.asking.evaluate(match))
 
     def __str__(self) -> str:
         return f"group of {self.asking}"
@@ -97,7 +97,7 @@ class Members(Expression):
 
     def evaluate(self, match: Match) -> list[EObject]:
         """Return them."""
-        return members_of(self.group.evaluate(match))
+        return [*members_of(self.group.evaluate(match))]
 
     def __str__(self) -> str:
         return f"members of {self.group}"
@@ -146,26 +146,3 @@ class Awaited(BeginsCallback):
 
     def __str__(self) -> str:
         return f"response to {self.client} is awaited"
-
-
-def _group(asking: EObject) -> EObject | None:
-    assert isinstance(asking, (sym.CallbackPage, sym.ClientPort))
-    group = group_of(asking)
-    if group is not None:
-        return group
-    return node_net_of(asking.response if isinstance(asking, sym.ClientPort) else asking)
-
-
-def members_of(group: EObject) -> list[EObject]:
-    """Return the callback pages and client ports in a callback group, or in the one of a node net."""
-    node = node_net_of(group)
-    top: EObject | None = node
-    while top is not None and not isinstance(top, pn.Net):
-        top = top.eContainer()
-    channels = top.channels if isinstance(top, sym.SystemModel) else ()
-    services = [channel for channel in channels if isinstance(channel, sym.ServiceChannel)]
-    clients = [port for service in services for port in service.clients]
-    asking: list[EObject] = [each for each in clients if node_net_of(each.response) is node]
-    if node is not None:
-        asking.extend(each for each in node.eAllContents() if isinstance(each, sym.CallbackPage))
-    return [each for each in asking if _group(each) is group]

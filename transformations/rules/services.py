@@ -61,6 +61,7 @@ class S4Client(Rule):
         outstanding=original.outstanding,
         timeout=original.timeout,
         timedOut=image(original.timedOut, page),
+        group=original.group,
     )
 
     where = [around == server.page]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.callbacks import Body, callback_page_of, is_awaited, runs_callbacks
+from dineros.metamodel.callbacks.bodies import Body
+from dineros.metamodel.callbacks.groups import callback_page_of, is_awaited, runs_callbacks
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
@@ -14,7 +15,7 @@ _BY_CALLBACKS = "set the execution of its node net to callbacks and the middlewa
 
 def _has_executors(index: Index) -> bool:
     """Tell whether the rules of the model know executors."""
-    return not isinstance(index.net, sym.SystemModel) or index.net.middleware == sym.Middleware.ros2
+    return isinstance(index.net, sym.SystemModel) and index.net.middleware == sym.Middleware.ros2
 
 
 def _runs(element: pn.Element | None, index: Index) -> bool:
@@ -44,7 +45,7 @@ def _is_complete(page: sym.CallbackPage, index: Index) -> bool:
 )
 def callbacks_under_ros2(node_net: sym.NodeNet, index: Index) -> Outcome:
     """Only the rules of ROS 2 know executors."""
-    return _has_executors(index)
+    return not isinstance(index.net, sym.SystemModel) or _has_executors(index)
 
 
 @constraint(
@@ -54,7 +55,10 @@ def callbacks_under_ros2(node_net: sym.NodeNet, index: Index) -> Outcome:
 )
 def timer_callback_begins(page: sym.CallbackPage, index: Index) -> Outcome:
     """A timer's callback begins with a transition of the kind start, or with one that nothing goes before."""
-    return not _is_complete(page, index) or bool(_body(page, index).beginnings())
+    if not _is_complete(page, index):
+        return True
+    body = _body(page, index)
+    return not body.transitions or bool(body.beginnings())
 
 
 @constraint(
@@ -147,7 +151,7 @@ def client_group_has_effect(port: sym.ClientPort, index: Index) -> Outcome:
 
 @constraint(
     "{it} awaits responses, but {found}",
-    fix="",
+    fix="take it away",
     severity="warning",
     guard=lambda page, index: bool(page.awaits),
 )

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, listed
@@ -150,6 +151,7 @@ def timer_used(page: sym.CallbackPage, index: Index) -> Outcome:
     "{it} is a {element.kind} callback, but {found}",
     fix="set its kind to what calls it, or add the port",
     severity="warning",
+    guard=lambda page, index: not (page in index.server_pages and runs_callbacks(index.node_net_of(page))),
 )
 def callback_page_called(page: sym.CallbackPage, index: Index) -> Outcome:
     """A subscriber's page holds its place, a server's page is a server page, a client's gets responses."""

@@ -38,8 +38,7 @@ def topic_has_one_type(channel: sym.TopicChannel, index: Index) -> Outcome:
 )
 def requests_have_one_type(channel: sym.ServiceChannel, index: Index) -> Outcome:
     """The request places of a service's clients and its entry have one token type."""
-    entry = channel.server.entry if channel.server is not None else None
-    return _disagreement([entry, *(port.request for port in channel.clients)], index) or True
+    return _disagreement([channel.server.entry, *(port.request for port in channel.clients)], index) or True
 
 
 @constraint(
@@ -48,8 +47,7 @@ def requests_have_one_type(channel: sym.ServiceChannel, index: Index) -> Outcome
 )
 def responses_have_one_type(channel: sym.ServiceChannel, index: Index) -> Outcome:
     """The response places of a service's clients and its exit have one token type."""
-    exit_ = channel.server.exit if channel.server is not None else None
-    return _disagreement([exit_, *(port.response for port in channel.clients)], index) or True
+    return _disagreement([channel.server.exit, *(port.response for port in channel.clients)], index) or True
 
 
 @constraint(
@@ -65,16 +63,6 @@ def channel_type_of_tokens(channel: sym.Channel, index: Index) -> Outcome:
         if carried is not None and carried.ros and carried.ros != channel.type:
             return carried.ros
     return True
-
-
-@constraint(
-    "{it} has the token type {element.tokenType.id!r}, which is none of the model",
-    fix="name a token type of the model, or none for its first one",
-    guard=lambda place, index: place.tokenType is not None,
-)
-def place_type_of_model(place: sym.Place, index: Index) -> Outcome:
-    """The token type that a place names belongs to the model."""
-    return place.tokenType in index.members
 
 
 @constraint(

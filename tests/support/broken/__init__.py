@@ -2,6 +2,7 @@
 
 from tests.support.broken import (
     bounds,
+    callbacks,
     clauses,
     histories,
     names,
@@ -12,6 +13,7 @@ from tests.support.broken import (
     results,
     services,
     sizes,
+    token_types,
     tokens,
     topics,
 )
@@ -22,6 +24,7 @@ FAMILIES = (
     names,
     nets,
     node_nets,
+    callbacks,
     topics,
     histories,
     services,
@@ -29,6 +32,7 @@ FAMILIES = (
     ports,
     clauses,
     tokens,
+    token_types,
     results,
     sizes,
 )

@@ -26,23 +26,6 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import resolve
 
 
-def callback_page_of(element: EObject | None) -> sym.CallbackPage | None:
-    """Return the innermost callback page that an element stands on, itself included."""
-    while element is not None and not isinstance(element, sym.CallbackPage):
-        element = element.eContainer()
-    return element
-
-
-def runs_callbacks(node: sym.NodeNet | None) -> bool:
-    """Tell whether executor and callback groups say what a node may do at once."""
-    return node is not None and node.execution == sym.Execution.callbacks
-
-
-def threads_of(node: sym.NodeNet) -> int:
-    """Return how many callbacks of a node may run at once, whatever their groups are."""
-    return node.threads if node.executor == sym.Executor.multi else 1
-
-
 def calls_of(net: EObject | None) -> list[tuple[pn.Place, pn.Place]]:
     """Return request and response of each client of a net, and request and place of time-outs."""
     while net is not None and not isinstance(net, pn.Net):
@@ -56,42 +39,6 @@ def calls_of(net: EObject | None) -> list[tuple[pn.Place, pn.Place]]:
         places = [each for each in net.eAllContents() if isinstance(each, rtm.Place)]
         return [(p, port.response) for p in places for port in p.ports if isinstance(port, rtm.ClientPort)]
     return []
-
-
-def group_of(asking: sym.CallbackPage | sym.ClientPort) -> sym.CallbackGroup | None:
-    """Return the group of a callback or a client; None stands for the node's own, which is exclusive.
-
-    A response's callback that names no group is in that of the client whose response it is.
-    """
-    if asking.group is None and isinstance(asking, sym.CallbackPage):
-        return next((client.group for client in answered_on(asking)), None)
-    return asking.group
-
-
-def answered_on(page: sym.CallbackPage) -> list[sym.ClientPort]:
-    """Return the clients whose responses begin the callback of a page."""
-    model = page.eContainer()
-    while model is not None and not isinstance(model, sym.SystemModel):
-        model = model.eContainer()
-    channels = [] if model is None else [c for c in model.channels if isinstance(c, sym.ServiceChannel)]
-    clients = [client for channel in channels for client in channel.clients]
-    return [c for c in clients if begins_callback(c) and callback_page_of(c.response) is page]
-
-
-def begins_callback(client: sym.ClientPort) -> bool:
-    """Tell whether responses begin a callback of their own: they come to a client page, which did not ask."""
-    page = callback_page_of(client.response)
-    return (
-        page is not None
-        and page.kind == sym.CallbackKind.client
-        and page is not callback_page_of(client.request)
-    )
-
-
-def is_awaited(client: sym.ClientPort) -> bool:
-    """Tell whether a callback gives its thread back while it waits for a response to a request of its own."""
-    page = callback_page_of(client.request)
-    return page is not None and bool(page.awaits) and page is callback_page_of(client.response)
 
 
 class Body:
