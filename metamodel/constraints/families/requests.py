@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from dineros.metamodel import sym
-from dineros.metamodel.callbacks import callback_page_of, runs_callbacks
+from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
