@@ -4,12 +4,14 @@
 """
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import is_hypothesis_test, settings
 
 from dineros.cli.searching import QUIET_COMPILATION
+from tests.support.warm_commands import served
 
 WORKSPACE = Path(__file__).resolve().parents[1] / "case_study/workspace"
 
@@ -31,6 +33,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             test._hypothesis_internal_use_settings
         )  # where Hypothesis's own plugin for pytest sets them, too
         test._hypothesis_internal_use_settings = settings(own, max_examples=own.max_examples * times)
+
+
+@pytest.fixture(scope="session")
+def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Serve quick commands at a socket; `tests.support.warm_commands.program` is one of them."""
+    with served(tmp_path_factory.mktemp("warm") / "socket") as place:
+        yield place
 
 
 settings.register_profile("ci", max_examples=40, deadline=None, derandomize=True, print_blob=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -13,7 +12,6 @@ from tests.support.layouter import without_line
 from tests.support.markdown import blocks, commands, run_page
 from tests.support.on_ros import on_ros
 from tests.support.system_packages import require_for
-from tests.support.warm_commands import served
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -25,13 +23,6 @@ ON_ROS = ("quick_start.md",)
 
 COLD = ("README.md", *ON_ROS)
 """Pages whose commands start as a reader's do; those of the others are forks, which saves their imports."""
-
-
-@pytest.fixture(scope="session")
-def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Serve commands at a socket."""
-    with served(tmp_path_factory.mktemp("warm") / "socket") as place:
-        yield place
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

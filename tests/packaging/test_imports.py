@@ -68,6 +68,7 @@ FOLDERS = {
         "witnesses",
         "tina",
         "properties",
+        "callbacks",
         "questions",
         "evidence",
         "conformance",

@@ -115,9 +115,10 @@ def _environment(folder: Path, warm: Path | None) -> dict[str, str]:
     """Put commands ``dineros`` and ``python`` in front that run this installation."""
     programs = folder / ".bin"
     programs.mkdir()
-    command = f' -I -S "{warm_commands.__file__}" "{warm}"' if warm else " -m dineros.cli.main"
-    for name, arguments in (("dineros", command), ("python", "")):
+    python = f'#!/bin/sh\nexec "{sys.executable}" "$@"\n'
+    dineros = python.replace('"$@"', '-m dineros.cli.main "$@"')
+    for name, script in (("dineros", warm_commands.program(warm) if warm else dineros), ("python", python)):
         program = programs / name
-        program.write_text(f'#!/bin/sh\nexec "{sys.executable}"{arguments} "$@"\n', encoding="utf-8")
+        program.write_text(script, encoding="utf-8")
         program.chmod(0o755)
     return {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "LC_ALL": "C.UTF-8"}

@@ -64,6 +64,11 @@ def served(path: Path) -> Iterator[Path]:
         server.stdin.close()
 
 
+def program(place: Path) -> str:
+    """Return a script that is the command ``dineros``, a fork of what serves at a socket."""
+    return f'#!/bin/sh\nexec "{sys.executable}" -I -S "{__file__}" "{place}" "$@"\n'
+
+
 def _ask(path: str, arguments: list[str]) -> int:
     """Have a command run with the open files of this process; return its exit status."""
     folder = os.getcwd()  # noqa: PTH109 - `pathlib` takes as long to import as all of this
