@@ -204,7 +204,7 @@ class Overflow(Question):
         "queue-overflow",
         "error",
         "A queue can be full when a message arrives, which is then lost.",
-        "{queue} can overflow: a message is lost",
+        "{queue} can overflow: {loss}",
     )
     faults = (LOSES,)
     asks = "which queues can overflow"
@@ -222,7 +222,9 @@ class Overflow(Question):
             witness = self._witness(checked, losing)
             if witness is None:
                 checked.leave_open(f"how {queue} overflows", OUT_OF_MEMORY)
-            checked.report.findings.append(self.LOSES.found(*queue.elements, witness=witness, queue=queue))
+            checked.report.findings.append(
+                self.LOSES.found(*queue.elements, witness=witness, queue=queue, loss=queue.loss)
+            )
 
     def _ask_on_the_way(self, checked: Checked, known: Firings) -> None:
         subject = checked.subject
@@ -232,7 +234,7 @@ class Overflow(Question):
             if losing:
                 witness = witness_of(subject, min(losing, key=len))
                 checked.report.findings.append(
-                    self.LOSES.found(*queue.elements, witness=witness, queue=queue)
+                    self.LOSES.found(*queue.elements, witness=witness, queue=queue, loss=queue.loss)
                 )
             elif known.dead.issuperset(drops):
                 checked.report.proved.append(f"{queue} never overflows")
