@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from dineros.analysis.logic.language.names import Names
-from dineros.analysis.logic.language.syntax import Formula
+from dineros.analysis.logic.language.syntax import Enabled, Formula, Name, Or
 
 Kind = Literal["ctl", "ltl", "bound", "global"]
 
@@ -95,6 +95,15 @@ class GroupedNames:
     def members(self, name: str) -> tuple[str, ...]:
         """Return the names that a name stands for."""
         return self._groups.get(name, (name,))
+
+    def ungrouped(self, formula: Formula) -> Formula:
+        """Return a formula without groups: any of their transitions is enabled."""
+        made: dict[Formula, Formula] = {}
+        for part in formula.subformulas():
+            made[part] = part.with_operands(tuple(made[operand] for operand in part.operands))
+            if isinstance(part, Enabled) and len(members := self.members(part.name.text)) > 1:
+                made[part] = Or(tuple(Enabled(Name(member)) for member in members))
+        return made[formula]
 
     def places(self, name: str) -> Sequence[int]:
         """Return the places of a name."""

@@ -11,6 +11,7 @@ import click
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED
 from dineros.cli.console import say, say_json, summarise
+from dineros.cli.presentation.scheduling import properties_on_workers
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
@@ -18,8 +19,19 @@ if TYPE_CHECKING:
     from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
 
 
-def answer_properties(subject: Subject, model: Path, wanted: Sequence[str], as_json: bool) -> int:
-    """Answer property files, and global questions by name, each as soon as it is; return the exit status."""
+def answer_properties(
+    subject: Subject,
+    model: Path,
+    wanted: Sequence[str],
+    as_json: bool,
+    scheduler: str | None = None,
+    variant: tuple[str, str] = ("none", "weighted"),
+) -> int:
+    """Answer property files, and global questions by name, each as soon as it is; return the exit status.
+
+    Where a scheduler is named, its workers answer; they flatten a system model by the variant of signals and
+    of overflow.
+    """
     from dineros.analysis.properties import answering
     from dineros.analysis.properties.property import PropertyAnswer
 
@@ -29,7 +41,7 @@ def answer_properties(subject: Subject, model: Path, wanted: Sequence[str], as_j
 
     def tell(answer: PropertyAnswer) -> None:
         found[answer.id] = answer
-        if not as_json:
+        if not as_json and answer.value is not None:
             say(_line(answer))
         run.refresh()
 
@@ -54,7 +66,13 @@ def answer_properties(subject: Subject, model: Path, wanted: Sequence[str], as_j
     run.draft(say_rest)
     budget = run.budget()
     seconds = answering.SECONDS if budget.seconds is None else budget.seconds / max(1, len(properties))
-    answering.answer_properties(subject.net, names, properties, seconds, budget.memory, tell, run.stage)
+    if scheduler is None:
+        answering.answer_properties(subject.net, names, properties, seconds, budget.memory, tell, run.stage)
+    else:
+        run.stage(f"asking the workers of {scheduler}")
+        asked = {"signals": variant[0], "overflow": variant[1]}
+        limits = {"memory": run.limits.memory, "seconds": seconds}
+        properties_on_workers(subject, scheduler, {**asked, **limits}, properties, names, tell)
     with run.answer():
         return say_rest("time or memory did not suffice")
 

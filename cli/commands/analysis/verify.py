@@ -115,14 +115,14 @@ def verify(
     from dineros.metamodel.errors import DinerosError
 
     if properties:
-        others = (ltl, ctl, weak, strong, output, certificate, confirm or None, scheduler)
+        others = (ltl, ctl, weak, strong, output, certificate, confirm or None)
         if engine == "tina" or any(other not in (None, ()) for other in others):
-            alone = "--ltl, --ctl, --fair, --engine tina, --certificate, --confirm, --scheduler and -o"
+            alone = "--ltl, --ctl, --fair, --engine tina, --certificate, --confirm and -o"
             raise click.UsageError(f"--properties goes with none of {alone}")
         subject = load_subject(model, settings, signals, overflow)
         if written is not None:
             return write_properties(subject, properties, written)
-        return answer_properties(subject, model, properties, as_json)
+        return answer_properties(subject, model, properties, as_json, scheduler, (signals, overflow))
     if scheduler is not None and engine == "tina":
         raise click.UsageError("workers of a scheduler do not ask TINA")
     if (ltl is None) == (ctl is None):
