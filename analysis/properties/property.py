@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from dineros.analysis.answers.evidence import Evidence
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.syntax import Enabled, Formula, Name, Or
 
@@ -61,6 +62,10 @@ class PropertyAnswer:
         What decided: ``structure``, ``state equation``, ``random walk``, ``explicit``, ``symbolic`` ...
     reason : str
         Why nothing is known.
+    evidence : Evidence or None
+        What it rests on, as far as that is structure or induction.
+    dead : str
+        Where a net is not quasi-live by structure: the name of a transition that never fires.
     """
 
     id: str
@@ -68,6 +73,8 @@ class PropertyAnswer:
     seconds: float
     technique: str = ""
     reason: str = ""
+    evidence: Evidence | None = None
+    dead: str = ""
 
 
 class GroupedNames:

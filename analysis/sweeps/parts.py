@@ -113,7 +113,7 @@ def conjuncts(kind: str, text: str) -> list[str]:
     from dineros.analysis.logic.language.parser import parse
     from dineros.analysis.logic.language.syntax import And
 
-    formula = parse(text, kind) if kind in ("ctl", "ltl") else None  # type: ignore[arg-type]
+    formula = parse(text, kind) if kind in ("ctl", "ltl") else None
     return [str(one) for one in formula.operands] if isinstance(formula, And) else [text]
 
 

@@ -133,8 +133,10 @@ def check(
         confirmation = confirmed_report(report, run.budget()) if confirm else None
     else:
         run.stage(f"asking the workers of {scheduler}")
-        wanted = {"at_any_cost": behaviour, "memory": memory, "is_confirmed": confirm}
-        confirmation = report_confirmed(report, check_on_workers(net, scheduler, report, **wanted))
+        said = check_on_workers(
+            net, scheduler, report, at_any_cost=behaviour, memory=memory, is_confirmed=confirm
+        )
+        confirmation = report_confirmed(report, said)
     with run.answer():
         print_report(report, net, model, format, witnesses)
         if confirm:
