@@ -116,7 +116,8 @@ def test_callback_groups_are_made_once_and_left(model: sym.SystemModel) -> None:
         apply(model, setting)
     (group,) = elements.find(model, "n2", sym.NodeNet).callbackGroups
     assert group.kind == sym.CallbackGroupKind.reentrant
-    page, (client,) = elements.find(model, "OnObject", sym.CallbackPage), reached(model, "c2/clients")  # type: ignore[misc]
+    page = elements.find(model, "OnObject", sym.CallbackPage)
+    (client,) = elements.find(model, "c2", sym.ServiceChannel).clients
     assert page.group is client.group is group
     apply(model, "OnObject.group=")
     assert page.group is None

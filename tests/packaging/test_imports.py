@@ -69,6 +69,7 @@ FOLDERS = {
         "properties",
         "callbacks",
         "questions",
+        "suggestions",
         "evidence",
         "conformance",
         "sweeps",
