@@ -97,7 +97,7 @@ def refuse_invalid(model: pn.Net, path: Path) -> None:
 def say_rules(model: pn.Net, path: Path) -> None:
     """Say by which rules a system model is flattened, where they are not the paper's."""
     if _is_of_ros2(model) and invocation().verbosity >= 0:
-        warn(f"{path}: by the rules of ros2: writer and reader histories, capacities")
+        warn(f"{path}: by the rules of ros2: writer, reader and request histories, capacities")
 
 
 def rules_of(model: pn.Net) -> dict[str, str]:
@@ -117,6 +117,9 @@ def say_what_runs(model: pn.Net, path: Path) -> None:
         for quality in qualities
     ):
         warn(f"{path}: nodes set no deadline, lifespan and liveliness yet: they have those of the middleware")
+    clients = [part for part in model.eAllContents() if isinstance(part, sym.ClientPort)]
+    if any(client.outstanding > 1 or client.timeout is not None for client in clients):
+        warn(f"{path}: nodes have one request under way for each client, and ask again instead of giving up")
     if _is_of_ros2(model) or any(place.capacity is not None for place in places(model)):
         warn(
             f"{path}: nodes do not obey capacities and messages in hand yet: "

@@ -9,8 +9,29 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from dineros.metamodel import sym
+
+
+class Quality(NamedTuple):
+    """A quality of service as plain values.
+
+    Attributes
+    ----------
+    reliability : {"reliable", "bestEffort"}
+    durability : {"volatile", "transientLocal"}
+    liveliness : {"automatic", "manualByTopic"}
+    deadline, lease_duration, lifespan : float or None
+        Seconds; None: without bound.
+    """
+
+    reliability: str
+    durability: str
+    liveliness: str
+    deadline: float | None
+    lease_duration: float | None
+    lifespan: float | None
 
 
 @dataclass(frozen=True)
@@ -46,21 +67,43 @@ def is_best_effort(publisher: sym.PublisherPort, subscriber: sym.SubscriberPort)
     return best_effort in (quality_of(publisher).reliability, quality_of(subscriber).reliability)
 
 
+def plain(quality: sym.QualityOfService) -> Quality:
+    """Return a quality of service as plain values."""
+    return Quality(
+        str(quality.reliability),
+        str(quality.durability),
+        str(quality.liveliness),
+        quality.deadline,
+        quality.leaseDuration,
+        quality.lifespan,
+    )
+
+
+def unmet(offered: Quality, requested: Quality) -> str | None:
+    """Return what a publisher offers less of than a subscriber requests; None: they match."""
+    for name, strictness in _ORDERED.items():
+        if strictness(getattr(offered, name)) < strictness(getattr(requested, name)):
+            return name
+    return None
+
+
 def mismatch(publisher: sym.PublisherPort, subscriber: sym.SubscriberPort) -> Mismatch | None:
     """Return why a publisher and a subscriber do not match; None where they do."""
-    offered, requested = quality_of(publisher), quality_of(subscriber)
-    for name, strictness in _ORDERED.items():
-        given, asked = getattr(offered, name), getattr(requested, name)
-        if strictness(given) < strictness(asked):
-            return _reason(name, publisher, subscriber, given, asked)
-    return None
+    offered, requested = plain(quality_of(publisher)), plain(quality_of(subscriber))
+    name = unmet(offered, requested)
+    if name is None:
+        return None
+    return _reason(name, publisher, subscriber, getattr(offered, name), getattr(requested, name))
 
 
 def _reason(
     name: str, publisher: sym.PublisherPort, subscriber: sym.SubscriberPort, given: object, asked: object
 ) -> Mismatch:
-    words = "lease duration" if name == "leaseDuration" else name
-    mended = _setting("publisher", publisher, name, asked), _setting("subscriber", subscriber, name, given)
+    words, feature = name.replace("_", " "), "leaseDuration" if name == "lease_duration" else name
+    mended = (
+        _setting("publisher", publisher, feature, asked),
+        _setting("subscriber", subscriber, feature, given),
+    )
     return Mismatch(
         f"the publisher's {words} is {_shown(given)}, and the subscriber asks for {_shown(asked)}",
         " or ".join(mended),
@@ -85,10 +128,10 @@ def _time(seconds: float | None) -> float:
 
 
 _ORDERED: dict[str, Callable[..., float]] = {
-    "reliability": lambda value: value == sym.Reliability.reliable,
-    "durability": lambda value: value == sym.Durability.transientLocal,
+    "reliability": lambda value: value == "reliable",
+    "durability": lambda value: value == "transientLocal",
     "deadline": _time,
-    "liveliness": lambda value: value == sym.Liveliness.manualByTopic,
-    "leaseDuration": _time,
+    "liveliness": lambda value: value == "manualByTopic",
+    "lease_duration": _time,
 }
 """How strict each value is; what is offered must be as strict as what is requested."""

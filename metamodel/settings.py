@@ -3,6 +3,7 @@
 ==========================================  =========================================================
 ``RedObjects.tokens=2``                     an attribute of the element with that id, or unique name
 ``LeftCell.publisher.SortRed.limit=5``      a port of a channel, by its place (also ``subscriber``)
+``Pick.client.left.timeout=2.5``            a client of a service, by its id
 ``LeftCell.dispatcher.controller.limit=8``  what a node net buffers of a topic; made where it is absent
 ``LeftCell.qos.reliability=bestEffort``     quality of service; made where it is absent
 ``LeftCell.publisher.SortRed.qos.deadline=1``  that of a port; made as its topic's where it is absent

@@ -238,6 +238,7 @@ class ConformanceNet:
             for entrance in queue.entrances:
                 role = self.roles[entrance.enter]
                 found[queue.kind][role.place or role.node or ""] = self._queue(queue, entrance)
+            assert queue.leave is not None, "it is of a topic"
             role = self.roles[queue.leave]
             if role.kind is Take:
                 nodes[role.place or ""] = role.node or ""
@@ -267,6 +268,7 @@ class ConformanceNet:
         load, capacity, enter = place[queue.load], place[queue.capacity], transition[entrance.enter]
         (source,) = (place for place, _ in self.pre[enter] if place != capacity)
         limit = int(self.net.initial[capacity] + self.net.initial[load])
+        assert queue.leave is not None, "it is of a topic"
         leave, drop = transition[queue.leave], transition[entrance.drop]
         return Queue(source, load, capacity, enter, leave, drop, limit, str(queue))
 

@@ -34,8 +34,13 @@ def queue_words(link: Link) -> str:
 
 
 def queue_end(link: Link) -> EObject:
-    """Return the place of the port whose queue an element belongs to, or the node net of a dispatcher."""
+    """Return the place of the port whose queue an element belongs to.
+
+    Of a dispatcher it is the node net, of a service the entry of its server.
+    """
     port = topic_port(link)
+    if service := next((each for each in link.sources if isinstance(each, sym.ServiceChannel)), None):
+        return service.server.entry
     return source_of(link, sym.NodeNet) if port is None else port.place
 
 
@@ -86,6 +91,12 @@ def _callback_words(link: Link) -> str:
     return f"callback {_id(source_of(link, sym.CallbackPage))}{instance}"
 
 
+def _waits(link: Link) -> str:
+    """Return what a client does whose request is lost."""
+    waits_for_ever = source_of(link, sym.ClientPort).timeout is None
+    return "waits for ever" if waits_for_ever else "waits until it gives up"
+
+
 _PARTS: dict[str, Callable[[Link], object]] = {
     "topic": lambda link: source_of(link, sym.TopicChannel).topic,
     "service": lambda link: source_of(link, sym.ServiceChannel).service,
@@ -102,6 +113,7 @@ _PARTS: dict[str, Callable[[Link], object]] = {
     "queue_kind": lambda link: link.meaning and link.meaning.queue,
     "queue_end": lambda link: _id(queue_end(link)),
     "writer": _writer,
+    "waits": _waits,
 }
 
 

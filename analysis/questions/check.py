@@ -212,7 +212,7 @@ class Overflow(Question):
         "queue-overflow",
         "error",
         "A queue can be full when a message arrives, which is then lost.",
-        "{queue} can overflow: a message is lost",
+        "{queue} can overflow: {loss}",
     )
     faults = (LOSES,)
     asks = "which queues can overflow"
@@ -230,7 +230,9 @@ class Overflow(Question):
             witness = self._witness(checked, losing)
             if witness is None:
                 checked.leave_open(f"how {queue} overflows", OUT_OF_MEMORY)
-            checked.report.findings.append(self.LOSES.found(*queue.elements, witness=witness, queue=queue))
+            checked.report.findings.append(
+                self.LOSES.found(*queue.elements, witness=witness, queue=queue, loss=queue.loss)
+            )
 
     def _ask_on_the_way(self, checked: Checked, known: Firings) -> None:
         subject = checked.subject
@@ -240,7 +242,7 @@ class Overflow(Question):
             if losing:
                 witness = witness_of(subject, min(losing, key=len))
                 checked.report.findings.append(
-                    self.LOSES.found(*queue.elements, witness=witness, queue=queue)
+                    self.LOSES.found(*queue.elements, witness=witness, queue=queue, loss=queue.loss)
                 )
             elif known.dead.issuperset(drops):
                 checked.report.proved.append(f"{queue} never overflows")
@@ -279,6 +281,7 @@ class Use(Question):
         else:
             dead = known.dead
             is_open = [checked.subject.transition_text(t) for t in range(len(names)) if known.is_open(t)]
+        checked.report.dead = [names[index] for index in sorted(dead)]
         found = unused.unused_parts(checked.subject, dead)
         checked.report.findings += found
         if known is not None and is_open:

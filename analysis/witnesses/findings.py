@@ -159,12 +159,15 @@ class Report:
         What could not be decided, and why.
     space : SymbolicStateSpace or None
         All markings, where answers rest on them.
+    dead : list of str
+        Transitions of the net without signals that are found never to fire.
     """
 
     findings: list[Finding] = field(default_factory=list)
     proved: list[str] = field(default_factory=list)
     unknown: list[Outcome] = field(default_factory=list)
     space: SymbolicStateSpace | None = field(default=None, compare=False, repr=False)
+    dead: list[str] = field(default_factory=list, compare=False, repr=False)
 
     def add(self, other: Report) -> None:
         """Take over all that another report says."""

@@ -27,12 +27,14 @@ from dineros.metamodel.elements import resolve
 
 
 def calls_of(net: EObject | None) -> list[tuple[pn.Place, pn.Place]]:
-    """Return request and response of each client of a system model or runtime model."""
+    """Return request and response of each client of a net, and request and place of time-outs."""
     while net is not None and not isinstance(net, pn.Net):
         net = net.eContainer()
     if isinstance(net, sym.SystemModel):
         services = [channel for channel in net.channels if isinstance(channel, sym.ServiceChannel)]
-        return [(port.request, port.response) for service in services for port in service.clients]
+        clients = [port for service in services for port in service.clients]
+        told = [(port.request, port.timedOut) for port in clients if port.timedOut is not None]
+        return [*((port.request, port.response) for port in clients), *told]
     if isinstance(net, rtm.RuntimeModel):
         places = [each for each in net.eAllContents() if isinstance(each, rtm.Place)]
         return [(p, port.response) for p in places for port in p.ports if isinstance(port, rtm.ClientPort)]

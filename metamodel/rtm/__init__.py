@@ -140,6 +140,9 @@ class SubscriberPort(PlacePort):
         QoS depth.
     dispatcherLimit : int
         Capacity of the node's dispatcher queue.
+    inHand : int | None
+        Messages that the node takes before it has worked on them, -1 for any number; absent: as many as
+        one transition takes.
     qos : sym.QualityOfService | None
         Quality of service.
     """
@@ -147,6 +150,7 @@ class SubscriberPort(PlacePort):
     topic: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
     dispatcherLimit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=16)
+    inHand: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
     qos: sym.QualityOfService | None = Ecore.EReference(containment=True)
 
     def __init__(
@@ -158,6 +162,7 @@ class SubscriberPort(PlacePort):
         topic: str | None = None,
         limit: int | None = None,
         dispatcherLimit: int | None = None,
+        inHand: int | None = None,
         qos: sym.QualityOfService | None = None,
         **unknown: Never,
     ) -> None:
@@ -171,6 +176,7 @@ class SubscriberPort(PlacePort):
                 "topic": topic,
                 "limit": limit,
                 "dispatcherLimit": dispatcherLimit,
+                "inHand": inHand,
                 "qos": qos,
             },
             unknown,
@@ -276,14 +282,20 @@ class RuntimeModel(pn.Net):
     node : sym.NodeNet
         The node net, on one of the pages.
     tokenType : sym.TokenType | None
-        What every token carries.
+        What tokens carry in places that name no other type.
+    otherTokenTypes : ModelList[sym.TokenType]
+        Further token types, which its places name.
     systemModel : str
         Id of the system model it was split from.
+    middleware : sym.Middleware
+        Whose queues its topics have.
     """
 
     node: sym.NodeNet = Ecore.EReference(lower=1, required=True)
     tokenType: sym.TokenType | None = Ecore.EReference(containment=True)
+    otherTokenTypes: ModelList[sym.TokenType] = Ecore.EReference(containment=True, upper=-1)
     systemModel: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    middleware: sym.Middleware = Ecore.EAttribute(eType=sym.Middleware, default_value=sym.Middleware.ros1)
 
     def __init__(
         self,
@@ -296,7 +308,9 @@ class RuntimeModel(pn.Net):
         pages: Iterable[pn.Page] | None = None,
         node: sym.NodeNet | None = None,
         tokenType: sym.TokenType | None = None,
+        otherTokenTypes: Iterable[sym.TokenType] | None = None,
         systemModel: str | None = None,
+        middleware: sym.Middleware | str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -311,7 +325,9 @@ class RuntimeModel(pn.Net):
                 "pages": pages,
                 "node": node,
                 "tokenType": tokenType,
+                "otherTokenTypes": otherTokenTypes,
                 "systemModel": systemModel,
+                "middleware": middleware,
             },
             unknown,
         )
@@ -343,6 +359,7 @@ class Place(sym.Place):
         capacity: int | None = None,
         balloons: Iterable[sym.BalloonToken] | None = None,
         kind: sym.PlaceKind | str | None = None,
+        tokenType: sym.TokenType | None = None,
         ports: Iterable[PlacePort] | None = None,
         **unknown: Never,
     ) -> None:
@@ -362,6 +379,7 @@ class Place(sym.Place):
                 "capacity": capacity,
                 "balloons": balloons,
                 "kind": kind,
+                "tokenType": tokenType,
                 "ports": ports,
             },
             unknown,
@@ -378,6 +396,7 @@ resolve_references(
         (ServerPort.page, pn.Page),
         (RuntimeModel.node, sym.NodeNet),
         (RuntimeModel.tokenType, sym.TokenType),
+        (RuntimeModel.otherTokenTypes, sym.TokenType),
         (Place.ports, PlacePort),
     ],
     opposites=[],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TypeVar, cast
 
 from dineros.metamodel.errors import DinerosError
@@ -165,6 +165,25 @@ class Exchange:
         self._traffic.tell_error(str(error), "retry")
         self._engine.hold_departure(number)
         self._loop.timers.call_later(RETRY_DELAY, lambda: self._engine.unhold_departure(number))
+
+    def place_of(self, port: SubscriberPort) -> int:
+        """Return the place that the messages of a port come to."""
+        return self._subscribers[port].place
+
+    def has_room(self, port: SubscriberPort) -> bool:
+        """Return whether the place of a port has room for a message; from any thread."""
+        return self._engine.has_room(self._subscribers[port].place)
+
+    def let_in(self, places: Collection[int]) -> bool:
+        """Take responses and requests that wait for room on some places; return whether there were any."""
+        before = self._engine.next_token
+        for client in self._clients.values():
+            if client.response in places:
+                client.let_in()
+        for instance in self._instances:
+            if instance.entry in places:
+                instance.server.serve()
+        return self._engine.next_token > before
 
     def arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
         """Take a message of a topic; `lost` are missing just before it."""

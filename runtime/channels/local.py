@@ -2,8 +2,8 @@
 
 The queues are those of the paper (Fig. 8 and 9), with the model's limits: a publisher's, one dispatcher's
 per subscribing node, and the subscriber's, which the node itself keeps. Full queues drop the newest
-message. Requests and responses travel one by one. Nothing moves by itself: `step` makes one move, by the
-seed; `start` has a thread make them.
+message. Where the model's middleware is ROS 2, they are histories instead. Requests and responses travel one
+by one. Nothing moves by itself: `step` makes one move, by the seed; `start` has a thread make them.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from dineros.metamodel.errors import DinerosError
+from dineros.runtime.channels.histories import HistoryTopic
 from dineros.runtime.channels.transport import Receiver
 from dineros.runtime.nets.ports import ClientPort, Message, Ports, PublisherPort, ServerPort, SubscriberPort
 from dineros.runtime.scheduling.threads import join
@@ -87,6 +88,7 @@ class LocalNetwork:
         self._changed = threading.Condition()
         self._publishers: dict[str, dict[str, _PublisherQueue]] = {}  # topic -> node/place
         self._dispatchers: dict[str, dict[str, _Dispatcher]] = {}  # topic -> node
+        self._topics: dict[str, HistoryTopic] = {}  # those with histories
         self._services: dict[str, _Service] = {}
         self._clients: dict[str, _Client] = {}
         self._thread: threading.Thread | None = None
@@ -115,6 +117,8 @@ class LocalNetwork:
             for dispatcher in dispatchers.values():
                 if dispatcher.waiting or dispatcher.history:
                     moves.append(partial(self._dispatch, dispatcher))
+        for with_histories in self._topics.values():
+            moves += with_histories.moves()
         for service in self._services.values():
             if service.waiting and service.receiver is not None:
                 moves.append(partial(self._call, service))
@@ -198,10 +202,12 @@ class LocalNetwork:
             for server in ports.servers:
                 if self._services.setdefault(server.channel, _Service()).receiver is not None:
                     raise DinerosError(f"two nodes serve {server.service!r}")
-            for publisher in ports.publishers:
+            if ports.middleware == "ros2":
+                self._join_topics(ports, receiver)
+            for publisher in ports.publishers if ports.middleware != "ros2" else ():
                 known = self._publishers.setdefault(publisher.channel, {})
                 known.setdefault(_place_key(ports, publisher), _PublisherQueue(publisher))
-            for subscriber in ports.subscribers:
+            for subscriber in ports.subscribers if ports.middleware != "ros2" else ():
                 dispatchers = self._dispatchers.setdefault(subscriber.channel, {})
                 if ports.node in dispatchers:
                     dispatchers[ports.node].ports.append(subscriber)
@@ -220,10 +226,20 @@ class LocalNetwork:
                 service.unanswered.clear()
             self._changed.notify()
 
+    def _join_topics(self, ports: Ports, receiver: Receiver) -> None:
+        for port in (*ports.publishers, *ports.subscribers):
+            self._topics.setdefault(port.channel, HistoryTopic())
+        for publisher in ports.publishers:
+            self._topics[publisher.channel].add_writer(_place_key(ports, publisher), publisher)
+        for subscriber in ports.subscribers:
+            self._topics[subscriber.channel].add_reader(ports.node, receiver, subscriber)
+
     def leave(self, ports: Ports) -> None:
         """Disconnect a node; what it has published and asked stays on its way."""
         with self._changed:
-            for subscriber in ports.subscribers:
+            for topic in self._topics.values():
+                topic.remove(ports.node)
+            for subscriber in ports.subscribers if ports.middleware != "ros2" else ():
                 self._dispatchers[subscriber.channel].pop(ports.node, None)
             for client in ports.clients:
                 self._clients.pop(_client_key(client), None)
@@ -231,8 +247,12 @@ class LocalNetwork:
                 self._services[server.channel].receiver = None
 
     def publish(self, ports: Ports, port: PublisherPort, message: Message) -> bool:
-        """Take a message into the publisher's queue; False: the queue is full."""
+        """Take a message into the publisher's queue or histories; False: the queue is full."""
         with self._changed:
+            if port.channel in self._topics:
+                self._topics[port.channel].publish(_place_key(ports, port), message)
+                self._changed.notify()
+                return True
             queue = self._publishers[port.channel][_place_key(ports, port)]
             if len(queue.waiting) >= port.limit:
                 return False
@@ -243,9 +263,18 @@ class LocalNetwork:
     def publish_again(self, ports: Ports, port: PublisherPort, message: Message) -> None:
         """Hand a message of an earlier life to all dispatchers, also those that come later."""
         with self._changed:
+            if port.channel in self._topics:
+                self._topics[port.channel].publish_again(_place_key(ports, port), message)
+                self._changed.notify()
+                return
             self._publishers[port.channel][_place_key(ports, port)].again.append(message)
             for dispatcher in self._dispatchers.get(port.channel, {}).values():
                 dispatcher.history.append(message)
+            self._changed.notify()
+
+    def opened(self) -> None:
+        """Look again for messages that a node takes."""
+        with self._changed:
             self._changed.notify()
 
     def request(self, port: ClientPort, message: Message) -> None:
@@ -277,6 +306,10 @@ class LocalTransport:
         """Send a message that was sent before a restart."""
         assert self._ports is not None
         self._network.publish_again(self._ports, port, message)
+
+    def opened(self, port: SubscriberPort) -> None:
+        """Learn that the node takes messages of a topic again."""
+        self._network.opened()
 
     def request(self, port: ClientPort, message: Message) -> None:
         """Send a request."""

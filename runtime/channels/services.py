@@ -35,8 +35,8 @@ class Client:
         How often it was sent.
     departure : int
         Number of the departure; on hold while a request is under way.
-    request : int
-        The place of its requests.
+    request, response : int
+        The places of its requests and of their responses.
     """
 
     def __init__(
@@ -49,10 +49,11 @@ class Client:
     ) -> None:
         self._traffic = traffic
         self.port = port
-        self.request, self._response = places
+        self.request, self.response = places
         self.departure = departure
         self._timeout = timeout
         self._timer: Timer | None = None
+        self._held: Message | None = None  # a response that waits for room
         self.pending: Message | None = None
         self.attempts = 0
 
@@ -125,13 +126,17 @@ class Client:
         pending, traffic, port = self.pending, self._traffic, self.port
         if pending is None or (message.id and message.id != pending.id):
             return
-        token = traffic.arriving(port.service, message.data)
+        if not traffic.engine.has_room(self.response):
+            self._stop_timer()
+            self._held = message
+            return
+        token = traffic.arriving(port.service, self.response, message.data)
         if token is None:
             return
         self._stop_timer()
         self.pending = None
         traffic.engine.unhold_departure(self.departure)
-        traffic.engine.put(self._response, token)
+        traffic.engine.put(self.response, token)
         if traffic.observer.is_observing:
             traffic.observer.emit(
                 "response",
@@ -143,6 +148,12 @@ class Client:
                 data=token.data,
                 change={port.response: 1},
             )
+
+    def let_in(self) -> None:
+        """Take the response that waits for room, if there is one, now that there is some."""
+        held, self._held = self._held, None
+        if held is not None:
+            self.responded(held)
 
     def _stop_timer(self) -> None:
         if self._timer is not None:
@@ -223,15 +234,15 @@ class Server:
             if number is not None and self._served.had(*number):
                 return  # answered long ago
         self.waiting.append((message, [answer]))
-        self._serve()
+        self.serve()
 
-    def _serve(self) -> None:
-        """Give waiting requests to inactive instances, the oldest first."""
+    def serve(self) -> None:
+        """Give waiting requests to inactive instances that have room, the oldest first."""
         traffic, port = self._traffic, self.port
         for instance in self.instances:
-            while instance.message is None and self.waiting:
+            while instance.message is None and self.waiting and traffic.engine.has_room(instance.entry):
                 message, answers = self.waiting.popleft()
-                token = traffic.arriving(port.service, message.data)
+                token = traffic.arriving(port.service, instance.entry, message.data)
                 if token is None:
                     continue
                 instance.message, instance.answers = message.id, answers
@@ -284,7 +295,7 @@ class Server:
                 message=response.id,
                 change={place: -1},
             )
-        self._serve()
+        self.serve()
 
     def keep(self, response: Message) -> None:
         """Keep a response for a request that comes again; the last one of each of the senders heard last."""

@@ -82,12 +82,14 @@ class Subscriber:
         What came, or is known to be lost: what comes again is ignored.
     missing : int
         Messages that were lost since the last one came.
+    place : int
+        The place that they come to.
     """
 
     def __init__(self, traffic: Traffic, port: SubscriberPort, place: int) -> None:
         self._traffic = traffic
         self._port = port
-        self._place = place
+        self.place = place
         self.seen = Senders()
         self.missing = 0
         self._lock = threading.Lock()
@@ -117,14 +119,14 @@ class Subscriber:
         known = parse_id(message.id)
         if known is not None and self.had(message):
             return
-        token = traffic.arriving(port.topic, message.data)
+        token = traffic.arriving(port.topic, self.place, message.data)
         if token is None:
             return
         if known is not None:
             with self._lock:
                 self.seen.add(*known, self.missing)
         self.missing = 0
-        traffic.engine.put(self._place, token)
+        traffic.engine.put(self.place, token)
         if traffic.observer.is_observing:
             traffic.observer.emit(
                 "take",

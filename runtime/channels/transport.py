@@ -34,6 +34,12 @@ class Receiver(Protocol):
     def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
         """Take a message of a topic; `lost` messages are missing just before it."""
 
+    def is_open(self, port: SubscriberPort) -> bool:
+        """Return whether the node takes a message of a topic now.
+
+        Where it does not, the message stays in the middleware, whose history loses the oldest.
+        """
+
     def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Take a request. One that comes again is served once; every `answer` given for it is called."""
 
@@ -87,6 +93,14 @@ class Repeating(Protocol):
 
     def publish_again(self, port: PublisherPort, message: Message) -> object:
         """Send a message that was sent before to those who tell by its id whether they had it."""
+
+
+@runtime_checkable
+class Pausing(Protocol):
+    """A transport that does not ask again by itself whether the node takes a message."""
+
+    def opened(self, port: SubscriberPort) -> object:
+        """Learn that the node takes messages of a topic again; on the thread of the node's loop."""
 
 
 class Transport(Protocol):

@@ -76,7 +76,7 @@ class Flights:
 
     def add(self, engine: Engine, flight: Flight) -> None:
         """Reserve the tokens of a firing; hold its transition where no more may be in flight."""
-        engine.reserve(flight.taken)
+        engine.reserve(flight.transition, flight.taken)
         flight.is_reserved = True
         self._flights.append(flight)
         if self._is_full(flight):
@@ -87,7 +87,7 @@ class Flights:
         """Give up the reservation of a firing."""
         flight.is_reserved = False
         self._flights.remove(flight)
-        engine.release(flight.taken)
+        engine.release(flight.transition, flight.taken)
         if flight.transition in self._full and not self._is_full(flight):
             self._full.remove(flight.transition)
             engine.unhold(flight.transition)

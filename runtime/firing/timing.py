@@ -23,7 +23,9 @@ class Timing:
         }
         self._ready_since: dict[int, float] = {}
         self._timers = structure.timers
-        self._timer_of = {number: timer for timer, (_, begins) in enumerate(self._timers) for number in begins}
+        self._timer_of = {
+            number: timer for timer, (_, begins) in enumerate(self._timers) for number in begins
+        }
         self._is_due = [False] * len(self._timers)
         self._is_ticking = False
 

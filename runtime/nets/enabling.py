@@ -1,9 +1,10 @@
 """Which transitions are enabled, kept incrementally: a change costs as much as its own arcs.
 
 Every transition counts its conditions that do not hold: an input place with too few free tokens, a read or
-inhibitor arc, a false disjunction of its clause, a hold. It is *ready* when there are none. Each place
-knows the thresholds at which a condition turns, so a change of its count touches only the conditions that
-turn. Departures (tokens of a place that a port sends) are counted the same way, after the transitions.
+inhibitor arc, a false disjunction of its clause, a place without room for what it would put there, a hold.
+It is *ready* when there are none. Each place knows the thresholds at which a condition turns, so a change of
+its count touches only the conditions that turn. Departures (tokens of a place that a port sends) are counted
+the same way, after the transitions.
 """
 
 from __future__ import annotations
@@ -25,6 +26,10 @@ class Enabling:
         Places whose oldest free token can depart, by the number of the departure. Not to be changed.
     free, total : list of int
         For each place, its tokens that nobody has reserved, and all of them.
+    room : list of int or None
+        For each place, how many tokens more it may hold, less the room that is reserved; None: any number.
+    opened : list of int
+        Places that had no room and got some, to be looked at and cleared by whoever waits for that.
     signals : list of bool
         Values of the signals.
     """
@@ -36,13 +41,16 @@ class Enabling:
         "_missing",
         "_places",
         "_positions",
+        "_raisers",
         "_signal_literals",
         "_transitions",
         "_true",
         "_watchers",
         "due",
         "free",
+        "opened",
         "ready",
+        "room",
         "signals",
         "total",
     )
@@ -55,6 +63,8 @@ class Enabling:
         size = self._transitions + len(departures)
         self.free = [0] * self._places
         self.total = [0] * self._places
+        self.room = list(structure.capacities)
+        self.opened: list[int] = []
         self.ready: list[int] = []
         self.due: list[int] = []
         self._missing = [0] * size
@@ -63,6 +73,8 @@ class Enabling:
         self._consumers: list[list[list[int]]] = [[] for _ in range(self._places)]
         # Place -> (transition, threshold of all tokens, whether it wants as many rather than fewer).
         self._watchers: list[list[tuple[int, int, bool]]] = [[] for _ in range(self._places)]
+        # Place -> (transition, room it needs).
+        self._raisers: list[list[tuple[int, int]]] = [[] for _ in range(self._places)]
         self._connect(structure, departures)
         self._disjunctions: list[int] = []  # the transition of each
         self._true: list[int] = []  # how many of its literals are true
@@ -88,6 +100,9 @@ class Enabling:
                 self._missing[transition] += 1
             for place, limit in structure.inhibitors[transition]:
                 self._watchers[place].append((transition, limit, False))
+            for place, more in structure.raises[transition]:
+                self._raisers[place].append((transition, more))
+                self._missing[transition] += (self.room[place] or 0) < more
         for number, place in enumerate(departures, self._transitions):
             self._consumers[place].append([number, 1])
             self._missing[number] += 1
@@ -120,6 +135,8 @@ class Enabling:
         if total:
             before = self.total[place]
             after = self.total[place] = before + total
+            if self.room[place] is not None:
+                self.change_room(place, -total)
             watchers = self._watchers[place]
             if watchers:
                 for index, threshold, wanted in watchers:
@@ -129,6 +146,19 @@ class Enabling:
                             self.satisfied(index)
                         else:
                             self.violated(index)
+
+    def change_room(self, place: int, more: int) -> None:
+        """Add to the room of a place that has a capacity."""
+        before = self.room[place]
+        assert before is not None
+        after = self.room[place] = before + more
+        for index, need in self._raisers[place]:
+            if before < need <= after:
+                self.satisfied(index)
+            elif after < need <= before:
+                self.violated(index)
+        if before < 1 <= after:
+            self.opened.append(place)
 
     def set_need(self, transition: int, place: int, need: int) -> None:
         """Let a transition need another number of free tokens of an input place."""

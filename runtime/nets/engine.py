@@ -2,7 +2,8 @@
 
 No handler, no clock and no transport here: `dineros.runtime.firing` decides what fires when. A place is a
 queue; a transition takes the oldest tokens unless it is told which. Tokens can be *reserved* for a firing
-in flight: they stay where they are, read and inhibitor arcs see them, and nobody else takes them.
+in flight, and with them room for those it will put: they stay where they are, read and inhibitor arcs see
+them, and nobody else takes them or fills the room.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 
+from dineros.metamodel.token_types.passing import passing
 from dineros.runtime.nets.enabling import Enabling
 from dineros.runtime.nets.ports import Data
 from dineros.runtime.nets.structure import Structure
@@ -39,10 +41,16 @@ class Engine:
 
     Attributes
     ----------
+    checkers : tuple of TokenChecker
+        For each place, what checks the data of its tokens.
+    demands : tuple of tuple of int
+        For each transition, the places that its handlers have to give data.
     ready : list of int
         Transitions that can fire now with free tokens, priorities aside. Not to be changed.
     due : list of int
         Departures that can happen now: departure ``i`` as ``first_departure + i``. Not to be changed.
+    opened : list of int
+        Places with a capacity that were full and got room, for whoever brings tokens to look at and clear.
     """
 
     def __init__(
@@ -54,7 +62,9 @@ class Engine:
         next_token: int = 1,
     ) -> None:
         self.structure = structure
-        self.checker = TokenChecker(structure.ports.token_type)
+        checkers = {id(type_): TokenChecker(type_) for type_ in {id(t): t for t in structure.types}.values()}
+        self.checkers = tuple(checkers[id(type_)] for type_ in structure.types)
+        self._free = TokenChecker(structure.ports.token_type)
         self.departures = tuple(departures)
         self.next_token = next_token
         if marking is None:
@@ -68,6 +78,8 @@ class Engine:
         )
         self.ready = self._enabling.ready
         self.due = self._enabling.due
+        self.opened = self._enabling.opened
+        self.opened.clear()
         self.first_departure = len(structure.transitions)
         for number in range(len(self.departures)):
             self.hold_departure(number)
@@ -80,11 +92,22 @@ class Engine:
         # A pipe takes one token and puts its data on: the most frequent transition, and the quickest.
         self._pipes = tuple(
             (inputs[0][0], tuple(place for place, _ in outputs))
-            if len(inputs) == 1 and not loops and all(weight == 1 for _, weight in (*inputs, *outputs))
+            if len(inputs) == 1
+            and not loops
+            and all(weight == 1 for _, weight in (*inputs, *outputs))
+            and all(structure.types[place] is structure.types[inputs[0][0]] for place, _ in outputs)
             else None
             for inputs, outputs, loops in zip(structure.inputs, structure.outputs, self._loops, strict=True)
         )
         self.prioritised = any(structure.superiors)
+        passed = [
+            passing(inputs, outputs, [place for place, _ in reads], structure.types.__getitem__)
+            for inputs, outputs, reads in zip(
+                structure.inputs, structure.outputs, structure.reads, strict=True
+            )
+        ]
+        self._results = tuple(each.result for each in passed)
+        self.demands = tuple(each.demanded for each in passed)
 
     # What there is.
 
@@ -101,15 +124,26 @@ class Engine:
         """Return how many tokens a place holds."""
         return self._enabling.total[place]
 
+    def has_room(self, place: int) -> bool:
+        """Return whether a place may get one more token; from any thread."""
+        room = self._enabling.room[place]
+        return room is None or room > 0
+
     def is_ready(self, transition: int) -> bool:
         """Return whether a transition can fire now with free tokens."""
         return self._enabling.is_ready(transition)
 
     def is_enabled(self, transition: int) -> bool:
         """Return whether a transition is enabled in the net, reservations, holds and priorities aside."""
-        total = self._enabling.total
-        inputs = self.structure.inputs[transition]
-        return all(total[place] >= weight for place, weight in inputs) and self._conditions_hold(transition)
+        total, structure = self._enabling.total, self.structure
+        return (
+            all(total[place] >= weight for place, weight in structure.inputs[transition])
+            and all(
+                total[place] + more <= (structure.capacities[place] or 0)
+                for place, more in structure.raises[transition]
+            )
+            and self._conditions_hold(transition)
+        )
 
     def is_overridden(self, transition: int) -> bool:
         """Return whether a transition of higher priority is enabled."""
@@ -161,19 +195,40 @@ class Engine:
             for place, need in self.structure.reads[transition]
         ]
 
+    def result_checker(self, transition: int) -> TokenChecker:
+        """Return what checks the data that goes on."""
+        place = self._results[transition]
+        return self._free if place is None else self.checkers[place]
+
     def passed_on(self, transition: int, taken: Tokens) -> Data:
         """Return the data that goes on: that of the first token taken, in arc order.
 
         Tokens of loops count only where there are no others, those that read arcs see after them. Data is not
-        merged: what a token of control happens to carry must not find its way into others.
+        merged: what a token of control happens to carry must not find its way into others. Where the
+        transition puts tokens of other types than it takes, see `dineros.metamodel.token_types.passing`.
         """
-        loops = self._loops[transition]
-        for place, tokens in taken:
-            if place not in loops:
+        place = self._results[transition]
+        return self._free.default if place is None else self.data_for(transition, taken, place)
+
+    def data_for(self, transition: int, taken: Tokens, place: int) -> Data:
+        """Return the data that a place gets from what is taken: that of the first token of its type.
+
+        Where there is none, the defaults of the type.
+        """
+        loops, types = self._loops[transition], self.structure.types
+        wanted = types[place]
+        for source, tokens in taken:
+            if source not in loops and types[source] is wanted:
                 return tokens[0].data
-        for _, tokens in (*taken, *self.would_read(transition)):
-            return tokens[0].data
-        return self.checker.default
+        for source, tokens in (*taken, *self.would_read(transition)):
+            if types[source] is wanted:
+                return tokens[0].data
+        return self.checkers[place].default
+
+    def is_result(self, transition: int, place: int) -> bool:
+        """Return whether the data that goes on is of the type of a place."""
+        result, types = self._results[transition], self.structure.types
+        return result is not None and types[place] is types[result]
 
     # Firing.
 
@@ -221,7 +276,9 @@ class Engine:
                 tokens = [self.new_token(each) for each in given[place]]
             else:
                 tokens = own.get(place, [])[:weight]
-                tokens += [self.new_token(data) for _ in range(weight - len(tokens))]
+                fits = self.is_result(transition, place)
+                each = data if fits else self.data_for(transition, taken, place)
+                tokens += [self.new_token(each) for _ in range(weight - len(tokens))]
             made.append((place, tokens))
         return made
 
@@ -237,16 +294,20 @@ class Engine:
         if self._aside:
             self._forget(taken)
 
-    def reserve(self, taken: Tokens) -> None:
-        """Reserve free tokens for a firing in flight."""
+    def reserve(self, transition: int, taken: Tokens) -> None:
+        """Reserve free tokens for a firing in flight, and room for what it will put."""
+        for place, more in self.structure.raises[transition]:
+            self._enabling.change_room(place, -more)
         for place, tokens in taken:
             self._reserved.update((token.id, place) for token in tokens)
             self._enabling.change(place, -len(tokens), 0)
         if self._aside:
             self._refresh_needs(place for place, _ in taken)
 
-    def release(self, taken: Tokens) -> None:
+    def release(self, transition: int, taken: Tokens) -> None:
         """Give up a reservation."""
+        for place, more in self.structure.raises[transition]:
+            self._enabling.change_room(place, more)
         for place, tokens in taken:
             for token in tokens:
                 del self._reserved[token.id]
@@ -328,7 +389,7 @@ class Engine:
         return next(token for token in self._tokens[place] if token.id not in self._reserved)
 
     def put(self, place: int, token: Token) -> None:
-        """Put a token that arrived on a place."""
+        """Put a token that arrived on a place, which has room for it."""
         self._tokens[place].append(token)
         self._enabling.change(place, 1, 1)
 

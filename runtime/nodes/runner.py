@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from typing import Self
 
 from dineros.metamodel.errors import DinerosError
+from dineros.runtime.channels.arrivals import Arrivals
 from dineros.runtime.channels.exchange import Exchange
 from dineros.runtime.channels.transport import Answer, Transport
 from dineros.runtime.journal.recording import Checkpoint, NullRecorder, Recorder
@@ -75,9 +76,7 @@ class Runner:
         core.exchange = self.exchange
         self._loop = core.loop
         self._execution = core.execution
-        self._arrivals_lock = threading.Lock()
-        self._arriving: dict[SubscriberPort, int] = {}
-        self._losses: dict[tuple[Port, Queue], int] = {}
+        self._arrivals = Arrivals(self.exchange, core.engine, core.loop, transport)
         self._thread: threading.Thread | None = None
         self._is_open = False
         self._is_ending = False
@@ -157,6 +156,8 @@ class Runner:
         if self._execution.fire_one():
             did = True
         if self.exchange.depart():
+            did = True
+        if self._core.engine.opened and self._arrivals.let_in():
             did = True
         if self._execution.in_flight:
             self._execution.refresh()
@@ -338,34 +339,12 @@ class Runner:
     # What the transport calls, from any thread.
 
     def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
-        """Let a message of a topic wait for the loop; drop it where as many wait as the port's limit says."""
-        if self.exchange.had(port, message):  # what comes again must not fill the queue
-            return
-        with self._arrivals_lock:
-            waiting = self._arriving.get(port, 0)
-            if waiting >= port.limit:
-                self._note_loss(port, "subscriber", 1 + lost)
-                return
-            self._arriving[port] = waiting + 1
-        self._loop.post(lambda: self._arrived(port, message, lost))
+        """Let a message of a topic wait for the loop."""
+        self._arrivals.arrived(port, message, lost)
 
-    def _arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
-        with self._arrivals_lock:
-            self._arriving[port] -= 1
-        self._record_losses()  # before the take that makes room: this is when the queues were full
-        self.exchange.arrived(port, message, lost)
-
-    def _note_loss(self, port: Port, queue: Queue, count: int) -> None:
-        """Have a loss recorded, in the order in which they happened; those of a queue until then are one."""
-        if not self._losses:
-            self._loop.post(self._record_losses)
-        self._losses[port, queue] = self._losses.get((port, queue), 0) + count
-
-    def _record_losses(self) -> None:
-        with self._arrivals_lock:
-            losses, self._losses = self._losses, {}
-        for (port, queue), count in losses.items():
-            self.exchange.lost(port, queue, count)
+    def is_open(self, port: SubscriberPort) -> bool:
+        """Return whether a message of a topic is taken now."""
+        return self._arrivals.is_open(port)
 
     def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Have a request served."""
@@ -385,8 +364,7 @@ class Runner:
 
     def dropped(self, port: Port, queue: Queue, count: int) -> None:
         """Have messages counted and recorded that a full queue lost."""
-        with self._arrivals_lock:
-            self._note_loss(port, queue, count)
+        self._arrivals.lost(port, queue, count)
 
     def signals_changed(self, values: Mapping[str, bool], source: str) -> None:
         """Have signals set."""

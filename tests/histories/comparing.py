@@ -36,6 +36,13 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
             found.add("with services")
             if any(client.request.page in pages for client in channel.clients):
                 found.add("with calls on server pages")
+            clients = list(channel.clients)
+            if any(client.timeout is not None for client in clients):
+                found.add("with time-outs")
+                if any(client.timeout is not None and client.request.page in pages for client in clients):
+                    found.add("with time-outs on server pages")
+            if any(client.outstanding > 1 for client in clients):
+                found.add("with several requests of a client")
             continue
         assert isinstance(channel, sym.TopicChannel)
         found.add("with topics")
@@ -48,6 +55,9 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
                 found.add("with matched pairs" if are_matched(writer, reader) else "with pairs not matched")
                 if "bestEffort" in {str(quality_of(port).reliability) for port in (writer, reader)}:
                     found.add("with best effort")
+    events = [event.name for event in ExecutorInterpreter(model).events]
+    if any(".client." in name and name.endswith(".drop") for name in events):
+        found.add("with requests that can be lost")
     for element in model.eAllContents():
         if isinstance(element, pn.Place) and element.capacity is not None:
             found.add("with capacities of places")

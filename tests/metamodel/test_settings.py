@@ -85,6 +85,7 @@ def reached(model: pn.Net, path: str) -> object:
         ("Pick.instances=1", "c2/instances", 1),
         ("c2.instances=2", "c2/instances", 2),
         ("Pick.instances=", "c2/instances", None),
+        ("c2.client.picker.outstanding=3", "c2/clients/0/outstanding", 3),
         ("TSense.kind=timed", "TSense/kind", sym.TransitionKind.timed),
         ("TSense.interval.latest=2.5", "TSense/interval/latest", 2.5),
         ("LeftCellObjects.publisher.SortRed.limit=5", "c1/publishers/0/limit", 5),
@@ -116,8 +117,8 @@ def test_callback_groups_are_made_once_and_left(model: sym.SystemModel) -> None:
         apply(model, setting)
     (group,) = elements.find(model, "n2", sym.NodeNet).callbackGroups
     assert group.kind == sym.CallbackGroupKind.reentrant
-    page = elements.find(model, "OnObject", sym.CallbackPage)
-    (client,) = elements.find(model, "c2", sym.ServiceChannel).clients
+    page, client = elements.find(model, "OnObject", sym.CallbackPage), reached(model, "c2/clients/0")
+    assert isinstance(client, sym.ClientPort)
     assert page.group is client.group is group
     apply(model, "OnObject.group=")
     assert page.group is None

@@ -43,6 +43,7 @@ FOLDERS = {
         "positions",
         "clauses",
         "files",
+        "token_types",
         "records",
         "settings",
         "constraints",

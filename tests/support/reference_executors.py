@@ -117,6 +117,8 @@ class ExecutorInterpreter(Interpreter):
                 continue
             here = copy if copy in copies else copies[0]
             found.append((self._place(client.request, here), self._place(client.response, here)))
+            if client.timedOut is not None:
+                found.append((self._place(client.request, here), self._place(client.timedOut, here)))
         return found
 
     def _begins(self, page: sym.CallbackPage, copy: int) -> list[str]:
@@ -212,11 +214,13 @@ class ExecutorInterpreter(Interpreter):
                     self._begin(f"{topic.id}.reader.{self._name(reader.place, 0)}.out", callback)
 
     def _names_of_calls(self, service: sym.ServiceChannel) -> list[str]:
-        return [
+        names = [
             f"{service.id}.client.{self._client_name(client, copy)}"
             for client in service.clients
             for copy in self._copies(client.request)
         ]
+        gives_up = any(client.timeout is not None for client in service.clients)
+        return [*names, f"{service.id}.late"] if gives_up else names
 
     def _client_name(self, client: sym.ClientPort, copy: int) -> str:
         page = client.request.page
@@ -244,6 +248,12 @@ class ExecutorInterpreter(Interpreter):
         self._if(f"{name}.res", lambda s: s[awaiting] > 0)
         self._then(f"{name}.res", awaiting, -1)
         self._then(f"{name}.res", callback.running, 1)
+        for event in self.events:
+            if event.name.startswith(f"{name}.giveUp."):
+                self._if(event.name, self._has_thread(node))
+                self._if(event.name, lambda s: s[awaiting] > 0)
+                self._then(event.name, awaiting, -1)
+                self._then(event.name, callback.running, 1)
 
 
 def _comes_anew(client: sym.ClientPort, page: sym.CallbackPage) -> bool:

@@ -13,7 +13,7 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.groups import members_of
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.engine import Engine
-from dineros.transformations.rules import executors, services, signals, timers
+from dineros.transformations.rules import executors, requests, services, signals, timers
 from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 
 
@@ -30,6 +30,7 @@ def add_certificate(
         *_bounds(engine, made),
         *_instances(engine, made),
         *_clients(engine, made),
+        *_requests(engine, made),
         *_signals(engine, made),
         *_disjunctions(engine, made),
         *_timers(engine, made),
@@ -81,8 +82,24 @@ def _clients(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.Pl
         client = next(source for source in application.sources if isinstance(source, sym.ClientPort))
         call = [application.made[role] for role in ("ready", "requests", "responses")]
         call += [used.made["in_use"] for used in engine.applications_of(services.S2, [client])]
-        assert isinstance(call[0], pn.Place)
-        yield _invariant(f"{call[0].id} or one request under way", 1, [(place, 1) for place in call], made)
+        for kept in engine.applications_of(requests.R5Client, [client]):
+            call += [kept.made["sent"], kept.made["lost"]]
+        ready = call[0]
+        assert isinstance(ready, pn.Place)
+        words = "one request" if ready.tokens == 1 else f"{ready.tokens} requests"
+        yield _invariant(f"{ready.id} or {words} under way", ready.tokens, [(each, 1) for each in call], made)
+
+
+def _requests(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    """What a request history holds belongs to its clients, and to nobody where they have given up."""
+    for application in engine.applications_of(requests.R5):
+        (service,) = application.sources
+        load = application.made["load"]
+        assert isinstance(load, pn.Place)
+        held = [each.made["requests"] for each in engine.applications_of(services.S1, [service])]
+        held += [each.made["late"] for each in engine.applications_of(requests.R6, [service])]
+        terms = [(load, 1), *((place, -1) for place in held)]
+        yield _invariant(f"{load.id} counts requests", 0, terms, made)
 
 
 def _signals(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:

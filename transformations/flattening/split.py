@@ -9,7 +9,7 @@ from typing import TypedDict
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import instance_counts
-from dineros.metamodel.elements import elements, node_net_of, node_nets
+from dineros.metamodel.elements import elements, node_net_of, node_nets, places, token_types
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.copying import deep_copy
 from dineros.transformations.rules.topics import DISPATCHER_LIMIT
@@ -60,16 +60,43 @@ def _runtime_model(
     copied = images[node]
     assert isinstance(top, pn.Page) and isinstance(copied, sym.NodeNet)
     runtime_model = rtm.RuntimeModel(
-        id=f"{model.id}.{node.id}", name=node.name, systemModel=model.id, pages=[top], node=copied
+        id=f"{model.id}.{node.id}",
+        name=node.name,
+        systemModel=model.id,
+        middleware=model.middleware,
+        pages=[top],
+        node=copied,
     )
-    if model.tokenType is not None:
-        token_type, _ = deep_copy(model.tokenType)
-        assert isinstance(token_type, sym.TokenType)
-        runtime_model.tokenType = token_type
+    _copy_token_types(model, runtime_model)
     for channel in model.channels:
         for place, port in _ports(channel, node, images, counts):
             place.ports.append(port)
     return runtime_model, images
+
+
+def _copy_token_types(model: sym.SystemModel, runtime_model: rtm.RuntimeModel) -> None:
+    """Give a runtime model the first token type, and the others that its places name."""
+    named = {place.tokenType for place in places(runtime_model) if isinstance(place, sym.Place)}
+    types: dict[EObject | None, sym.TokenType | None] = {None: None}
+    for token_type in token_types(model):
+        if token_type is not model.tokenType and token_type not in named:
+            continue
+        copied, _ = deep_copy(token_type)
+        assert isinstance(copied, sym.TokenType)
+        types[token_type] = copied
+        if token_type is model.tokenType:
+            runtime_model.tokenType = copied
+        else:
+            runtime_model.otherTokenTypes.append(copied)
+    for place in places(runtime_model):
+        if isinstance(place, sym.Place) and place.tokenType is not None:
+            if place.tokenType not in types:
+                raise CoverageError(
+                    f"the place {place.id!r} has a token type that is none of the model",
+                    element=place.id,
+                    hint="name a token type of the model, or none for its first one",
+                )
+            place.tokenType = types[place.tokenType]
 
 
 def _outer_pages(node: sym.NodeNet) -> Iterator[pn.Page]:
@@ -119,6 +146,7 @@ def _topic_ports(
                     topic=channel.topic,
                     limit=subscriber.limit,
                     dispatcherLimit=limits[0] if limits else DISPATCHER_LIMIT,
+                    inHand=subscriber.inHand,
                     qos=_quality(channel, subscriber),
                 ),
             )
@@ -169,9 +197,14 @@ def _interface(channel: sym.Channel) -> _Interface:
 
 
 def _quality(channel: sym.TopicChannel, port: sym.TopicPort) -> sym.QualityOfService | None:
+    """Return the quality of service of a port; None where no port of its topic says any.
+
+    Where another port does, this one has what it matches by: the usual one, not one that nobody sees.
+    """
     quality = port.qos or channel.qos
     if quality is None:
-        return None
+        is_said = any(other.qos is not None for other in (*channel.publishers, *channel.subscribers))
+        return sym.QualityOfService() if is_said else None
     copied, _ = deep_copy(quality)
     assert isinstance(copied, sym.QualityOfService)
     return copied
@@ -200,7 +233,7 @@ def _require_closed(node: sym.NodeNet, images: dict[EObject, EObject]) -> None:
 def _require_covered(model: sym.SystemModel, copies: Counter[EObject]) -> None:
     """Check that every element is in one runtime model; pages around node nets may be in several."""
     for element in elements(model):
-        if element is model or element is model.tokenType or isinstance(element, sym.Channel):
+        if element is model or isinstance(element, (sym.TokenType, sym.Channel)):
             continue
         if isinstance(element, pn.Page) and node_net_of(element) is None:
             continue

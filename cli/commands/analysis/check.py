@@ -17,7 +17,13 @@ from dineros.cli.analysing import (
 from dineros.cli.console import summarise, warn
 from dineros.cli.options import ModelPath, json_option, middleware_option, model_argument, settings_option
 from dineros.cli.orders import cache_option, orders_beside
-from dineros.cli.presentation.evidence import confirm_option, confirmed_report, say_confirmation
+from dineros.cli.presentation.evidence import (
+    check_certificates,
+    confirm_option,
+    confirmed_report,
+    refuse_certificates,
+    say_confirmation,
+)
 from dineros.cli.presentation.findings import print_report, write_witnesses
 from dineros.cli.presentation.scheduling import check_on_workers, scheduler_option
 from dineros.cli.presentation.suggestions import say_callback_groups, say_capacities
@@ -69,6 +75,12 @@ if TYPE_CHECKING:
     metavar="OUT",
     help="Write a report (.html); or how the findings come about to OUT, OUT with .2, .3 ... (JSON Lines).",
 )
+@click.option(
+    "--certificate",
+    type=ModelPath(),
+    metavar="FILE|FOLDER",
+    help="Write what answers rest on that structure or induction prove: of all (.json), or one file each.",
+)
 @confirm_option
 @scheduler_option
 @budget_options
@@ -84,6 +96,7 @@ def check(
     behaviour: bool,
     witnesses: bool,
     output: Path | None,
+    certificate: Path | None,
     confirm: bool,
     scheduler: str | None,
     timeout: float | None,
@@ -104,9 +117,12 @@ def check(
     format = "json" if as_json else format
     suggests = "--suggest-capacities" if suggest_capacities else "--suggest-callback-groups"
     if suggest_capacities or suggest_callback_groups:
-        _refuse_beside(suggests, suggest_capacities and suggest_callback_groups, format, output)
+        written = "-o" if output is not None else "--certificate" if certificate is not None else None
+        _refuse_beside(suggests, suggest_capacities and suggest_callback_groups, format, written)
     if scheduler is not None and (confirm or suggest_capacities or suggest_callback_groups):
         raise click.UsageError(f"--scheduler goes with neither --confirm nor {suggests}")
+    if certificate is not None:
+        refuse_certificates(certificate, also_folder=True)
     net = load_valid(model, settings)
     if suggest_callback_groups:
         return _suggest_groups(net, model, format == "json", witnesses)
@@ -134,13 +150,19 @@ def check(
     if confirmation is not None and confirmation.agrees is False:
         status = UNKNOWN
 
-    def not_written(ending: str) -> int:
-        warn(f"{output} is not written: {ending}")
+    def not_written(ending: str, file: Path | None = output) -> int:
+        warn(f"{file} is not written: {ending}")
         return status or UNKNOWN
 
     if output is not None:
         run.draft(not_written)
         run.stage(f"writing {output.name}")
+    if certificate is not None:
+        run.draft(lambda ending: not_written(ending, certificate))
+        run.stage("looking for proofs")
+        count = check_certificates(report, net, settings, certificate, run.budget())
+        if format == "text":
+            summarise(f"certificates: {certificate}: {count}")
     if output is not None and output.suffix.lower() == ".html":
         from dineros.cli.presentation.check_reports import write_check_report
 
@@ -152,14 +174,14 @@ def check(
     return status
 
 
-def _refuse_beside(option: str, are_both: bool, format: str, output: Path | None) -> None:
+def _refuse_beside(option: str, are_both: bool, format: str, written: str | None) -> None:
     if are_both:
         raise click.UsageError("--suggest-capacities does not go with --suggest-callback-groups")
     what = "capacities" if option == "--suggest-capacities" else "changes"
     if format not in ("text", "json"):
         raise click.UsageError(f"{what} are no findings: there is no --format {format} of them")
-    if output is not None:
-        raise click.UsageError(f"{what} are no findings: -o does not go with {option}")
+    if written is not None:
+        raise click.UsageError(f"{what} are no findings: {written} does not go with {option}")
 
 
 def _status(report: Report) -> int:

@@ -14,9 +14,11 @@ from dineros.metamodel.constraints.families import (
     nets,
     node_nets,
     ports,
+    requests,
     results,
     services,
     sizes,
+    token_types,
     tokens,
     topics,
 )
@@ -32,5 +34,6 @@ BOUNDS = _of(bounds)
 """What lacks something the metamodel requires: no other constraint is asked about that element."""
 
 OTHERS = _of(
-    names, nets, node_nets, callbacks, topics, histories, services, ports, clauses, tokens, results, sizes
+    *(names, nets, node_nets, callbacks, topics, histories, services, requests, ports, clauses),
+    *(tokens, token_types, results, sizes),
 )

@@ -136,18 +136,21 @@ class Listener:
     senders : callable
         Tells how many there are on the topic or service itself.
     announced : callable
-        Called with each message that is announced, and with what ROS says of its announcement.
+        Called with each message that is announced, with what ROS says of its announcement, and whether
+        nothing follows on the topic or service itself.
     known : callable
         Called with each message that comes itself, now with its id, and what came with it.
     strange : callable
         Called with each message that nobody has announced, and what came with it.
     refused : callable
         Called with what is wrong with an announcement.
+    group : rclpy.callback_groups.CallbackGroup, optional
+        Of all that calls it, one at a time.
 
     Attributes
     ----------
     group : rclpy.callback_groups.CallbackGroup
-        Of all that calls it.
+        That group.
     """
 
     def __init__(
@@ -159,10 +162,11 @@ class Listener:
         codec: Codec,
         *,
         senders: Callable[[], int],
-        announced: Callable[[Message, Mapping[str, Any]], None],
+        announced: Callable[[Message, Mapping[str, Any], bool], None],
         known: Callable[[Message, Any], None],
         strange: Callable[[Message, Any], None],
         refused: Callable[[Exception], None],
+        group: Any = None,
     ) -> None:
         from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
         from rclpy.exceptions import InvalidHandle
@@ -180,7 +184,7 @@ class Listener:
             self._patience,
             limit=4 * depth,
         )
-        self.group = MutuallyExclusiveCallbackGroup()
+        self.group = group or MutuallyExclusiveCallbackGroup()
         self._timer: Any = None
         self._subscription = node.create_subscription(
             String, name, self._hear, companion_quality(depth), callback_group=self.group
@@ -194,7 +198,7 @@ class Listener:
         except Exception as error:  # anybody can say anything, and ROS raises what it likes
             self._refused(error)
             return
-        self._announced(Message(id, data), info)
+        self._announced(Message(id, data), info, is_alone)
         if not is_alone:
             self._recognition.announced(content_of(data), int(info["source_timestamp"]), id)
 

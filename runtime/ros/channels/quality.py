@@ -25,19 +25,34 @@ SERVICE_DEPTH = 100
 
 def topic_quality(port: PublisherPort | SubscriberPort) -> Any:
     """Return the QoS profile of a port."""
-    from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+    from rclpy.duration import Duration
+    from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 
+    quality = port.quality
+    times = {
+        "deadline": quality.deadline,
+        "lifespan": quality.lifespan,
+        "liveliness_lease_duration": quality.lease_duration,
+    }
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=max(1, port.limit),
         reliability=(
-            ReliabilityPolicy.BEST_EFFORT if port.reliability == "bestEffort" else ReliabilityPolicy.RELIABLE
+            ReliabilityPolicy.BEST_EFFORT
+            if quality.reliability == "bestEffort"
+            else ReliabilityPolicy.RELIABLE
         ),
         durability=(
             DurabilityPolicy.TRANSIENT_LOCAL
-            if port.durability == "transientLocal"
+            if quality.durability == "transientLocal"
             else DurabilityPolicy.VOLATILE
         ),
+        liveliness=(
+            LivelinessPolicy.MANUAL_BY_TOPIC
+            if quality.liveliness == "manualByTopic"
+            else LivelinessPolicy.AUTOMATIC
+        ),
+        **{name: Duration(seconds=seconds) for name, seconds in times.items() if seconds is not None},
     )
 
 

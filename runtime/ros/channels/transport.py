@@ -31,6 +31,7 @@ from dineros.runtime.ros.channels.parameters import (
     declare,
     subscriber_parameters,
 )
+from dineros.runtime.ros.channels.pausing import pausing_group
 from dineros.runtime.ros.channels.quality import SERVICE_DEPTH, LossCounter, service_quality, topic_quality
 from dineros.runtime.ros.channels.signals import RosSignals
 from dineros.runtime.ros.conversion.codecs import Codecs
@@ -73,6 +74,7 @@ class RclpyTransport:
         self._announces = announces
         self._session = session
         self._is_open = False
+        self._has_histories = False
         self._publishers: dict[tuple[str, str], _Outlet] = {}
         self._entities: list[tuple[Callable[[Any], Any], Any]] = []
         self._clients: Clients | None = None
@@ -90,6 +92,7 @@ class RclpyTransport:
             A ROS interface is not installed, or does not fit the model.
         """
         self._is_open = True
+        self._has_histories = ports.middleware == "ros2"
         try:
             self._make_entities(self._session.node, ports, receiver)
         except BaseException:
@@ -138,8 +141,6 @@ class RclpyTransport:
         self._checks[port] = codec.check
 
     def _add_subscriber(self, node: Any, port: SubscriberPort, codecs: Codecs, receiver: Receiver) -> None:
-        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-
         interface, codec = codecs.topic(port)
         counter = LossCounter(self._seen.get(f"{port.channel}/{port.place}"))
         decode, arrived = codec.decode, receiver.message_arrived
@@ -152,9 +153,9 @@ class RclpyTransport:
                 lost = counter.lost_before(message.id, sequence, subscription.get_publisher_count)
                 arrived(port, message, lost)
 
-        group = MutuallyExclusiveCallbackGroup()
+        group = pausing_group(lambda: receiver.is_open(port))
         if port.type is not None and port.is_kept:
-            take, group = self._with_companion(node, port, interface, codec, receiver, accept)
+            take = self._with_companion(node, port, interface, codec, receiver, accept, group)
         else:
 
             def take(ros_message: Any, info: Mapping[str, Any]) -> None:
@@ -174,6 +175,7 @@ class RclpyTransport:
                 ),
             ),
         )
+        group.entity = subscription
 
     def _with_companion(
         self,
@@ -183,8 +185,14 @@ class RclpyTransport:
         codec: Codec,
         receiver: Receiver,
         accept: Callable[[Message, Mapping[str, Any]], None],
-    ) -> tuple[Callable[[Any, Mapping[str, Any]], None], Any]:
-        """Listen to what publishers announce; return what takes the messages of the topic, and its group."""
+        group: Any,
+    ) -> Callable[[Any, Mapping[str, Any]], None]:
+        """Listen to what publishers announce; return what takes the messages of the topic.
+
+        Under the paper's rules, the announced messages are taken, which are kept for longer. Under those of
+        ROS 2, it is the topic's own, whose history has the depth of the model; they are only told by what is
+        announced.
+        """
         topic = node.resolve_topic_name(port.topic)
         counter = LossCounter()
 
@@ -195,6 +203,18 @@ class RclpyTransport:
             if self._is_open:
                 receiver.message_arrived(port, message, lost)
 
+        def alone(message: Message, info: Mapping[str, Any], is_alone: bool) -> None:
+            if is_alone:
+                strange(message, 0)
+
+        if self._has_histories:
+            ways: dict[str, Any] = {"announced": alone, "known": accept, "strange": accept}
+        else:
+            ways = {
+                "announced": lambda message, info, is_alone: accept(message, info),
+                "known": lambda message, lost: None,
+                "strange": strange,
+            }
         listener = self._listen(
             node,
             port,
@@ -204,17 +224,18 @@ class RclpyTransport:
             codec,
             receiver,
             senders=publishers,
-            announced=accept,
-            known=lambda message, lost: None,
-            strange=strange,
+            group=group,
+            **ways,
         )
 
         def take(ros_message: Any, info: Mapping[str, Any]) -> None:
             if self._is_open:
-                lost = counter.lost_before("", info["publication_sequence_number"], publishers)
-                listener.arrived(ros_message, int(info["source_timestamp"]), lost)
+                more: Any = info
+                if not self._has_histories:
+                    more = counter.lost_before("", info["publication_sequence_number"], publishers)
+                listener.arrived(ros_message, int(info["source_timestamp"]), more)
 
-        return take, listener.group
+        return take
 
     def _listen(
         self,
@@ -261,7 +282,7 @@ class RclpyTransport:
                 requests,
                 receiver,
                 senders=lambda: int(node.count_clients(service_name)),
-                announced=lambda message, info: None,
+                announced=lambda message, info, is_alone: None,
                 known=requested,
                 strange=requested,
             )

@@ -83,3 +83,20 @@ def test_a_timer_callback_fires_once_in_each_period(selected: bool) -> None:
     fired = times(net, clock, 2.3)
     assert [time for _, time in fired] == [pytest.approx(n, abs=0.45) for n in (0.5, 1.0, 1.5, 2.0)]
     assert len(fired) == 4
+
+
+def test_a_timer_callback_begins_once_in_each_period_and_goes_on_at_once() -> None:
+    """By one of two transitions; what comes after waits for no tick, and no tick is kept for later."""
+    node = sym.NodeNet(id="node", name="node")
+    model = rtm.RuntimeModel(id="m.node", systemModel="m", pages=[node], node=node)
+    page, clock = sym.CallbackPage(id="page", kind="timer", timer=0.5, page=node), Clock()
+    pool = rtm.Place(id="pool", tokens=3, page=page)
+    between, finish = rtm.Place(id="between", page=page), sym.Transition(id="finish", page=page)
+    for name in ("this", "that"):
+        flow(pool, sym.Transition(id=name, page=page), between)
+    flow(between, finish)
+    net = Net(model, clock=clock)
+    fired = times(net, clock, 2.3)
+    begins = [time for name, time in fired if name != "finish"]
+    assert begins == [pytest.approx(n, abs=0.45) for n in (0.5, 1.0, 1.5)]
+    assert [time for name, time in fired if name == "finish"] == begins

@@ -33,7 +33,8 @@ class ReferenceNet:
         own = {each.id: each.id for each in (*places(node), *transitions(node)) if each.id not in prototypes}
         for prefix, ids in prefixes:
             own |= {prefix + id: id for id in ids}
-        self.marking = Counter({p.id: p.tokens for p in places(flat) if p.id in own})
+        tokens = {place.id: place.tokens for place in places(flat)}
+        self.marking = Counter({id: tokens[id] for id in tokens if id in own})
         self.names = {t.id: own[t.id] for t in transitions(flat) if t.id in own}
         self.takes: dict[str, Counter[str]] = {t: Counter() for t in self.names}
         self.puts: dict[str, Counter[str]] = {t: Counter() for t in self.names}
@@ -49,6 +50,20 @@ class ReferenceNet:
                     self.puts[target][source] += arc.weight
             elif source in self.names:
                 self.puts[source][target] += arc.weight
+        # What else the node's transitions touch is the free room of its places.
+        touched = {id for table in (self.takes, self.puts) for ends in table.values() for id in ends}
+        touched -= set(own)
+        sums = [{term.place.id for term in invariant.terms} for invariant in flat.certificate]
+        self.room_of = {
+            place: room
+            for terms in sums
+            if len(terms) == 2
+            for place, room in (tuple(terms), tuple(terms)[::-1])
+            if place in own and room not in own and tokens[place] + tokens[room] >= 1
+            if room in touched or room == f"{place}.free"
+        }
+        assert touched <= set(self.room_of.values())
+        self.room = Counter({room: tokens[room] for room in self.room_of.values()})
         self.overridden: dict[str, list[str]] = {t: [] for t in self.names}
         for above in transitions(flat):
             for below in above.overrides:
@@ -65,8 +80,9 @@ class ReferenceNet:
     def is_enabled(self, transition: str) -> bool:
         values = {self.signal_labels[id]: value for id, value in self.signals.items()}
         clause = self.clauses.get(self.names[transition])
+        held = self.marking + self.room
         return (
-            all(self.marking[place] >= weight for place, weight in self.takes[transition].items())
+            all(held[place] >= weight for place, weight in self.takes[transition].items())
             and all(self.marking[place] < limit for place, limit in self.inhibitors[transition])
             and (clause is None or holds(clause, values))
         )
@@ -77,8 +93,18 @@ class ReferenceNet:
 
     def fire(self, transition: str) -> None:
         assert transition in self.allowed()
-        self.marking.subtract(self.takes[transition])
-        self.marking.update(self.puts[transition])
+        for table, sign in ((self.takes, -1), (self.puts, 1)):
+            for place, weight in table[transition].items():
+                (self.room if place in self.room else self.marking)[place] += sign * weight
+
+    def arrive(self, place: str, tokens: int) -> None:
+        """Let tokens come to a place, or, below 0, leave it."""
+        self.marking[place] += tokens
+        if place in self.room_of:
+            self.room[self.room_of[place]] -= tokens
+
+    def has_room(self, place: str) -> bool:
+        return place not in self.room_of or self.room[self.room_of[place]] > 0
 
 
 def holds(expression: Expression, values: dict[str, bool]) -> bool:

@@ -9,9 +9,11 @@ from tests.support.broken import (
     nets,
     node_nets,
     ports,
+    requests,
     results,
     services,
     sizes,
+    token_types,
     tokens,
     topics,
 )
@@ -26,9 +28,11 @@ FAMILIES = (
     topics,
     histories,
     services,
+    requests,
     ports,
     clauses,
     tokens,
+    token_types,
     results,
     sizes,
 )

@@ -1,0 +1,117 @@
+"""Messages of topics on their way from the transport's threads to the places of a node.
+
+Each waits for the node's thread, and, where its place is full, for room. Under the paper's rules, as many
+wait as the port's limit says, and what comes then is dropped. Under those of ROS 2, a message is taken from
+the middleware when its place has room, so that one waits here at most: for room that was taken meanwhile.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+
+from dineros.runtime.channels.exchange import Exchange
+from dineros.runtime.channels.transport import Pausing, Transport
+from dineros.runtime.nets.engine import Engine
+from dineros.runtime.nets.ports import Message, Port, Queue, SubscriberPort
+from dineros.runtime.scheduling.loop import Loop
+
+
+class Arrivals:
+    """What comes on the topics of one node.
+
+    Parameters
+    ----------
+    exchange : Exchange
+        Takes what arrives.
+    engine : Engine
+        The node's, which tells the places that got room.
+    loop : Loop
+        The node's.
+    transport : Transport, optional
+        Told when the node takes messages again, if it does not look by itself.
+    """
+
+    def __init__(
+        self, exchange: Exchange, engine: Engine, loop: Loop, transport: Transport | None = None
+    ) -> None:
+        ports = engine.structure.ports
+        self._exchange = exchange
+        self._engine = engine
+        self._loop = loop
+        self._pausing: Pausing | None = None
+        if transport is not None and isinstance(transport, Pausing):
+            self._pausing = transport
+        self._has_histories = ports.middleware == "ros2"
+        self._lock = threading.Lock()
+        self._arriving: dict[SubscriberPort, int] = dict.fromkeys(ports.subscribers, 0)
+        self._held: dict[SubscriberPort, deque[tuple[Message, int]]] = {
+            port: deque() for port in ports.subscribers
+        }
+        self._losses: dict[tuple[Port, Queue], int] = {}
+
+    # From any thread.
+
+    def is_open(self, port: SubscriberPort) -> bool:
+        """Return whether a message is taken now: under ROS 2, one at a time, and into its place."""
+        return not self._has_histories or (not self._arriving[port] and self._exchange.has_room(port))
+
+    def arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
+        """Let a message wait for the loop; `lost` are missing just before it."""
+        if self._exchange.had(port, message):  # what comes again must not fill the queue
+            return
+        with self._lock:
+            if self._arriving[port] >= port.limit and not self._has_histories:
+                self._note_loss(port, "subscriber", 1 + lost)
+                return
+            self._arriving[port] += 1
+        self._loop.post(lambda: self._place(port, message, lost))
+
+    def lost(self, port: Port, queue: Queue, count: int) -> None:
+        """Have messages counted and recorded that a full queue lost."""
+        with self._lock:
+            self._note_loss(port, queue, count)
+
+    def _note_loss(self, port: Port, queue: Queue, count: int) -> None:
+        """Have a loss recorded, in the order in which they happened; those of a queue until then are one."""
+        if not self._losses:
+            self._loop.post(self._record_losses)
+        self._losses[port, queue] = self._losses.get((port, queue), 0) + count
+
+    # On the thread of the loop.
+
+    def let_in(self) -> bool:
+        """Take what waits for room where places got some; return whether there was anything."""
+        places = frozenset(self._engine.opened)
+        self._engine.opened.clear()
+        did = self._exchange.let_in(places)
+        for port, held in self._held.items():
+            if self._exchange.place_of(port) in places:
+                while held and self._exchange.has_room(port):
+                    self._take(port, *held.popleft())
+                    did = True
+                self._tell_open(port)
+        return did
+
+    def _place(self, port: SubscriberPort, message: Message, lost: int) -> None:
+        if self._held[port] or not self._exchange.has_room(port):
+            self._held[port].append((message, lost))
+        else:
+            self._take(port, message, lost)
+            self._tell_open(port)
+
+    def _take(self, port: SubscriberPort, message: Message, lost: int) -> None:
+        with self._lock:
+            self._arriving[port] -= 1
+        self._record_losses()  # before the take that makes room: this is when the queues were full
+        self._exchange.arrived(port, message, lost)
+
+    def _tell_open(self, port: SubscriberPort) -> None:
+        if self._has_histories and self._pausing is not None and self.is_open(port):
+            self._pausing.opened(port)
+
+    def _record_losses(self) -> None:
+        with self._lock:
+            losses, self._losses = self._losses, {}
+        for (port, queue), count in losses.items():
+            self._exchange.lost(port, queue, count)

@@ -1,0 +1,103 @@
+"""How many tokens places hold at most, as rules B1 to B3 say, and which transitions need room.
+
+`Enabling` obeys them as rule B4 does: a firing needs as much room as it leaves more tokens than there were,
+so that a loop needs none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.elements import places
+
+Arcs = tuple[tuple[int, int], ...]
+"""Pairs of a place's index and a weight, in arc order, no place twice."""
+
+_UNLIMITED = -1
+"""Value of `inHand` by which a node takes any number of messages."""
+
+
+def capacities_of(
+    model: rtm.RuntimeModel,
+    nodes: Sequence[tuple[pn.Node, int]],
+    inputs: Sequence[Arcs],
+    outputs: Sequence[Arcs],
+    reads: Sequence[Arcs],
+) -> tuple[int | None, ...]:
+    """Return the capacity of each place; None: it holds any number of tokens.
+
+    Parameters
+    ----------
+    model : rtm.RuntimeModel
+        The model, for its middleware.
+    nodes : sequence of (pn.Node, int)
+        The places, each with the number of its server instance.
+    inputs, outputs, reads : sequence of Arcs
+        Of each transition, what it takes and puts, and what has to be there in all where it reads.
+    """
+    declared = [place.capacity if isinstance(place, pn.Place) else None for place, _ in nodes]
+    if model.middleware != sym.Middleware.ros2:
+        return tuple(declared)
+    puts, needs = _heaviest(outputs, len(nodes)), _heaviest((*inputs, *reads), len(nodes))
+    lowered = {place for place, change in _changes(inputs, outputs) if change < 0}
+    sending = _sending(model)
+    found = []
+    for number, (place, _) in enumerate(nodes):
+        bounds = [] if declared[number] is None else [declared[number]]
+        if not bounds and isinstance(place, rtm.Place):
+            if any(isinstance(port, rtm.PublisherPort) for port in place.ports):
+                bounds.append(max(1, place.tokens, puts[number]))
+            if number in lowered or place in sending:
+                bounds += [
+                    max(1, place.tokens, needs[number]) if port.inHand is None else port.inHand
+                    for port in place.ports
+                    if isinstance(port, rtm.SubscriberPort) and port.inHand != _UNLIMITED
+                ]
+        found.append(min((bound for bound in bounds if bound is not None), default=None))
+    return tuple(found)
+
+
+def raises_of(
+    capacities: Sequence[int | None], inputs: Sequence[Arcs], outputs: Sequence[Arcs]
+) -> tuple[Arcs, ...]:
+    """Return, for each transition, the places with a capacity that it raises, and by how many tokens."""
+    return tuple(
+        tuple(
+            (place, change)
+            for place, change in _changes([taken], [put])
+            if change > 0 and capacities[place] is not None
+        )
+        for taken, put in zip(inputs, outputs, strict=True)
+    )
+
+
+def _changes(inputs: Sequence[Arcs], outputs: Sequence[Arcs]) -> list[tuple[int, int]]:
+    """Return by how much each transition changes each place around it."""
+    found = []
+    for taken, put in zip(inputs, outputs, strict=True):
+        change = dict(put)
+        for place, weight in taken:
+            change[place] = change.get(place, 0) - weight
+        found += list(change.items())
+    return found
+
+
+def _heaviest(arcs: Sequence[Arcs], places: int) -> list[int]:
+    found = [0] * places
+    for each in arcs:
+        for place, weight in each:
+            found[place] = max(found[place], weight)
+    return found
+
+
+def _sending(model: rtm.RuntimeModel) -> set[pn.Node]:
+    """Return the places whose tokens a port sends."""
+    found: set[pn.Node] = set()
+    for place in places(model):
+        for port in place.ports if isinstance(place, rtm.Place) else ():
+            if isinstance(port, (rtm.PublisherPort, rtm.ClientPort)):
+                found.add(place)
+            elif isinstance(port, rtm.ServerPort):
+                found.add(port.exit)
+    return found
