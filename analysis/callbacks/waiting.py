@@ -206,7 +206,12 @@ class Waiting:
     def _waits_of(self, callback: Callback, marking: Marking) -> Iterator[tuple[Waiter, Waiter]]:
         requests = self._awaited[callback.page]
         for (client, index), call in self._calls.items():
-            if client.request in requests and index == callback.index and _any(call.under_way, marking):
+            if (
+                client.timeout is None
+                and client.request in requests
+                and index == callback.index
+                and _any(call.under_way, marking)
+            ):
                 yield callback.waiter, call.waiter
         begins = self._begins(callback)
         for transition in self._inside[callback.page, callback.index]:
