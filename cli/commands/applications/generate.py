@@ -76,7 +76,7 @@ def generate(
         raise click.UsageError("--templates and --default-templates exclude each other.")
     system = load_system(model, settings)
     refuse_invalid(system, model)
-    say_what_runs(system, model)
+    say_what_runs([system], model)
     options = generators.Options(
         source=model.name,
         settings=settings,
