@@ -9,6 +9,10 @@ from typing import TYPE_CHECKING
 from dineros.cli.console import note, warn, working
 from dineros.cli.options import invocation
 
+OTHER_QUEUES = (
+    "by the rules of ros1, but what runs on ROS 2 has other queues (check and run it with --middleware ros2)"
+)
+
 if TYPE_CHECKING:
     from dineros.metamodel import pn, sym
     from dineros.metamodel.constraints import Violation
@@ -123,11 +127,10 @@ def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
         for model in models
         if isinstance(model, (sym.SystemModel, rtm.RuntimeModel)) and model.middleware == sym.Middleware.ros1
     )
-    if any(isinstance(part, ports) for model in by_ros1 for part in model.eAllContents()):
-        warn(
-            f"{path}: by the rules of ros1, but the topics of ROS 2 have other queues: what is proved of it "
-            "need not hold of its runs; check, generate and run it with --middleware ros2"
-        )
+    if not any(isinstance(part, ports) for model in by_ros1 for part in model.eAllContents()):
+        return
+    if invocation().verbosity >= 0:
+        warn(f"{path}: {OTHER_QUEUES}")
 
 
 def _is_of_ros2(model: pn.Net) -> bool:

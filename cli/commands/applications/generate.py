@@ -76,7 +76,8 @@ def generate(
         raise click.UsageError("--templates and --default-templates exclude each other.")
     system = load_system(model, settings)
     refuse_invalid(system, model)
-    say_what_runs([system], model)
+    if not check:
+        say_what_runs([system], model)
     options = generators.Options(
         source=model.name,
         settings=settings,

@@ -15,7 +15,7 @@ from tests.cli.conftest import Run
 from tests.histories.test_figures import periodic
 
 SAYS = "by the rules of ros2: writer and reader histories, capacities\n"
-OTHER = "by the rules of ros1, but the topics of ROS 2 have other queues"
+OTHER = "by the rules of ros1, but what runs on ROS 2 has other queues"
 
 
 @pytest.fixture(params=["ros1", "ros2"])
