@@ -2,10 +2,14 @@
 
 A transition with an interval fires only when it has been ready for its earliest time without a break; one
 that has been so for its latest time goes before others. A transition on the page of a timer callback fires
-at most once in each period. Both only delay: every marking is one of the net without time.
+at most once in each period. Ticks come at multiples of the period, as those of rclpy: a late one does not
+delay the next, and those that are missed do not pile up. Both only delay: every marking is one of the net
+without time.
 """
 
 from __future__ import annotations
+
+import math
 
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.structure import Structure
@@ -38,7 +42,7 @@ class Timing:
         if not self._is_ticking:
             self._is_ticking = True
             for period in self._pages:
-                self._start_period(period)
+                self._tick_at(now + period, period)
         for number, (earliest, _) in self._intervals.items():
             if not engine.is_ready(number):
                 self._ready_since.pop(number, None)
@@ -65,12 +69,13 @@ class Timing:
             return False
         return now >= self._ready_since[number] + interval[1]
 
-    def _start_period(self, period: float) -> None:
+    def _tick_at(self, due: float, period: float) -> None:
         def tick() -> None:
             self._waits_for_tick.difference_update(self._pages[period])
-            self._start_period(period)
+            missed = max(0, math.floor((self._loop.clock() - due) / period))
+            self._tick_at(due + (missed + 1) * period, period)
 
-        self._loop.timers.call_later(period, tick)
+        self._loop.timers.call_later(due - self._loop.clock(), tick)
 
 
 def _nothing() -> None:
