@@ -31,7 +31,8 @@ def flooded(reliability: str, executor: str) -> sym.SystemModel:
     """Return the post office under the rules of ROS 2, with many letters and shallow histories."""
     model = post(LETTERS)
     model.middleware = "ros2"  # type: ignore[assignment]
-    letters = model.channels[0]
+    letters, weigh, _ = model.channels
+    model.channels = [letters, weigh]
     assert isinstance(letters, sym.TopicChannel)
     letters.publishers[0].limit = WRITER
     letters.subscribers[0].limit = READER
