@@ -44,9 +44,6 @@ test: install ## Run every check, then the tests
 	@echo "Browser code (biome check, tsc --strict)" && tools/check-browser
 	@echo "Types (mypy --strict)" && $(python) tools/typecheck.py --no-error-summary
 	@echo "Generated code (dineros.metamodel.generate --check)" && $(python) -m dineros.metamodel.generate --check
-ifneq ($(wildcard mkdocs.yml),)
-	@echo "Guide (mkdocs build --strict)" && NO_MKDOCS_2_WARNING=1 $(python) -m mkdocs build --strict --site-dir build/site
-endif
 	@echo "Tests (pytest)" && $(python) -m pytest -n 2 $(PYTEST_ARGS)
 
 .PHONY: regenerate

@@ -6,7 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dineros.cli.presentation.evidence import certified, confirmed, say_certificate, say_confirmation
+from dineros.cli.presentation.evidence import (
+    certified,
+    confirmed,
+    proved_first,
+    refuse_certificates,
+    say_certificate,
+    say_confirmation,
+)
 from dineros.cli.presentation.scheduling import answer_on_workers
 
 if TYPE_CHECKING:
@@ -92,9 +99,9 @@ def answered(
 
     budget, answer = run.budget(), None
     if backing.certificate is not None:
-        run.stage("looking for a certificate")
-        answer = certified(asked, backing.certificate, budget)
-        backing.is_proved = answer is not None
+        refuse_certificates(backing.certificate)
+        run.stage("looking for a proof")
+        answer = proved_first(asked, budget)
     if answer is None and scheduler is not None:
         run.stage(f"asking the workers of {scheduler}")
         told = {"kind": asked.kind, "text": asked.text, "signals": asked.signals, "overflow": asked.overflow}
@@ -102,6 +109,10 @@ def answered(
         answer = answer_on_workers(asked.subject, scheduler, {**told, **more}, limits.memory, limits.left)
     elif answer is None:
         answer = ENGINES[engine].answer(question, budget)
+    if backing.certificate is not None and answer.evidence is not None:
+        run.stage("writing the certificate")
+        backed = certified(asked, answer, backing.certificate)
+        backing.is_proved, answer = backed is not None, backed or answer
     if backing.confirm and not backing.is_proved:
         run.stage("confirming the answer")
         answer, backing.confirmation = confirmed(question, answer, budget)

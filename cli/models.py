@@ -101,7 +101,7 @@ def refuse_invalid(model: pn.Net, path: Path) -> None:
 def say_rules(model: pn.Net, path: Path) -> None:
     """Say by which rules a system model is flattened, where they are not the paper's."""
     if _is_of_ros2(model) and invocation().verbosity >= 0:
-        warn(f"{path}: by the rules of ros2: writer and reader histories, capacities")
+        warn(f"{path}: by the rules of ros2: writer, reader and request histories, capacities")
 
 
 def rules_of(model: pn.Net) -> dict[str, str]:
@@ -121,16 +121,20 @@ def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
     """
     from dineros.metamodel import rtm, sym
 
+    models = list(models)
     ports = (sym.PublisherPort, sym.SubscriberPort, rtm.PublisherPort, rtm.SubscriberPort)
     by_ros1 = (
         model
         for model in models
         if isinstance(model, (sym.SystemModel, rtm.RuntimeModel)) and model.middleware == sym.Middleware.ros1
     )
-    if not any(isinstance(part, ports) for model in by_ros1 for part in model.eAllContents()):
+    if invocation().verbosity < 0:
         return
-    if invocation().verbosity >= 0:
+    if any(isinstance(part, ports) for model in by_ros1 for part in model.eAllContents()):
         warn(f"{path}: {OTHER_QUEUES}")
+    clients = [part for model in models for part in model.eAllContents() if isinstance(part, sym.ClientPort)]
+    if any(client.outstanding > 1 or client.timeout is not None for client in clients):
+        warn(f"{path}: nodes have one request under way for each client, and ask again instead of giving up")
 
 
 def _is_of_ros2(model: pn.Net) -> bool:

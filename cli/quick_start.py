@@ -25,7 +25,7 @@ def start_quickly() -> None:
     process is its own; the library leaves it to the caller.
     """
     gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS, 20, 20)
-    if "numba.np.arraymath" in sys.modules:
+    if "numba" in sys.modules:
         return
     unused = UNUSED if NUMBA_SETTINGS.exists() else (*UNUSED, "yaml")
     hidden = [name for name in unused if name not in sys.modules]
@@ -33,8 +33,7 @@ def start_quickly() -> None:
     is_set = THREADS in os.environ
     os.environ.setdefault(THREADS, "1")
     try:
-        import numba.core.typing.cffi_utils
-        import numba.np.arraymath  # noqa: F401
+        import numba.core.typing.cffi_utils  # noqa: F401
     finally:
         if not is_set:
             del os.environ[THREADS]

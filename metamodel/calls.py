@@ -96,6 +96,19 @@ def instance_counts(model: pn.Net) -> dict[sym.ServiceChannel, int]:
     return counts
 
 
+def gives_up(channel: sym.ServiceChannel) -> bool:
+    """Tell whether a client of a service has a time-out."""
+    return any(client.timeout is not None for client in channel.clients)
+
+
+def loses_requests(channel: sym.ServiceChannel) -> bool:
+    """Tell whether more requests may wait for a service than it keeps; `clients` has those of all instances.
+
+    A client that gives up may ask again while its former requests still wait.
+    """
+    return gives_up(channel) or sum(client.outstanding for client in channel.clients) > channel.depth
+
+
 def copy_id(channel: str, instance: int, id: str) -> str:
     """Return the id that an element of a server page, or a client on it, has in a server instance."""
     return f"{channel}[{instance}].{id}"

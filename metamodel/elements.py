@@ -55,7 +55,7 @@ def node_nets(net: pn.Net) -> list[sym.NodeNet]:
 
 
 def elements(net: pn.Net) -> Iterator[pn.Element]:
-    """Yield all that has an id: net, pages, nodes, arcs, signals, callback groups, channels, token type."""
+    """Yield all that has an id: net, pages, nodes, arcs, signals, callback groups, channels, token types."""
     yield net
     for page in pages(net):
         yield page
@@ -68,9 +68,14 @@ def elements(net: pn.Net) -> Iterator[pn.Element]:
             yield from page.callbackGroups
     if isinstance(net, sym.SystemModel):
         yield from net.channels
-    token_type = getattr(net, "tokenType", None)
-    if token_type is not None:
-        yield token_type
+    yield from token_types(net)
+
+
+def token_types(net: pn.Net) -> list[sym.TokenType]:
+    """Return the token types of a model, the first one first; of run-time models, too."""
+    first: sym.TokenType | None = getattr(net, "tokenType", None)
+    others: list[sym.TokenType] = list(getattr(net, "otherTokenTypes", ()))
+    return [first, *others] if first is not None else others
 
 
 @overload

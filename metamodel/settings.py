@@ -3,18 +3,21 @@
 ==========================================  =========================================================
 ``RedObjects.tokens=2``                     an attribute of the element with that id, or unique name
 ``LeftCell.publisher.SortRed.limit=5``      a port of a channel, by its place (also ``subscriber``)
+``Pick.client.left.timeout=2.5``            a client of a service, by its id
 ``LeftCell.dispatcher.controller.limit=8``  what a node net buffers of a topic; made where it is absent
 ``LeftCell.qos.reliability=bestEffort``     quality of service; made where it is absent
 ``LeftCell.publisher.SortRed.qos.deadline=1``  that of a port; made as its topic's where it is absent
 ``middleware=ros2``                         the rules that flatten a system model
+``OnTimer.group=calls``                     the callback group of a callback page; made where it is absent
+``Pick.client.left.group=calls``            that of a client of a service, by the client's name
 ``Move.interval.latest=2.5``                firing time of a transition; made where it is absent
 ``SortingToken.field.color.default="red"``  a field of a token type, by its name
 ``TStop.clause=Danger & !RobotIsIdle``      the input clause of a transition; no text removes it
 ==========================================  =========================================================
 
 A channel also answers to its topic or service. Where the names of elements contain dots, the longest that
-fits is meant. Ids and references cannot be set. An attribute that has no value by default loses the one it
-has by an empty text: ``Pick.instances=``.
+fits is meant. Ids and other references cannot be set. What has no value by default loses the one it has by an
+empty text: ``Pick.instances=``.
 """
 
 from __future__ import annotations
@@ -147,8 +150,29 @@ def _set(owner: EObject, path: str, text: str) -> None:
         _set(part, feature, text)
         if isinstance(part, sym.Dispatcher) and isinstance(owner, sym.TopicChannel):
             part.channel = owner
+    elif path == "group" and isinstance(owner, sym.CallbackPage | sym.ClientPort):
+        owner.group = _group(owner, text) if text else None
     else:
         _set_attribute(owner, path, text)
+
+
+def _group(owner: sym.CallbackPage | sym.ClientPort, id: str) -> sym.CallbackGroup:
+    """Return the callback group with an id of the node net that a callback page or a client belongs to."""
+    node = elements.node_net_of(owner if isinstance(owner, sym.CallbackPage) else owner.request)
+    if node is None or node.net is None:
+        raise UnknownElementError("stands on no node net, which has callback groups", hint="leave it out")
+    for group in node.callbackGroups:
+        if group.id == id:
+            return group
+    other = next((element for element in elements.elements(node.net) if element.id == id), None)
+    if other is not None:
+        raise FeatureValueError(
+            f"takes a callback group of {node.id}, and {id!r} is {_kind(other)} that is none of them",
+            hint=f"known here: {', '.join(str(group.id) for group in node.callbackGroups) or 'none'}",
+        )
+    made = sym.CallbackGroup(id=id)
+    node.callbackGroups.append(made)
+    return made
 
 
 def _part(owner: EObject, step: str) -> EObject:
@@ -195,7 +219,8 @@ def _known(owner: EObject) -> list[str]:
     clause = ["clause"] if isinstance(owner, sym.Transition) else []
     parts = [name for name in _PARTS if name in features]
     keyed = [name for name, (kind, _) in _KEYED.items() if isinstance(owner, kind)]
-    return [*attributes, *clause, *parts, *keyed]
+    group = ["group"] if isinstance(owner, sym.CallbackPage | sym.ClientPort) else []
+    return [*attributes, *clause, *parts, *keyed, *group]
 
 
 def _set_clause(transition: sym.Transition, text: str) -> None:
@@ -271,6 +296,10 @@ def _dispatcher(channel: sym.TopicChannel, key: str) -> EObject:
     return here[0] if here else sym.Dispatcher(node=node)
 
 
+def _client(channel: sym.ServiceChannel, key: str) -> EObject:
+    return _keyed("client", key, channel.clients, lambda port: port)
+
+
 def _field(token_type: sym.TokenType, key: str) -> EObject:
     return _keyed("field", key, token_type.fields, lambda field: field)
 
@@ -279,14 +308,15 @@ _KEYED: dict[str, tuple[type[EObject], Callable[[Any, str], EObject]]] = {
     "publisher": (sym.TopicChannel, _publisher),
     "subscriber": (sym.TopicChannel, _subscriber),
     "dispatcher": (sym.TopicChannel, _dispatcher),
+    "client": (sym.ServiceChannel, _client),
     "field": (sym.TokenType, _field),
 }
 
 
 def _keyed(role: str, key: str, candidates: Iterable[T], named: Callable[[T], object]) -> T:
-    """Return the candidate whose namesake has the id `key`, else the only one that has the name `key`."""
+    """Return the candidate whose namesake has the id or client `key`, else the only one of the name `key`."""
     names: dict[str, list[T]] = {}
-    for feature in ("id", "name"):
+    for feature in ("id", "client", "name"):
         found: dict[str, list[T]] = {}
         for candidate in candidates:
             name = getattr(named(candidate), feature, None)

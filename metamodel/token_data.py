@@ -1,4 +1,4 @@
-"""What tokens carry (paper, Sect. 5.2): reading JSON as the fields of a token type.
+"""What tokens carry (paper, Sect. 5.2): fields, and reading JSON as their values.
 
 Files of the DiNeROS PNML extension hold every value as text, so a text counts where it denotes a value of the
 field's kind: ``"1.5"`` is a number, ``"true"`` a boolean, ``"[1, 2]"`` a list.
@@ -9,7 +9,10 @@ from __future__ import annotations
 import json
 import math
 import re
+import struct
 from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from dineros.metamodel import sym
 from dineros.metamodel.errors import FeatureValueError, near_matches
@@ -17,9 +20,161 @@ from dineros.metamodel.errors import FeatureValueError, near_matches
 Value = str | int | float | bool | list["Value"] | dict[str, "Value"]
 """A value of a token field."""
 
-_INTEGER = re.compile(r"[+-]?[0-9]{1,19}")
-_INT64 = range(-(2**63), 2**63)  # what messages carry
+
+@dataclass(frozen=True, slots=True)
+class FieldType:
+    """One field of a token type.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    kind, element_kind : {"text", "integer", "number", "boolean", "list", "map", "record"}
+        Type of the value, and of the elements of a list or map. Records are the nested types of installed
+        ROS interfaces.
+    length : int, optional
+        Number of elements of a list of fixed length.
+    default : Value
+        What a token carries where nothing else is said.
+    ros : str, optional
+        ROS type of the value or of the elements: ``uint8``, ``string<=20``, ``std_msgs/msg/Header``;
+        None: the widest of the kind.
+    bound : int, optional
+        Number of elements of a list at most.
+    fields : tuple of FieldType
+        Those of a record.
+    """
+
+    name: str
+    kind: str
+    element_kind: str
+    length: int | None
+    default: Value
+    ros: str | None = None
+    bound: int | None = None
+    fields: tuple[FieldType, ...] = ()
+
+    @property
+    def scalar(self) -> str:
+        """Kind of the value, or of the elements."""
+        return self.element_kind if self.kind in ("list", "map") else self.kind
+
+
+@dataclass(frozen=True, slots=True)
+class TokenType:
+    """What tokens of a place carry; without fields where the model declares no type.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    fields : tuple of FieldType
+        What a token has.
+    ros : str, optional
+        The installed ROS message that its tokens are; None: a message is generated.
+    """
+
+    name: str
+    fields: tuple[FieldType, ...]
+    ros: str | None = None
+
+
+_INTEGER = re.compile(r"[+-]?[0-9]{1,20}")
 _ARTICLES = {"text": "a text", "integer": "an integer", "number": "a number", "boolean": "true or false"}
+EMPTY: dict[str, Value] = {"text": "", "integer": 0, "number": 0.0, "boolean": False}
+"""What a field of a kind has where nothing else is said."""
+
+_ROS_TYPE = re.compile(r"([a-z]+[0-9]*)(?:<=([1-9][0-9]{0,8}))?")
+_KINDS = {"bool": "boolean", "float32": "number", "float64": "number", "string": "text", "wstring": "text"}
+_WIDTHS = {"byte": (0, 8), "char": (0, 8)}
+_WIDTHS |= {f"{sign}int{size}": (sign == "", size) for sign in ("", "u") for size in (8, 16, 32, 64)}
+_KINDS |= dict.fromkeys(_WIDTHS, "integer")
+ROS_SCALARS = tuple(sorted(_KINDS))
+"""ROS types that a field may name; texts also with a bound, such as ``string<=20``."""
+_LARGEST_SINGLE = 3.4028234663852886e38
+
+
+class RosScalar(NamedTuple):
+    """A ROS type without fields: its name, its kind, and for a bounded text how long it may be."""
+
+    name: str
+    kind: str
+    bound: int | None
+
+
+def ros_scalar(text: str) -> RosScalar | None:
+    """Return the ROS type that a text such as ``uint8`` or ``string<=20`` names; None: it names none."""
+    match = _ROS_TYPE.fullmatch(text)
+    kind = _KINDS.get(match[1]) if match else None
+    if match is None or kind is None or (match[2] and kind != "text"):
+        return None
+    return RosScalar(match[1], kind, int(match[2]) if match[2] else None)
+
+
+def within(ros: str | None, name: str, value: Value) -> Value:
+    """Return a text, number or integer that a ROS type can carry.
+
+    Parameters
+    ----------
+    ros : str, optional
+        The ROS type; None: int64 for integers, no limit for texts and numbers.
+    name : str
+        What is said to have the value.
+    value : Value
+        A value of the type's kind.
+
+    Raises
+    ------
+    FeatureValueError
+        The type cannot carry it.
+    """
+    type_ = ros_scalar(ros) if ros else None
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, int):
+        signed, size = _WIDTHS[type_.name] if type_ is not None and type_.name in _WIDTHS else (True, 64)
+        low, high = (-(2 ** (size - 1)), 2 ** (size - 1) - 1) if signed else (0, 2**size - 1)
+        if not low <= value <= high:
+            kind = f"{type_.name}, {low} to {high}" if type_ is not None else "an integer of 64 bits"
+            raise FeatureValueError(f"{name} takes {kind}, not {_shown(value)}")
+    elif isinstance(value, float) and type_ is not None and type_.name == "float32":
+        if abs(value) > _LARGEST_SINGLE:
+            raise FeatureValueError(f"{name} takes float32, not {_shown(value)}")
+        return float(struct.unpack("f", struct.pack("f", value))[0])  # what the receiver gets
+    elif isinstance(value, str) and type_ is not None and type_.bound is not None:
+        # Bounds count what the middleware stores: bytes of UTF-8, or units of UTF-16.
+        wide = type_.name == "wstring"
+        coded = value.encode("utf-16-le" if wide else "utf-8", "surrogatepass")
+        length = len(coded) // 2 if wide else len(coded)
+        if length > type_.bound:
+            unit = "characters" if wide else "bytes"
+            raise FeatureValueError(f"{name} takes at most {type_.bound} {unit}, not {length}")
+    return value
+
+
+def check_length(field: FieldType, count: int) -> None:
+    """Refuse a number of elements that a list does not have.
+
+    Raises
+    ------
+    FeatureValueError
+        The list has a fixed length, or a bound, and the number is another one.
+    """
+    if field.length is not None and count != field.length:
+        raise FeatureValueError(f"{field.name} takes {field.length} elements, not {count}")
+    if field.bound is not None and count > field.bound:
+        raise FeatureValueError(f"{field.name} takes at most {field.bound} elements, not {count}")
+
+
+def field_type(field: sym.TokenField) -> FieldType:
+    """Return a declared field with the empty value of its kind as default."""
+    kind, element = str(field.kind), str(field.elementKind)
+    default: Value = EMPTY.get(kind, "")
+    if kind == "list":
+        default = [EMPTY.get(element, "")] * (field.length or 0)
+    elif kind == "map":
+        default = {}
+    return FieldType(field.name, kind, element, field.length, default, field.ros, field.bound)
 
 
 def read_json(text: str) -> object:
@@ -39,7 +194,7 @@ def read_json(text: str) -> object:
         raise FeatureValueError(f"no JSON: {reason}") from None
 
 
-def read_data(text: str, fields: Mapping[str, sym.TokenField]) -> dict[str, Value]:
+def read_data(text: str, fields: Mapping[str, FieldType]) -> dict[str, Value]:
     """Read the data of a balloon token: a JSON object with values for some of the fields.
 
     Raises
@@ -57,28 +212,45 @@ def read_data(text: str, fields: Mapping[str, sym.TokenField]) -> dict[str, Valu
     return {name: field_value(fields[name], value) for name, value in data.items()}
 
 
-def field_value(field: sym.TokenField, value: object) -> Value:
+def field_value(field: FieldType, value: object) -> Value:
     """Return a JSON value as a value of a token field.
 
     Raises
     ------
     FeatureValueError
-        The value, or an element of it, is not of the field's kind, or a list has the wrong length.
+        The value, or an element of it, is not of the field's kind or outside the range of its ROS type, or a
+        list has the wrong length.
     """
-    if str(field.kind) not in ("list", "map"):
-        return _scalar(field.name, str(field.kind), value)
+    if field.kind not in ("list", "map"):
+        return _single(field, field.name, value)
     if isinstance(value, str):
         value = read_json(value)
-    kind = str(field.elementKind)
-    if field.kind == sym.FieldKind.map:
+    if field.kind == "map":
         if not isinstance(value, dict):
             raise FeatureValueError(f"{field.name} takes a map, not {_shown(value)}")
-        return {key: _scalar(f"{field.name}.{key}", kind, element) for key, element in value.items()}
+        return {key: _single(field, f"{field.name}.{key}", element) for key, element in value.items()}
     if not isinstance(value, list):
         raise FeatureValueError(f"{field.name} takes a list, not {_shown(value)}")
-    if field.length is not None and len(value) != field.length:
-        raise FeatureValueError(f"{field.name} takes {field.length} elements, not {len(value)}")
-    return [_scalar(f"{field.name}[{index}]", kind, element) for index, element in enumerate(value)]
+    check_length(field, len(value))
+    return [_single(field, f"{field.name}[{index}]", element) for index, element in enumerate(value)]
+
+
+def _single(field: FieldType, name: str, value: object) -> Value:
+    """Return what a field has once, or an element of it."""
+    kind = field.scalar
+    if kind != "record":
+        return within(field.ros, name, _scalar(name, kind, value))
+    if isinstance(value, str):
+        value = read_json(value)
+    if not isinstance(value, dict):
+        raise FeatureValueError(f"{name} takes an object, not {_shown(value)}")
+    inner = {part.name: part for part in field.fields}
+    for key in value:
+        if key not in inner:
+            hint = near_matches(key, inner) or f"known fields: {', '.join(inner)}"
+            raise FeatureValueError(f"{name} has no field {key!r}", hint=hint)
+    given = {key: field_value(inner[key], element) for key, element in value.items()}
+    return {part.name: given.get(part.name, part.default) for part in field.fields}
 
 
 def _scalar(name: str, kind: str, value: object) -> Value:
@@ -94,8 +266,6 @@ def _scalar(name: str, kind: str, value: object) -> Value:
         if isinstance(value, str) and _INTEGER.fullmatch(value.strip()):
             number = int(value)
         if isinstance(number, int) and not isinstance(number, bool):
-            if number not in _INT64:
-                raise FeatureValueError(f"{name} takes an integer of 64 bits, not {_shown(value)}")
             return number
     if kind == "number":
         real = _number(value)

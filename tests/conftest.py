@@ -1,12 +1,17 @@
-"""Hypothesis profiles: CI draws the same examples in every run; no test fails because a machine is slow."""
+"""Hypothesis profiles: CI draws the same examples in every run; no test fails because a machine is slow.
+
+``DINEROS_EXAMPLES=10`` draws ten times as many examples in every test.
+"""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import is_hypothesis_test, settings
 
 from dineros.cli.searching import QUIET_COMPILATION
+from tests.support.warm_commands import served
 
 WORKSPACE = Path(__file__).resolve().parents[1] / "case_study/workspace"
 
@@ -19,8 +24,26 @@ def pytest_configure(config: pytest.Config) -> None:
         assert main() == 0
 
 
-settings.register_profile("ci", deadline=None, derandomize=True, print_blob=True)
-settings.register_profile("dev", deadline=None)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Multiply the examples that tests draw, where that is asked for."""
+    times = int(os.environ.get("DINEROS_EXAMPLES", "1"))
+    tests = {item.function for item in items if isinstance(item, pytest.Function)} if times > 1 else set()
+    for test in filter(is_hypothesis_test, tests):
+        own = (
+            test._hypothesis_internal_use_settings
+        )  # where Hypothesis's own plugin for pytest sets them, too
+        test._hypothesis_internal_use_settings = settings(own, max_examples=own.max_examples * times)
+
+
+@pytest.fixture(scope="session")
+def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Serve quick commands at a socket; `tests.support.warm_commands.program` is one of them."""
+    with served(tmp_path_factory.mktemp("warm") / "socket") as place:
+        yield place
+
+
+settings.register_profile("ci", max_examples=40, deadline=None, derandomize=True, print_blob=True)
+settings.register_profile("dev", max_examples=40, deadline=None)
 settings.load_profile("ci" if os.environ.get("CI") else "dev")
 
 # What commands print on stderr must not depend on which test is the first one after an installation.

@@ -11,7 +11,7 @@ place/transition net systems*, Lectures on Petri Nets I, LNCS 1491, 1998. M. She
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -33,15 +33,12 @@ class Weighting:
     weights : mapping
         Place -> weight, at least the sum of `factors` times what `rows` ask of it; others have weight 0.
     factors : tuple of Fraction
-        By condition, at least 0.
-    traps : tuple of tuple of int
-        Traps that the initial marking marks: the last rows ask for a token in each, which no firing takes.
+        By condition, more than 0.
     """
 
     rows: tuple[Row, ...]
     weights: Mapping[int, Fraction]
     factors: tuple[Fraction, ...]
-    traps: tuple[tuple[int, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -53,42 +50,80 @@ class Excluded:
     cases : tuple of Weighting
         Of a disjunctive normal form of the goal, every conjunction implies all rows of one of these, but for
         the rows of traps.
+    traps : tuple of tuple of int
+        Traps that the initial marking marks, which no firing empties: a row of each asks for a token there.
     """
 
     cases: tuple[Weighting, ...]
+    traps: tuple[tuple[int, ...], ...] = ()
 
     def __str__(self) -> str:
-        count = len(self.cases)
-        traps = len({trap for case in self.cases for trap in case.traps})
+        count, traps = len(self.cases), len(self.traps)
         also = f" and {traps} marked trap{'s' * (traps > 1)}" if traps else ""
+        if not count:
+            return "it contradicts itself"
         return f"{count} weighting{'s' * (count > 1)} of the places{also} exclude{'s' * (count == 1)} it"
 
 
 @dataclass(frozen=True)
 class Inductive:
-    """Bounds of places under which no firing sequence of a length leads to a goal for the first time.
+    """A number of steps that keep a goal away, with bounds of places and other facts of all markings.
 
-    The goal is met in no marking that the net reaches within `depth` steps, and in none at the end of `depth`
-    + 1 steps through markings within the bounds and the invariants none of which meets it. A step fires
-    transitions that do not need each other.
+    The goal is met in no marking that the net reaches in fewer steps, and the clauses hold in all of these.
+    In as many steps through markings within the bounds, the sums and the clauses, none of which meets the
+    goal, no marking is reached that meets it, or violates a clause. A step fires transitions that do not
+    need each other.
 
     Attributes
     ----------
     depth : int
-        k of k-induction.
+        k of k-induction; 0 where bounds and sums alone exclude the goal.
     bounds : tuple of int
         By place: most tokens in a reachable marking.
+    proofs : tuple of mapping
+        By place: weights of places, of which that of this place times its bound and one more is more than the
+        initial sum, which no firing raises.
     weightings : tuple of mapping
-        By place: weights of sums that no firing changes.
+        Place -> weight: sums that no firing changes.
+    clauses : tuple of tuple of Row
+        Of each, one condition holds in every reachable marking.
     """
 
     depth: int
     bounds: tuple[int, ...]
+    proofs: tuple[Mapping[int, int], ...] = ()
     weightings: tuple[Mapping[int, int], ...] = ()
+    clauses: tuple[tuple[Row, ...], ...] = ()
 
     def __str__(self) -> str:
+        if self.clauses:
+            count = len(self.clauses)
+            clauses = "1 clause excludes" if count == 1 else f"{count} clauses exclude"
+            return f"{clauses} it, and every step keeps them"
         return f"no {self.depth} steps lead to it for the first time, from wherever the invariants hold"
 
 
-Evidence = Excluded | Inductive
+@dataclass(frozen=True)
+class Together:
+    """Why each of some goals is unreachable."""
+
+    parts: tuple[Excluded | Inductive, ...]
+
+    def __str__(self) -> str:
+        return "; ".join(dict.fromkeys(map(str, self.parts)))
+
+
+Evidence = Excluded | Inductive | Together
 """What an `Outcome` rests on that looked at no state space."""
+
+
+def together(found: Iterable[Evidence | None]) -> Evidence | None:
+    """Return why none of some goals is reachable; None where that is not known of one."""
+    parts: list[Excluded | Inductive] = []
+    for one in found:
+        if one is None:
+            return None
+        for part in one.parts if isinstance(one, Together) else (one,):
+            if part not in parts:
+                parts.append(part)
+    return parts[0] if len(parts) == 1 else Together(tuple(parts))

@@ -13,7 +13,7 @@ from dineros.analysis.model.wording import source_of, topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import node_net_of, node_nets
-from dineros.metamodel.records import Fire, Publish, Reply, Request, Response, Serve, Signal, Take
+from dineros.metamodel.records import Fire, Publish, Reply, Request, Response, Serve, Signal, Take, Transfer
 from dineros.metamodel.records.schema import ServiceStep, Step
 from dineros.transformations.flattening.traces import Link
 
@@ -285,6 +285,7 @@ class ConformanceNet:
             for entrance in queue.entrances:
                 role = self.roles[entrance.enter]
                 found[queue.kind][role.place or role.node or ""] = self._queue(queue, entrance)
+            assert queue.leave is not None, "it is of a topic"
             role = self.roles[queue.leave]
             if role.kind is Take:
                 nodes[role.place or ""] = role.node or ""
@@ -331,6 +332,24 @@ class ConformanceNet:
         return HistoryTopic(tuple(pairs), publishers, subscribers, nodes)
 
     @cached_property
+    def suppliers(self) -> dict[int, list[int]]:
+        """Steps that nobody records, by the places they supply: ticks of timers, requests that are kept."""
+        silent = []
+        for link in self.subject.links():
+            role = self.roles.get(link.target.id or "") if isinstance(link.target, pn.Transition) else None
+            is_kept = role is not None and role.kind is Transfer and role.queue == "request"
+            is_tick = role is not None and link.meaning is not None and link.meaning.part == "tick"
+            if is_kept or is_tick:
+                silent.append(str(link.target.id))
+        found: dict[int, list[int]] = defaultdict(list)
+        for name in silent:
+            transition = self.subject.transition_index[name]
+            for place, tokens in self.net.delta[transition].items():
+                if tokens > 0:
+                    found[place].append(transition)
+        return found
+
+    @cached_property
     def room(self) -> dict[int, int]:
         """The place of free room of each place that has a capacity."""
         index, flattened = self.subject.place_index, self.subject.flattened
@@ -354,6 +373,7 @@ class ConformanceNet:
         load, capacity, enter = place[queue.load], place[queue.capacity], transition[entrance.enter]
         (source,) = (place for place, _ in self.pre[enter] if place != capacity)
         limit = int(self.net.initial[capacity] + self.net.initial[load])
+        assert queue.leave is not None, "it is of a topic"
         leave, drop = transition[queue.leave], transition[entrance.drop]
         return Queue(source, load, capacity, enter, leave, drop, limit, str(queue))
 

@@ -169,11 +169,20 @@ class Replay:
     def _fire_recorded(self, record: Step, transition: int) -> Fault | None:
         """Fire what a record stands for, if it is enabled and the record tells the same change."""
         fault = self._differs(record, transition)
+        if fault is None:
+            self._supply(transition)
         if fault is None and not self._is_enabled(transition):
             fault = Fault(why_not(self.net, transition, self.marking))
         if fault is None:
             self._fire(transition)
         return fault
+
+    def _supply(self, transition: int) -> None:
+        """Let happen what nobody records and a transition needs: the tick of its timer."""
+        for place, weight in self.net.pre[transition]:
+            for other in self.net.suppliers.get(place, ()):
+                if self.marking[place] < weight and self._is_enabled(other):
+                    self._fire(other)
 
     def _differs(self, record: Step, transition: int) -> Fault | None:
         """Compare the change that a record tells with the net's, on the places of its node."""

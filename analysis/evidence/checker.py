@@ -1,270 +1,298 @@
 """Checks certificates: that no reachable marking does what a question asks for. No engine has a part in it.
 
-A certificate holds facts about all reachable markings m of a net with the initial marking m0, each checked by
-itself, and all together must contradict what is asked for:
+This module is all there is of it, beside what reads models and formulas. A certificate holds facts about all
+reachable markings m of a net with the initial marking m0, and what they exclude:
 
-* a weighting y that no firing raises: y . m <= y . m0 (a place invariant, where no firing lowers it either);
-* a trap that is marked at first, so that it never runs empty;
-* clauses of inequalities that hold at first, and after a firing if they held in the last few markings.
-
-Read are the model itself and the formula. Libraries propose, numbers are checked here, in integers.
+* ``never``: inequalities A . m >= b that no m fulfils together, with factors f >= 0 and a weighting y that no
+  firing raises. If f . A <= y and y . m0 < f . b, they cannot: f . b <= f . A . m <= y . m <= y . m0.
+  That is checked in integers.
+* ``clauses`` of inequalities and a number of ``steps``: the clauses, and that what is asked for is not met,
+  hold in all markings of fewer steps, and after a firing if they held in as many markings before. With 0
+  steps, what is never suffices. That is asked of a SAT solver: literal n of a place says that it holds n
+  tokens or more.
 
 References
 ----------
-T. Murata, *Petri nets: properties, analysis and applications*, Proc. IEEE 77(4), 1989 (invariants, traps). M.
+A. Schrijver, *Theory of linear and integer programming*, Wiley, 1986, section 7.3 (Farkas' lemma). M.
 Sheeran, S. Singh, G. Stålmarck, *Checking safety properties using induction and a SAT-solver*, FMCAD 2000.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Mapping, Sequence
+from operator import index
 from typing import Any
 
-from dineros.analysis.evidence.deciding import Decider, UndecidedError
-from dineros.analysis.evidence.reading import Condition, Net, digest, excluded, inequality
-from dineros.metamodel import pn
-from dineros.metamodel.errors import DinerosError, Location
-from dineros.metamodel.files.reading import read_bytes
-from dineros.metamodel.json_text import decode_json
+from pysat.card import CardEnc, EncType
+from pysat.solvers import Cadical153
 
-FORMAT = "dineros certificate 1"
-SIZE_LIMIT = 16 << 20
-"""Bytes of a file."""
+from dineros.analysis.logic.language import atoms, syntax
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.model.subject import Subject
+from dineros.metamodel.errors import DinerosError
 
-LARGEST = 1 << 60
-"""Largest factor or number."""
+MOST_SUMMANDS = 1_000
+"""Tokens that may be in a sum of which the solver is told what it is."""
 
-MOST_STEPS, MOST_MARKINGS, MOST_SEQUENCES = 16, 20_000, 20_000
-"""Of an induction; markings are those that are reached in fewer steps, sequences those of firings."""
-
-Clauses = list[list[Condition]]
+Row = tuple[tuple[tuple[int, int], ...], int]
+"""Terms, places with factors that are not 0, and the number that their sum is at least."""
 
 
-class CertificateFileError(DinerosError):
-    """A file holds no certificate."""
-
-
-def read_certificate(path: Path) -> dict[str, Any]:
-    """Read a certificate.
-
-    Raises
-    ------
-    CertificateFileError
-        It is none.
-    ModelFileError
-        The file cannot be read, or is too large.
-    """
-    found = decode_json(read_bytes(path, SIZE_LIMIT), location=Location(path))
-    if not _is_certificate(found):
-        hint = "'dineros find' and 'dineros verify' write some with --certificate"
-        raise CertificateFileError("holds no certificate", location=Location(path), hint=hint)
-    return dict(found)
-
-
-def refutation(certificate: Mapping[str, Any], model: pn.Net, location: Location | None = None) -> str:
-    """Return what is wrong with a certificate about a model; nothing where it stands.
+def refutation(certificate: Mapping[str, Any], subject: Subject) -> str:
+    """Return what is wrong with a certificate about a net; nothing where it stands.
 
     Parameters
     ----------
     certificate : mapping
-        As `read_certificate` returns it.
-    model : pn.Net
-        The model, changed as the certificate's settings say.
-    location : Location, optional
-        Where the certificate stands, for errors.
+        As `dineros.analysis.evidence.certificate.read_certificate` returns it.
+    subject : Subject
+        The net, of the model that was changed and flattened as the certificate says.
 
     Raises
     ------
     DinerosError
-        The model cannot be read as a net, or the question not as one of it.
+        The question cannot be read as one of the net.
     """
-    if certificate["digest"] != sealed(certificate)["digest"]:
-        return "it was changed after it was written"
-    net = Net.of(model, certificate["signals"], certificate["overflow"])
-    if certificate["net"] != net.digest:
-        return "it is about another net"
-    asked = certificate["question"]
+    known: list[list[Row]] = []
     try:
-        goal = excluded(net, asked["kind"], asked["text"], certificate["answer"])
-    except DinerosError as error:
-        error.location = error.location or location
-        raise
-    if certificate["excluded"] != goal:
-        return "the question asks for something else than what is excluded"
-    try:
-        decider = Decider()
-        for number, fact in enumerate(certificate["facts"], 1):
-            if wrong := add_fact(net, decider, fact):
+        for number, fact in enumerate(certificate["never"], 1):
+            rows = [_row(subject, one["sum"], one["least"]) for one in fact["rows"]]
+            if wrong := _wrong_with(subject, rows, fact["factors"], _row(subject, fact["weights"], 0)[0]):
                 return f"fact {number}: {wrong}"
-        marking = decider.marking([decider.encode(goal)])
-    except UndecidedError:
-        return "whether the facts suffice could not be decided"
-    return "" if marking is None else f"the facts do not exclude {_shown(marking)}"
+            known.append([_negated(row) for row in rows])
+        clauses = [
+            [_row(subject, one["sum"], one["least"]) for one in clause] for clause in certificate["clauses"]
+        ]
+    except KeyError as error:
+        return f"the net has no place {error}"
+    asked, steps = certificate["question"], certificate["steps"]
+    goal = excluded(asked["kind"], asked["text"], certificate["answer"])
+    for is_first, count in [*((True, number) for number in range(steps)), (False, steps)]:
+        markings = _Markings(subject, goal, known, is_first)
+        if markings.lead_to_it(count, clauses if steps else []):
+            return "what is asked for is not excluded" + (f", after {count} steps" if steps else "")
+    return ""
 
 
-def sealed(certificate: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a certificate with the digest of what it says."""
-    says = {name: value for name, value in certificate.items() if name != "digest"}
-    return {**says, "digest": digest(says)}
+def excluded(kind: str, text: str, answer: str) -> syntax.Formula:
+    """Return what no reachable marking may fulfil for an answer to be right.
+
+    Raises
+    ------
+    DinerosError
+        The formula cannot be read, or asks for more than markings that are never reached.
+    """
+    match kind, answer:
+        case "enabled", "unreachable":
+            return syntax.Enabled(syntax.Name(text))
+        case "marking", "unreachable":
+            return parse(text, "state")
+        case ("ltl", "holds") | ("ctl", "holds" | "violated"):
+            return _against(parse(text, kind), answer == "holds")
+    raise DinerosError(f"no certificate says '{answer}' of {kind}")
 
 
-def add_fact(net: Net, decider: Decider, fact: Mapping[str, Any]) -> str:
-    """Check a fact, of which earlier ones are known, and let it be known; return what is wrong with it."""
-    named = set(fact.get("weights", fact.get("trap", ())))
-    named |= {p for clause in fact.get("clauses", ()) for row in clause for p in row["sum"]}
-    if unknown := sorted(named - net.tokens.keys()):
-        return f"the net has no place {unknown[0]!r}"
-    if "weights" in fact:
-        return _add_weights(net, decider, fact["weights"])
-    if "trap" in fact:
-        return _add_trap(net, decider, fact["trap"])
-    return _Induction(net, decider, fact["clauses"]).add(fact["steps"])
+def _against(formula: syntax.Formula, value: bool) -> syntax.Formula:
+    match formula:
+        case syntax.Not(operand):
+            return _against(operand, not value)
+        case syntax.And(parts) | syntax.Or(parts) if isinstance(formula, syntax.And) == value:
+            return syntax.Or(tuple(_against(part, value) for part in parts))
+        case syntax.ForAll(syntax.Globally(operand)) | syntax.Globally(operand) if value:
+            return syntax.Not(operand)
+        case syntax.Exists(syntax.Finally(operand)) | syntax.Finally(operand) if not value:
+            return operand
+    raise DinerosError(f"no certificate can say of this that it is {str(value).lower()}: {formula}")
 
 
-def _add_weights(net: Net, decider: Decider, weights: Mapping[str, int]) -> str:
-    for name in net.firings:
-        if sum(weights.get(p, 0) * gain for p, gain in net.change(name).items()) > 0:
+def _wrong_with(
+    subject: Subject, rows: Sequence[Row], factors: Sequence[int], weighting: Sequence[tuple[int, int]]
+) -> str:
+    """Return what is wrong with a proof that inequalities are never fulfilled together."""
+    net, weights, total = subject.net, dict(weighting), dict[int, int]()
+    for name, change in zip(net.transitions, net.delta, strict=True):
+        if sum(weights.get(p, 0) * gain for p, gain in change.items()) > 0:
             return f"firing {name} raises the weighted sum"
-    total = sum(weight * net.tokens[p] for p, weight in weights.items())
-    decider.add([decider.literal(inequality({p: -weight for p, weight in weights.items()}, -total))])
-    return ""
+    if len(factors) != len(rows) or any(factor < 0 for factor in factors):
+        return "the factors are not those of its inequalities"
+    for factor, (terms, _) in zip(factors, rows, strict=True):
+        for p, k in terms:
+            total[p] = total.get(p, 0) + factor * k
+    if any(total.get(p, 0) > weights.get(p, 0) for p in total | weights):
+        return "the weighting is less than the inequalities ask for"
+    needed = sum(factor * least for factor, (_, least) in zip(factors, rows, strict=True))
+    return "" if sum(k * int(net.initial[p]) for p, k in weighting) < needed else "the inequalities can hold"
 
 
-def _add_trap(net: Net, decider: Decider, places: Sequence[str]) -> str:
-    for name, (takes, puts, _) in net.firings.items():
-        if not takes.keys().isdisjoint(places) and puts.keys().isdisjoint(places):
-            return f"firing {name} takes from the trap and puts nothing into it"
-    if not any(net.tokens[p] for p in places):
-        return "the trap is not marked at first"
-    decider.add([decider.literal(inequality({p: 1}, 1)) for p in places])
-    return ""
+class _Markings:
+    """Markings at some times as a propositional formula; what is never is so at each."""
+
+    def __init__(
+        self, subject: Subject, goal: syntax.Formula, known: Sequence[Sequence[Row]], is_first: bool
+    ) -> None:
+        self.net, self.goal, self.known, self.is_first = subject.net, goal, known, is_first
+        self.conditions = atoms.BoundAtoms(subject.net, goal, subject.names).conditions
+        self.sat: Any = Cadical153()
+        self.last = 1  # variable 1 is true
+        self.add(1)
+        self.numbers: dict[tuple[int, int], dict[int, int]] = {}
+        self.sums: dict[tuple[int, Row], int] = {}
+        self.bounds: dict[int, int] = {}
+        for [(terms, least), *others] in filter(None, known):
+            if not others and len(terms) == 1 and terms[0][1] < 0:
+                p, bound = terms[0][0], least // terms[0][1]
+                self.bounds[p] = min(bound, self.bounds.get(p, bound))
+
+    def lead_to_it(self, steps: int, clauses: Sequence[Sequence[Row]]) -> bool:
+        """Whether the last marking may meet the goal, or violate a clause, while those before do not."""
+        for time in reversed(range(steps + 1)):
+            met = self.literal(time)
+            held = [self.any(self.at_least(time, row) for row in clause) for clause in clauses]
+            for clause in self.known:
+                self.add(*(self.at_least(time, row) for row in clause))
+            if time == steps:
+                self.add(met, *(-literal for literal in held))
+            else:
+                for literal in (-met, *held):
+                    self.add(literal)
+                self.step(time)
+        if self.is_first:
+            for (time, p), numbers in self.numbers.items():
+                for number, literal in numbers.items() if time == 0 else ():
+                    self.add(literal if self.net.initial[p] >= number else -literal)
+        return bool(self.sat.solve())
+
+    def new(self) -> int:
+        self.last += 1
+        return self.last
+
+    def add(self, *clause: int) -> None:
+        self.sat.add_clause(clause)
+
+    def any(self, literals: Iterable[int]) -> int:
+        found, wanted = self.new(), list(literals)
+        self.add(-found, *wanted)
+        for literal in wanted:
+            self.add(found, -literal)
+        return found
+
+    def all(self, literals: Iterable[int]) -> int:
+        return -self.any(-literal for literal in literals)
+
+    def holds(self, time: int, place: int, number: int) -> int:
+        """Return the literal of a place with a number of tokens or more."""
+        if number <= 0 or number > self.bounds.get(place, number):
+            return 1 if number <= 0 else -1
+        known = self.numbers.setdefault((time, place), {})
+        if number not in known:
+            less, more = [n for n in known if n < number], [n for n in known if n > number]
+            known[number] = self.new()
+            self.add(-known[number], known[max(less)] if less else 1)
+            self.add(known[number], -known[min(more)] if more else 1)
+        return known[number]
+
+    def at_least(self, time: int, row: Row) -> int:
+        """Return the literal of an inequality; of a sum without bounds, it is any."""
+        terms, least = row
+        if not terms or terms[0][1] < 0:
+            return -self.at_least(time, _negated(row)) if terms else 1 if least <= 0 else -1
+        if len(terms) == 1:
+            return self.holds(time, terms[0][0], -(-least // terms[0][1]))
+        if least == 1 and all(k > 0 for _, k in terms):
+            return self.any(self.holds(time, p, 1) for p, _ in terms)
+        if (time, row) not in self.sums:
+            self.sums[time, row] = found = self.new()
+            if any(p not in self.bounds for p, _ in terms):
+                return found
+            size = sum(abs(k) * self.bounds[p] for p, k in terms)
+            least -= sum(min(k, 0) * self.bounds[p] for p, k in terms)
+            if not 0 < least <= size <= MOST_SUMMANDS:
+                self.add(found if least <= 0 else -found) if size <= MOST_SUMMANDS else None
+                return found
+            tokens = [(self.holds(time, p, n + 1), k) for p, k in terms for n in range(self.bounds[p])]
+            of_sum = [literal if k > 0 else -literal for literal, k in tokens for _ in range(abs(k))]
+            for encode, bound, guard in (
+                (CardEnc.atleast, least, -found),
+                (CardEnc.atmost, least - 1, found),
+            ):
+                self.add_all(encode(of_sum, bound, self.last, encoding=EncType.seqcounter), guard)
+        return self.sums[time, row]
+
+    def add_all(self, encoded: Any, *others: int) -> None:
+        self.last = max(self.last, encoded.nv)
+        for clause in encoded.clauses:
+            self.add(*others, *clause)
+
+    def step(self, time: int) -> None:
+        """Fire one transition, from a time to the next; all that is asked of the next has its literals."""
+        net = self.net
+        fires = [self.new() for _ in net.transitions]
+        self.add(*fires)
+        self.add_all(CardEnc.atmost(fires, 1, self.last, encoding=EncType.seqcounter))
+        for t, fired in enumerate(fires):
+            self.add(-fired, self.enabled(time, t))
+        for p, changing in enumerate(net.changing):
+            numbers = [
+                *self.numbers.get((time + 1, p), ()),
+                *([self.bounds[p] + 1] if p in self.bounds else []),
+            ]
+            for number in numbers:
+                literal, still = self.holds(time + 1, p, number), self.holds(time, p, number)
+                for before, after in ((still, literal), (-still, -literal)):
+                    self.add(-before, after, *(fires[t] for t in changing))
+                for t in changing:
+                    before = self.holds(time, p, number - net.delta[t][p])
+                    self.add(-fires[t], -before, literal)
+                    self.add(-fires[t], before, -literal)
+
+    def enabled(self, time: int, transition: int) -> int:
+        needed = [self.holds(time, p, k) for p, k in self.net.pre.row(transition)]
+        return self.all([*needed, *(-self.holds(time, p, k) for p, k in self.net.inhibitor.row(transition))])
+
+    def literal(self, time: int) -> int:
+        """Return the literal of the goal; what is fired may be whatever is enabled."""
+        found: dict[syntax.Formula, int] = {}
+        for part in self.goal.subformulas():
+            operands = [found[operand] for operand in part.operands]
+            match part:
+                case syntax.Constant(value):
+                    found[part] = 1 if value else -1
+                case syntax.Atom():
+                    found[part] = self.condition(time, self.conditions[part])
+                case syntax.Not():
+                    found[part] = -operands[0]
+                case syntax.And():
+                    found[part] = self.all(operands)
+                case syntax.Or():
+                    found[part] = self.any(operands)
+                case syntax.Implies():
+                    found[part] = self.any([-operands[0], operands[1]])
+                case syntax.Equivalent():
+                    found[part] = self.any([self.all(operands), self.all(-one for one in operands)])
+                case _:
+                    raise DinerosError(f"no condition on markings: {part}")
+        return found[self.goal]
+
+    def condition(self, time: int, condition: atoms.Condition) -> int:
+        match condition:
+            case atoms.Linear(factors, symbol, bound):
+                terms = tuple(sorted(factors.items()))
+                least, more = self.at_least(time, (terms, bound)), self.at_least(time, (terms, bound + 1))
+                same = self.all([least, -more])
+                return {">=": least, ">": more, "<": -least, "<=": -more, "==": same, "!=": -same}[symbol]
+            case atoms.SomeEnabled(transitions):
+                return self.any(self.enabled(time, t) for t in sorted(transitions))
+            case atoms.SomeFired(transitions):
+                fired = self.new()
+                self.add(-fired, *(self.enabled(time, t) for t in sorted(transitions)))
+                return fired
+        return -self.any(self.enabled(time, t) for t in range(len(self.net.transitions)))
 
 
-class _Induction:
-    """Clauses that hold in the first markings, and after some markings in which they hold."""
-
-    def __init__(self, net: Net, decider: Decider, clauses: Clauses) -> None:
-        self.net, self.decider, self.clauses = net, decider, clauses
-        self.sequences = 0
-
-    def add(self, steps: int) -> str:
-        for marking in self._first(steps):
-            if not all(any(_holds(row, marking) for row in clause) for clause in self.clauses):
-                return f"a clause does not hold in {_shown(marking)}"
-        self._assume({}, [])
-        return self._step(steps, {}, [])
-
-    def _first(self, steps: int) -> list[dict[str, int]]:
-        """Return the markings that are reached in fewer steps than some."""
-        found = {tuple(self.net.tokens.values()): self.net.tokens}
-        level = list(found.values())
-        for _ in range(steps - 1):
-            before, level = level, []
-            for marking in before:
-                for name in self.net.firings:
-                    if all(_holds(row, marking) for row in self.net.enabling(name)):
-                        gained = self.net.change(name)
-                        after = {p: tokens + gained.get(p, 0) for p, tokens in marking.items()}
-                        if tuple(after.values()) not in found:
-                            found[tuple(after.values())] = after
-                            level.append(after)
-                if len(found) > MOST_MARKINGS:
-                    raise UndecidedError
-        return list(found.values())
-
-    def _assume(self, gained: Mapping[str, int], condition: Sequence[int]) -> None:
-        """Let the clauses be known of the marking after some firings; where a condition is, if that holds."""
-        for clause in self.clauses:
-            literals = [self.decider.literal(_after(row, gained)) for row in clause]
-            self.decider.add([*(-literal for literal in condition), *literals])
-
-    def _step(self, left: int, gained: Mapping[str, int], assumed: Sequence[int]) -> str:
-        """Fire everything after what was fired, while clauses hold: they must hold after the last step."""
-        for name in self.net.firings:
-            change = self.net.change(name)
-            after = {p: gained.get(p, 0) + change.get(p, 0) for p in {*gained, *change}}
-            enabling = [self.decider.literal(_after(row, gained)) for row in self.net.enabling(name)]
-            self.sequences += 1
-            if self.sequences > max(MOST_SEQUENCES, len(self.net.firings)):
-                raise UndecidedError
-            if left > 1:
-                if self.decider.marking([*assumed, *enabling]) is not None:
-                    selector = self.decider.new()
-                    self._assume(after, [selector])
-                    if wrong := self._step(left - 1, after, [*assumed, *enabling, selector]):
-                        return wrong
-                continue
-            for clause in self.clauses:
-                # Where no sum of a clause falls, what held before holds still.
-                if all(sum(k * change.get(p, 0) for p, k in row["sum"].items()) >= 0 for row in clause):
-                    continue
-                failing = [-self.decider.literal(_after(row, after)) for row in clause]
-                if (marking := self.decider.marking([*assumed, *enabling, *failing])) is not None:
-                    return f"firing {name} can end a clause, from {_shown(marking)}"
-        return ""
+def _row(subject: Subject, weights: Mapping[str, int], least: int) -> Row:
+    """Return an inequality of places by their names; raises `KeyError` for one that is not there."""
+    return tuple(sorted((subject.place_index[p], index(k)) for p, k in weights.items() if k)), index(least)
 
 
-def _after(row: Condition, gained: Mapping[str, int]) -> Condition:
-    """Return what a sum must have been before places gained tokens."""
-    gain = sum(k * gained.get(p, 0) for p, k in row["sum"].items())
-    return inequality(row["sum"], row["least"] - gain)
-
-
-def _holds(row: Condition, marking: Mapping[str, int]) -> bool:
-    return bool(sum(k * marking[p] for p, k in row["sum"].items()) >= row["least"])
-
-
-def _shown(marking: Mapping[str, int]) -> str:
-    marked = [f"{p} {tokens}" for p, tokens in sorted(marking.items()) if tokens]
-    more = f" and {len(marked) - 10} more" if len(marked) > 10 else ""
-    return f"a marking with {', '.join(marked[:10]) or 'no tokens'}{more}"
-
-
-def _is_certificate(found: object) -> bool:
-    texts = {"format", "net", "model", "signals", "overflow", "answer", "digest"}
-    return (
-        isinstance(found, dict)
-        and found.keys() == texts | {"settings", "question", "excluded", "facts"}
-        and all(isinstance(found[name], str) for name in texts)
-        and found["format"] == FORMAT
-        and found["signals"] in ("none", "fully-enabled", "input-enabled", "io-enabled")
-        and found["overflow"] in ("weighted", "inhibitor")
-        and _is_list(found["settings"], lambda text: isinstance(text, str))
-        and isinstance(found["question"], dict)
-        and found["question"].keys() == {"kind", "text"}
-        and all(isinstance(text, str) for text in found["question"].values())
-        and _is_list(found["facts"], _is_fact)
-    )
-
-
-def _is_fact(fact: Any) -> bool:
-    if not isinstance(fact, dict):
-        return False
-    if fact.keys() == {"weights"}:
-        return _is_weights(fact["weights"])
-    if fact.keys() == {"trap"}:
-        return _is_list(fact["trap"], lambda place: isinstance(place, str))
-    return (
-        fact.keys() == {"clauses", "steps"}
-        and _is_list(fact["clauses"], lambda clause: _is_list(clause, _is_row))
-        and _is_number(fact["steps"])
-        and 1 <= fact["steps"] <= MOST_STEPS
-    )
-
-
-def _is_row(row: Any) -> bool:
-    is_row = isinstance(row, dict) and row.keys() == {"sum", "least"}
-    return is_row and _is_weights(row["sum"]) and _is_number(row["least"])
-
-
-def _is_weights(weights: Any) -> bool:
-    return isinstance(weights, dict) and all(map(_is_number, weights.values()))
-
-
-def _is_number(number: Any) -> bool:
-    return isinstance(number, int) and not isinstance(number, bool) and abs(number) <= LARGEST
-
-
-def _is_list(found: Any, fits: Any) -> bool:
-    return isinstance(found, list) and all(map(fits, found))
+def _negated(row: Row) -> Row:
+    return tuple((p, -k) for p, k in row[0]), 1 - row[1]

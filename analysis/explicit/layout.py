@@ -15,6 +15,7 @@ on fields of a word).
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -219,6 +220,8 @@ def _joined_by_invariants(parts: list[_Part], invariants: Sequence[PlaceInvarian
 
 def _join(parts: list[_Part], y: PlaceInvariant) -> _Part | None:
     sums = [part.states @ np.array([y.weights.get(p, 0) for p in part.places]) for part in parts]
+    if not 0 < _combinations(sums, y.constant) <= LARGEST_CELL:
+        return None
     smallest, largest = sum(int(s.min()) for s in sums), sum(int(s.max()) for s in sums)
     places: tuple[int, ...] = ()
     states = np.zeros((1, 0), dtype=np.int64)
@@ -233,7 +236,25 @@ def _join(parts: list[_Part], y: PlaceInvariant) -> _Part | None:
         states = np.hstack([states[left], part.states[right]])
         total = both[left, right]
         places += part.places
-    return _Part(places, states) if 0 < len(states) <= LARGEST_CELL else None
+    return _Part(places, states)
+
+
+def _combinations(sums: Sequence[Int64Array], constant: int) -> int:
+    """In how many ways one number of each array can be taken that together make a constant; 0: too many."""
+    smallest, largest = sum(int(s.min()) for s in sums), sum(int(s.max()) for s in sums)
+    ways = {0: 1}
+    for numbers in sums:
+        counts = Counter(numbers.tolist())
+        if len(ways) * len(counts) > LARGEST_JOIN:
+            return 0
+        smallest, largest = smallest - min(counts), largest - max(counts)
+        both: dict[int, int] = {}
+        for total, number in ways.items():
+            for gain, times in counts.items():
+                if smallest <= constant - total - gain <= largest:
+                    both[total + gain] = both.get(total + gain, 0) + number * times
+        ways = both
+    return ways.get(constant, 0)
 
 
 def _encoded(part: _Part) -> Cell:

@@ -1,4 +1,4 @@
-"""The queues of a flattened model: their parts, what they hold, and where they lose messages."""
+"""The queues of a flattened model: their parts, what they hold, and where they lose messages and requests."""
 
 from __future__ import annotations
 
@@ -31,23 +31,23 @@ class Queue:
 
     Attributes
     ----------
-    kind : {"publisher", "dispatcher", "subscriber"}
-        Whose it is.
+    kind : {"publisher", "dispatcher", "subscriber", "request"}
+        Whose it is; ``request``: a service's.
     link : Link
         How its capacity came to be.
     load, capacity : str
         Ids of its places: how many messages wait, and how many more may.
-    leave : str
-        Id of the transition that passes a message on.
+    leave : str or None
+        Id of the transition that passes a message on; None of a service, whose calls take requests.
     entrances : tuple of Entrance
-        One; of a publisher on a server page one for each server instance.
+        One; of a publisher on a server page one for each server instance, of a service one for each client.
     """
 
     kind: QueueKind
     link: Link
     load: str
     capacity: str
-    leave: str
+    leave: str | None
     entrances: tuple[Entrance, ...]
 
     @property
@@ -56,14 +56,19 @@ class Queue:
         return tuple(entrance.drop for entrance in self.entrances)
 
     @property
-    def channel(self) -> sym.TopicChannel:
-        """The topic it belongs to."""
-        return source_of(self.link, sym.TopicChannel)
+    def channel(self) -> sym.TopicChannel | sym.ServiceChannel:
+        """The topic or service it belongs to."""
+        return _channel(self.link)
 
     @property
     def elements(self) -> tuple[str, ...]:
-        """Ids of the topic, and of the publisher's or subscriber's place or the dispatcher's node net."""
+        """Ids of the channel, and of the port's place, the dispatcher's node net, the server's entry."""
         return (self.channel.id, str(getattr(queue_end(self.link), "id", "")))
+
+    @property
+    def loss(self) -> str:
+        """What happens where it overflows."""
+        return "a request is lost" if self.kind == "request" else "a message is lost"
 
     def __str__(self) -> str:
         return queue_words(self.link)
@@ -80,23 +85,33 @@ def queues_of(links: Iterable[Link]) -> list[Queue]:
     for link in links:
         if link.meaning is not None and link.meaning.queue and isinstance(link.target, pn.Node):
             together[link.application][link.meaning.part] = link
-    # The instances of a server page have entrances to the one queue of a publisher on it.
-    shared: dict[tuple[EObject, EObject], list[dict[str, Link]]] = defaultdict(list)
+    # Instances of a server page enter the one queue of a publisher on it, clients the history of a service.
+    shared: dict[tuple[EObject, EObject | None], list[dict[str, Link]]] = defaultdict(list)
     for parts in together.values():
         if "capacity" not in parts and "enter" in parts:
             shared[_ends(parts["enter"])].append(parts)
     return [_queue(parts, shared) for parts in together.values() if "capacity" in parts]
 
 
-def _ends(link: Link) -> tuple[EObject, EObject]:
-    """Return the topic, and the port or the node net of a dispatcher."""
-    return source_of(link, sym.TopicChannel), topic_port(link) or source_of(link, sym.NodeNet)
+def _channel(link: Link) -> sym.TopicChannel | sym.ServiceChannel:
+    return next(each for each in link.sources if isinstance(each, (sym.TopicChannel, sym.ServiceChannel)))
 
 
-def _queue(parts: dict[str, Link], shared: dict[tuple[EObject, EObject], list[dict[str, Link]]]) -> Queue:
+def _ends(link: Link) -> tuple[EObject, EObject | None]:
+    """Return the channel, and of a topic the port or the node net of a dispatcher."""
+    channel = _channel(link)
+    if isinstance(channel, sym.ServiceChannel):
+        return channel, None
+    return channel, topic_port(link) or source_of(link, sym.NodeNet)
+
+
+def _queue(
+    parts: dict[str, Link], shared: dict[tuple[EObject, EObject | None], list[dict[str, Link]]]
+) -> Queue:
     capacity = parts["capacity"]
     assert capacity.meaning is not None and capacity.meaning.queue is not None
     entering = [parts] if "enter" in parts else shared[_ends(capacity)]
     entrances = tuple(Entrance(found["enter"].target.id, found["drop"].target.id) for found in entering)
     places = parts["load"].target.id, capacity.target.id
-    return Queue(capacity.meaning.queue, capacity, *places, parts["leave"].target.id, entrances)
+    leave = parts["leave"].target.id if "leave" in parts else None
+    return Queue(capacity.meaning.queue, capacity, *places, leave, entrances)

@@ -18,6 +18,7 @@ from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import (
     Drop,
     Fire,
+    GiveUp,
     Publish,
     Request,
     Response,
@@ -85,6 +86,8 @@ def _role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole
         return StepRole(Fire, node=_node(link.sources[0]) if link.sources else None)
     if meaning.queue is not None:
         return _queue_role(link, meaning, copies)
+    if meaning.step is GiveUp:
+        return _give_up_role(link, copies)
     if issubclass(meaning.step, ServiceStep):
         return _service_role(link, meaning.step, copies)
     if meaning.step is Signal:
@@ -94,6 +97,8 @@ def _role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole
 
 
 def _queue_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
+    if meaning.queue == "request":
+        return _request_role(link, meaning, copies)
     channel = source_of(link, sym.TopicChannel).id
     port = topic_port(link)
     place = None if port is None else copies.get((port.place, link.index), port.place.id)
@@ -108,19 +113,43 @@ def _queue_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | 
 def _service_role(
     link: Link, kind: type[ServiceStep], copies: dict[tuple[EObject, int | None], str]
 ) -> StepRole:
-    channel, client = source_of(link, sym.ServiceChannel), source_of(link, sym.ClientPort)
-    name = client.client
-    if link.client_index is not None and channel.model is not None:  # it stands on a server page
-        caller = serving(client.request, server_pages(channel.model))
-        assert caller is not None
-        name = copy_id(caller.id, link.client_index, name)
+    channel, name = source_of(link, sym.ServiceChannel), _client(link)
     if kind in (Request, Response):
+        client = source_of(link, sym.ClientPort)
         end = client.request if kind is Request else client.response
         place = copies[end, link.client_index]
         return StepRole(kind, _node(end), channel.id, place=place, client=name)
     end = channel.server.entry if kind is Serve else channel.server.exit
     place = copies[end, link.index]
     return StepRole(kind, _node(end), channel.id, place=place, client=name, instance=link.index)
+
+
+def _give_up_role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
+    channel, client = source_of(link, sym.ServiceChannel), source_of(link, sym.ClientPort)
+    place = None if client.timedOut is None else copies[client.timedOut, link.client_index]
+    return StepRole(GiveUp, _node(client.request), channel.id, place=place, client=_client(link))
+
+
+def _request_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
+    channel, client = source_of(link, sym.ServiceChannel), source_of(link, sym.ClientPort)
+    assert meaning.step is not None
+    stage = None if meaning.step is Drop else f"{meaning.queue}.{meaning.part}"
+    place = copies[client.request, link.client_index]
+    node = _node(channel.server.entry)
+    return StepRole(meaning.step, node, channel.id, meaning.queue, stage, place, _client(link))
+
+
+def _client(link: Link) -> str | None:
+    """Return the id of a call's client, its instance included; None where it has given up."""
+    client = next((source for source in link.sources if isinstance(source, sym.ClientPort)), None)
+    if client is None:
+        return None
+    channel = client.channel
+    if link.client_index is None or channel is None or channel.model is None:
+        return client.client
+    caller = serving(client.request, server_pages(channel.model))
+    assert caller is not None
+    return copy_id(caller.id, link.client_index, client.client)
 
 
 def _node(element: EObject) -> str | None:

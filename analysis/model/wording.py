@@ -8,6 +8,7 @@ from typing import TypeVar
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import server_pages, serving
+from dineros.metamodel.elements import node_net_of
 from dineros.transformations.flattening.traces import Link
 
 E = TypeVar("E", bound=EObject)
@@ -33,8 +34,13 @@ def queue_words(link: Link) -> str:
 
 
 def queue_end(link: Link) -> EObject:
-    """Return the place of the port whose queue an element belongs to, or the node net of a dispatcher."""
+    """Return the place of the port whose queue an element belongs to.
+
+    Of a dispatcher it is the node net, of a service the entry of its server.
+    """
     port = topic_port(link)
+    if service := next((each for each in link.sources if isinstance(each, sym.ServiceChannel)), None):
+        return service.server.entry
     return source_of(link, sym.NodeNet) if port is None else port.place
 
 
@@ -79,6 +85,18 @@ def _place_words(link: Link) -> str:
     return f"{_id(source_of(link, pn.Place))}{instance}"
 
 
+def _callback_words(link: Link) -> str:
+    """Return a callback by its page, and which instance it is where server instances have copies."""
+    instance = f" of server instance {link.index}" if link.index is not None else ""
+    return f"callback {_id(source_of(link, sym.CallbackPage))}{instance}"
+
+
+def _waits(link: Link) -> str:
+    """Return what a client does whose request is lost."""
+    waits_for_ever = source_of(link, sym.ClientPort).timeout is None
+    return "waits for ever" if waits_for_ever else "waits until it gives up"
+
+
 _PARTS: dict[str, Callable[[Link], object]] = {
     "topic": lambda link: source_of(link, sym.TopicChannel).topic,
     "service": lambda link: source_of(link, sym.ServiceChannel).service,
@@ -88,10 +106,14 @@ _PARTS: dict[str, Callable[[Link], object]] = {
     "publisher": lambda link: _id(source_of(link, sym.PublisherPort).place),
     "subscriber": lambda link: _id(source_of(link, sym.SubscriberPort).place),
     "place": _place_words,
+    "callback": _callback_words,
+    "group": lambda link: _id(source_of(link, sym.CallbackGroup)),
+    "node": lambda link: _id(node_net_of(link.sources[0]) or link.sources[0]),
     "queue": queue_words,
     "queue_kind": lambda link: link.meaning and link.meaning.queue,
     "queue_end": lambda link: _id(queue_end(link)),
     "writer": _writer,
+    "waits": _waits,
 }
 
 

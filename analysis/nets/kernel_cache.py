@@ -44,7 +44,7 @@ def kernel(**options: Any) -> Any:
         settings.CACHE_DIR = str(folder or "")  # looked at as the decorator is called, and not later
         try:
             dispatcher = _for_all_numbers(njit(cache=folder is not None, **options)(function))
-            return dispatcher if folder is None else _kept_by_one_at_a_time(dispatcher, folder)
+            return dispatcher if folder is None else _loaded_alone(_kept_by_one_at_a_time(dispatcher, folder))
         finally:
             settings.CACHE_DIR = former
 
@@ -88,6 +88,24 @@ def _kept_by_one_at_a_time(dispatcher: Any, folder: Path) -> Any:
                 os.close(lock)
 
     kept.save_overload = save_overload
+    return dispatcher
+
+
+def _loaded_alone(dispatcher: Any) -> Any:
+    """Load a kernel that was kept without what only compiling needs: all types and functions Numba knows of.
+
+    Left alone, Numba imports and registers these before it looks whether there is anything to compile, which
+    takes longer than small nets do. Its compiler asks for them itself.
+    """
+    kept = dispatcher._cache
+
+    def load_overload(arguments: Any, target: Any) -> Any:
+        from numba.core.runtime.nrt import rtsys
+
+        rtsys.initialize(target)  # kernels take memory for their arrays from it
+        return kept._load_overload(arguments, target)
+
+    kept.load_overload = load_overload
     return dispatcher
 
 

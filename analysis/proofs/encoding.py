@@ -36,11 +36,14 @@ class Sums:
     ----------
     bounds : tuple of int
         By place: most tokens.
+    proofs : tuple of mapping
+        By place: the weights of places that prove its bound.
     weightings : tuple of mapping
         Place -> weight: sums that no firing changes.
     """
 
     bounds: tuple[int, ...]
+    proofs: tuple[Mapping[int, int], ...]
     weightings: tuple[Mapping[int, int], ...] = ()
 
 

@@ -2,20 +2,21 @@
 
 A condition is a conjunction of inequalities and of disjunctions. Where the inequalities alone can be
 fulfilled, the smallest disjunction is split, until all alternatives are excluded or too many were tried. What
-fulfils an alternative that is left may leave a trap empty that is marked at first, and so always is: then a
-token in it becomes one more inequality.
+was excluded once is remembered: inequalities that no marking fulfils together, as few as the proof needs, so
+that it is seen at once where others hold besides. What fulfils an alternative that is left may leave a trap
+empty that is marked at first, and so always is: then a token in it becomes one more inequality.
 
 References
 ----------
 J. Esparza, S. Melzer, *Verification of safety properties using integer programming: beyond the state
-equation*, Formal Methods in System Design 16, 2000 (traps).
+equation*, Formal Methods in System Design 16, 2000 (traps). J. P. Marques-Silva, K. A. Sakallah, *GRASP: a
+search algorithm for propositional satisfiability*, IEEE Transactions on Computers 48, 1999 (what is learned).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from fractions import Fraction
+from dataclasses import dataclass
 
 from dineros.analysis.answers.evidence import Excluded, Row, Weighting
 from dineros.analysis.logic.language.atoms import Condition, Linear, NoneEnabled, SomeEnabled
@@ -27,12 +28,16 @@ from dineros.analysis.proofs.state_equation import StateEquation
 
 MOST_PROGRAMS = 200
 MOST_ALTERNATIVES = 4_000
+#: Alternatives that are looked at, whether a program is solved for them or not.
+MOST_LOOKS = 20_000
 #: Traps for one alternative.
 MOST_TRAPS = 10
+#: Places of a trap of which smaller ones are looked for.
+LARGE_TRAP = 200
 
 
-#: Of a disjunction of nothing: no tokens would have to be one.
-IMPOSSIBLE = Weighting((({}, 1),), {}, (Fraction(1),))
+_Key = tuple[frozenset[tuple[int, int]], int]
+"""An inequality, as something to look up."""
 
 
 class _GivenUpError(Exception):
@@ -77,7 +82,10 @@ def excluded(
     try:
         wanted = _of(equation.net, condition, conditions)
         search = _Search(equation, is_late, met, most_traps)
-        return Excluded(tuple(search.cases)) if search.excludes([], [wanted]) else None
+        if not search.excludes({}, [wanted]):
+            return None
+        used = [trap for trap in search.traps if any(_token_in(trap) in case.rows for case in search.cases)]
+        return Excluded(tuple(search.cases), tuple(used))
     except _GivenUpError:
         return None
 
@@ -91,12 +99,17 @@ class _Search:
         most_traps: int,
     ) -> None:
         self.equation, self.is_late, self.met, self.most_traps = equation, is_late, met, most_traps
-        self.programs = 0
+        self.programs = self.looks = 0
         self.cases: list[Weighting] = []
+        self.traps: list[tuple[int, ...]] = []
+        self._excluded: list[frozenset[_Key]] = []  # inequalities of the cases, but for those of traps
 
-    def excludes(self, rows: Sequence[Row], more: Sequence[_All | _Any | Row]) -> bool:
+    def excludes(self, rows: Mapping[_Key, Row], more: Sequence[_All | _Any | Row]) -> bool:
         """Whether rows and more conditions cannot be fulfilled together."""
-        rows, choices, todo = list(rows), [], list(more)
+        self.looks += 1
+        if self.looks > MOST_LOOKS or self.is_late():
+            raise _GivenUpError
+        rows, choices, todo = dict(rows), list[_Any](), list(more)
         before = len(rows)
         while todo:
             part = todo.pop()
@@ -107,15 +120,26 @@ class _Search:
                     todo += parts
                 case _Any(parts):
                     if not parts:
-                        self.cases.append(IMPOSSIBLE)
                         return True
                     choices.append(part)
                 case _:
-                    rows.append(part)
+                    if part[0] or part[1] > 0:
+                        rows[_key(part)] = part
+        forbidden = set[_Key]()
+        for case in self._excluded:
+            missing = case - rows.keys()
+            if not missing:
+                return True
+            forbidden |= missing if len(missing) == 1 else set()
+        if forbidden:
+            left = [_without(choice, forbidden) for choice in choices]
+            if any(len(new.parts) < 2 for new in left):
+                return self.excludes(rows, left)
+            choices = left
         if rows and (len(rows) > before or not choices) and self._excludes(rows):
             return True
         if not choices:
-            if self.met is not None and self.met(rows):
+            if self.met is not None and self.met(list(rows.values())):
                 raise _GivenUpError
             if self._excludes_by_traps(rows):
                 return True
@@ -130,34 +154,63 @@ class _Search:
             is_excluded &= self.excludes(rows, [alternative, *others])
         return is_excluded
 
-    def _excludes(self, rows: Sequence[Row], traps: Sequence[tuple[int, ...]] = ()) -> bool:
+    def _excludes(self, rows: Mapping[_Key, Row]) -> bool:
         self.programs += 1
         if self.programs > MOST_PROGRAMS or self.is_late():
             raise _GivenUpError
-        case = self.equation.excludes(rows)
+        case = self.equation.excludes([*rows.values(), *map(_token_in, self.traps)])
         if case is not None:
-            self.cases.append(replace(case, traps=tuple(traps)))
+            self.cases.append(case)
+            self._excluded.append(frozenset(map(_key, case.rows)) & rows.keys())
         return case is not None
 
-    def _excludes_by_traps(self, rows: Sequence[Row]) -> bool:
+    def _excludes_by_traps(self, rows: Mapping[_Key, Row]) -> bool:
         """Whether marked traps exclude what the state equation alone does not."""
-        net, traps = self.equation.net, list[tuple[int, ...]]()
-        while len(traps) < self.most_traps and not self.is_late():
-            rows_of_traps: list[Row] = [(dict.fromkeys(trap, 1), 1) for trap in traps]
-            counts = firings(net, [*rows, *rows_of_traps])
-            if counts is None:
+        net = self.equation.net
+        for _ in range(self.most_traps):
+            counts = firings(net, [*rows.values(), *map(_token_in, self.traps)])
+            if counts is None or self.is_late():
                 return False
             marking = net.initial.copy()
             for t in counts.nonzero()[0].tolist():
                 for place, tokens in net.delta[t].items():
                     marking[place] += tokens * counts[t]
-            trap = largest_trap(net, (marking <= 0).nonzero()[0].tolist())
-            if not any(net.initial[place] for place in trap):
+            trap = self._marked_trap((marking <= 0).nonzero()[0].tolist())
+            for place in trap if len(trap) <= LARGE_TRAP else ():
+                if place in trap:
+                    trap = self._marked_trap([p for p in trap if p != place]) or trap
+            if not trap:
                 return False
-            traps.append(trap)
-            if self._excludes([*rows, *rows_of_traps, (dict.fromkeys(trap, 1), 1)], traps):
+            self.traps.append(trap)
+            if self._excludes(rows):
                 return True
         return False
+
+    def _marked_trap(self, places: Sequence[int]) -> tuple[int, ...]:
+        trap = largest_trap(self.equation.net, places)
+        return trap if any(self.equation.net.initial[place] for place in trap) else ()
+
+
+def _token_in(trap: Sequence[int]) -> Row:
+    return dict.fromkeys(trap, 1), 1
+
+
+def _key(row: Row) -> _Key:
+    return frozenset((p, k) for p, k in row[0].items() if k), row[1]
+
+
+def _without(choice: _Any, forbidden: set[_Key]) -> _Any:
+    """Return a disjunction without the alternatives that something rules out."""
+
+    def is_ruled_out(part: _All | _Any | Row) -> bool:
+        match part:
+            case _All(parts):
+                return any(map(is_ruled_out, parts))
+            case _Any(parts):
+                return all(map(is_ruled_out, parts))
+        return _key(part) in forbidden
+
+    return _Any(tuple(part for part in choice.parts if not is_ruled_out(part)))
 
 
 def _of(net: CompiledNet, formula: Formula, conditions: Mapping[Atom, Condition]) -> _All | _Any | Row:

@@ -41,9 +41,10 @@ BOUNDED, INDUCTION = "bounded model checking", "k-induction"
 
 def sums_of(net: CompiledNet) -> Sums | None:
     """Return bounds and invariants of a net whose places are proved to hold few tokens; else None."""
-    bounds = [None if bound is None else bound.value for bound in place_bounds(net)]
-    values = tuple(bound for bound in bounds if bound is not None)
-    if len(values) < len(bounds) or sum(values) > MOST_LITERALS or max(values, default=0) > MOST_TOKENS:
+    found = place_bounds(net)
+    bounds = [bound for bound in found if bound is not None]
+    values = tuple(bound.value for bound in bounds)
+    if len(values) < len(found) or sum(values) > MOST_LITERALS or max(values, default=0) > MOST_TOKENS:
         return None
     weightings = []
     for invariant in place_invariants(net):
@@ -51,7 +52,7 @@ def sums_of(net: CompiledNet) -> Sums | None:
         most = sum(abs(weight) * values[place] for place, weight in weights.items())
         if most <= LARGEST_SUM or (min(weights.values()) > 0 and 0 <= invariant.constant <= LARGEST_SUM):
             weightings.append(weights)
-    return Sums(values, tuple(weightings))
+    return Sums(values, tuple(bound.weights for bound in bounds), tuple(weightings))
 
 
 def by_induction(
@@ -102,7 +103,8 @@ def _deepening(unrolling: Unrolling, goal: Formula, solver: Any, budget: Budget)
             trace = unrolling.trace(depth, solver.get_model())
             return Outcome("reachable", trace, seconds=budget.spent, by=BOUNDED)
         if not _solve(solver, [*avoided, met], depth, budget):
-            evidence = Inductive(depth, unrolling.known.bounds, unrolling.known.weightings)
+            known = unrolling.known
+            evidence = Inductive(depth, known.bounds, known.proofs, known.weightings)
             return Outcome("unreachable", seconds=budget.spent, by=INDUCTION, evidence=evidence)
         avoided.append(-met)
         unrolling.add_step()

@@ -45,6 +45,7 @@ class StateEquation:
         for row in rows:
             if not row[0] and row[1] > 0:
                 return Weighting((row,), {}, (Fraction(1),))
+        rows = [row for row in rows if row[0]]
         found = self._solved(rows, np.ones(len(rows)))
         if found is None:
             return None
@@ -52,7 +53,8 @@ class StateEquation:
         least = sum(factor * bound for factor, (_, bound) in zip(factors, rows, strict=True))
         if self._initially(weights) >= least:
             return None
-        return Weighting(tuple(rows), weights, tuple(factors))
+        used = [(row, factor) for row, factor in zip(rows, factors, strict=True) if factor]
+        return Weighting(tuple(row for row, _ in used), weights, tuple(factor for _, factor in used))
 
     def largest(self, factors: Mapping[int, int]) -> int | None:
         """Return a proved upper bound of a weighted sum of tokens; None where none is found."""

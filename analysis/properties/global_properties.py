@@ -13,6 +13,7 @@ import numpy as np
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
+from dineros.analysis.nets.graph_parts import numbered_parts
 from dineros.analysis.nets.repetition import repeatable_transitions
 from dineros.analysis.proofs.state_equation import StateEquation
 from dineros.analysis.properties.behaviour import TooMuchWorkError, behaviour
@@ -195,13 +196,8 @@ class GlobalQuestions:
 
 def _is_live(graph: PartOfGraph, able: dict[int, Flags]) -> bool:
     """Whether every transition is enabled somewhere in each part of the graph that nothing leaves."""
-    from scipy.sparse import csr_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    ones = np.ones(graph.targets.size, dtype=np.int8)
-    matrix = csr_matrix((ones, graph.targets, graph.pointer), shape=(graph.size, graph.size))
-    count, component = connected_components(matrix, directed=True, connection="strong")
     sources = np.repeat(np.arange(graph.size), np.diff(graph.pointer))
+    count, component = numbered_parts(graph.size, sources, graph.targets)
     is_last = np.ones(count, dtype=np.bool_)
     is_last[component[sources][component[sources] != component[graph.targets]]] = False
     for flags in able.values():

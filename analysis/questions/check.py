@@ -9,14 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.callbacks.blocking import blocked
+from dineros.analysis.callbacks.waiting import Circle
 from dineros.analysis.covering.firings import Firings, firings
 from dineros.analysis.covering.growth import growth_of, remedy_of
 from dineros.analysis.model.queues import queues
 from dineros.analysis.model.satisfiability import unsatisfiable_clauses
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.coverability import Pumping
+from dineros.analysis.nets.witness import replay
 from dineros.analysis.questions import unused
 from dineros.analysis.questions.matching import Matching
 from dineros.analysis.questions.question import Checked, Question
@@ -28,6 +32,9 @@ from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault, Report, Witness, pumping_witness, witness_of
 from dineros.metamodel import pn, sym
+
+if TYPE_CHECKING:
+    from dineros.analysis.questions.deadlocks import DeadlockGroup
 
 CHEAP = 1_500_000
 """Cache misses of saturation, about half a second, that liveness and the like may cost by default."""
@@ -182,6 +189,7 @@ class Boundedness(Question):
         )
         # Lost messages never come back: where the net does, no queue overflows.
         possible = frozenset(range(len(checked.subject.net.transitions))) - proof.dead
+        checked.recurs = True
         checked.firings = Firings(
             possible=possible, dead=set(proof.dead), has_no_deadlock=True, is_complete=True
         )
@@ -204,7 +212,7 @@ class Overflow(Question):
         "queue-overflow",
         "error",
         "A queue can be full when a message arrives, which is then lost.",
-        "{queue} can overflow: a message is lost",
+        "{queue} can overflow: {loss}",
     )
     faults = (LOSES,)
     asks = "which queues can overflow"
@@ -222,7 +230,9 @@ class Overflow(Question):
             witness = self._witness(checked, losing)
             if witness is None:
                 checked.leave_open(f"how {queue} overflows", OUT_OF_MEMORY)
-            checked.report.findings.append(self.LOSES.found(*queue.elements, witness=witness, queue=queue))
+            checked.report.findings.append(
+                self.LOSES.found(*queue.elements, witness=witness, queue=queue, loss=queue.loss)
+            )
 
     def _ask_on_the_way(self, checked: Checked, known: Firings) -> None:
         subject = checked.subject
@@ -232,7 +242,7 @@ class Overflow(Question):
             if losing:
                 witness = witness_of(subject, min(losing, key=len))
                 checked.report.findings.append(
-                    self.LOSES.found(*queue.elements, witness=witness, queue=queue)
+                    self.LOSES.found(*queue.elements, witness=witness, queue=queue, loss=queue.loss)
                 )
             elif known.dead.issuperset(drops):
                 checked.report.proved.append(f"{queue} never overflows")
@@ -271,6 +281,7 @@ class Use(Question):
         else:
             dead = known.dead
             is_open = [checked.subject.transition_text(t) for t in range(len(names)) if known.is_open(t)]
+        checked.report.dead = [names[index] for index in sorted(dead)]
         found = unused.unused_parts(checked.subject, dead)
         checked.report.findings += found
         if known is not None and is_open:
@@ -288,17 +299,12 @@ class Deadlock(Question):
 
     def ask(self, checked: Checked) -> None:
         """Group the markings that enable nothing."""
-        from dineros.analysis.questions.deadlocks import deadlock_groups, group_at, group_text
+        from dineros.analysis.questions.deadlocks import deadlock_groups, group_at
 
         subject, found, known = checked.subject, False, checked.firings
         if known is not None:
             if known.deadlock is not None:
-                group = group_at(subject, known.deadlock)
-                waits = dict.fromkeys(subject.transition_element(cause.transition) for cause in group.causes)
-                witness, text = witness_of(subject, group.trace), group_text(subject, group)
-                checked.report.findings.append(
-                    self.STUCK.found(*waits, checked.identity, witness=witness, markings=text)
-                )
+                self._find(checked, group_at(subject, known.deadlock))
             if known.has_no_deadlock:
                 checked.report.proved.append("no deadlock")
             elif not known.is_complete:
@@ -308,17 +314,82 @@ class Deadlock(Question):
         try:
             for group in deadlock_groups(subject, checked.space):
                 found = True
-                waits = dict.fromkeys(subject.transition_element(cause.transition) for cause in group.causes)
-                witness, text = witness_of(subject, group.trace), group_text(subject, group)
-                checked.report.findings.append(
-                    self.STUCK.found(*waits, checked.identity, witness=witness, markings=text)
-                )
+                self._find(checked, group)
         except DiagramMemoryError:
             question = "what else is a deadlock" if found else "whether there is a deadlock"
             checked.leave_open(question, OUT_OF_MEMORY)
             return
         if not found:
             checked.report.proved.append("no deadlock")
+
+    def _find(self, checked: Checked, group: DeadlockGroup) -> None:
+        from dineros.analysis.questions.deadlocks import group_text
+
+        subject, witness = checked.subject, witness_of(checked.subject, group.trace)
+        circle = checked.waiting.circle(replay(subject.net, group.trace)[-1])
+        if circle is not None:
+            Callbacks.find(checked, circle, witness)
+            return
+        waits = dict.fromkeys(subject.transition_element(cause.transition) for cause in group.causes)
+        text = group_text(subject, group)
+        checked.report.findings.append(
+            self.STUCK.found(*waits, checked.identity, witness=witness, markings=text)
+        )
+
+
+class Callbacks(Question):
+    """Whether callbacks can wait for ever, in nodes that run callbacks."""
+
+    CIRCLE = Fault(
+        "callback-deadlock",
+        "error",
+        "Callbacks, callback groups, threads and calls can wait for each other in a circle.",
+        "{circle}",
+    )
+    ENDLESS = Fault(
+        "callback-never-ends",
+        "error",
+        "A callback can wait for ever, and so can those that need its thread or its group.",
+        "{callback} can begin and never end",
+    )
+    faults = (CIRCLE, ENDLESS)
+    asks = "which callbacks can wait for ever"
+
+    def ask(self, checked: Checked) -> None:
+        """Look for callbacks that never end from some marking on."""
+        if not checked.waiting.callbacks:
+            return
+        if checked.firings is not None:
+            if checked.recurs:
+                checked.report.proved.append("every callback that has begun can end")
+            else:
+                checked.leave_open(self.asks, checked.firings.why_open or "the markings were not all seen")
+            return
+        found = False
+        try:
+            for each in blocked(checked.subject, checked.space, checked.waiting, checked.budget):
+                found = True
+                witness = witness_of(checked.subject, each.trace)
+                if each.circle is not None:
+                    self.find(checked, each.circle, witness)
+                else:
+                    callback = each.callback
+                    checked.report.findings.append(
+                        self.ENDLESS.found(callback.element, witness=witness, callback=callback.text)
+                    )
+        except DiagramMemoryError:
+            checked.leave_open(self.asks, OUT_OF_MEMORY)
+            return
+        if not found:
+            checked.report.proved.append("every callback that has begun can end")
+
+    @classmethod
+    def find(cls, checked: Checked, circle: Circle, witness: Witness) -> None:
+        """Put a circle into the report, once."""
+        waiters = [waiter.text for waiter in circle.waiters]
+        finding = cls.CIRCLE.found(*circle.elements, witness=witness, waiters=waiters, circle=circle)
+        if all(other.message != finding.message for other in checked.report.findings):
+            checked.report.findings.append(finding)
 
 
 QUESTIONS: tuple[Question, ...] = (
@@ -328,6 +399,7 @@ QUESTIONS: tuple[Question, ...] = (
     Overflow(),
     Use(),
     Deadlock(),
+    Callbacks(),
     Repetition(),
 )
 """All questions, in the order they are asked."""

@@ -17,6 +17,7 @@ from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.syntax import Constant
 from dineros.analysis.model.subject import Subject
+from dineros.analysis.nets.graph_parts import strongly_connected_parts
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.symbolic.boxes import Box
 from dineros.analysis.symbolic.counting import DiagramCounts
@@ -190,22 +191,19 @@ class _Places:
 
     def causes(self, marking: Sequence[int]) -> tuple[Waiting, ...]:
         """Return what waits in a dead marking and is no consequence of something else that waits."""
-        import networkx as nx  # takes a while to import
-
         lacks = {t: self._waiting(t, marking) for t in self.transitions}
         waiting = {t for t in self.transitions if lacks[t].arrived and not self._is_unused(t, marking)}
-        graph: nx.DiGraph[int] = nx.DiGraph()
-        graph.add_nodes_from(self.transitions)
-        for t, found in lacks.items():
-            graph.add_edges_from((t, maker) for place in found.missing for maker in self._makers[place])
-            graph.add_edges_from((t, taker) for place in found.blocking for taker in self._takers[place])
-        parts = nx.condensation(graph)
-        leads_on: dict[int, bool] = {}  # whether it, or what it needs, holds something that waits
+        needs = {
+            t: [maker for place in found.missing for maker in self._makers[place]]
+            + [taker for place in found.blocking for taker in self._takers[place]]
+            for t, found in lacks.items()
+        }
+        leads_on: dict[int, bool] = {}  # whether its part, or what that needs, holds something that waits
         causes: list[int] = []
-        for part in reversed(list(nx.topological_sort(parts))):
-            here = [t for t in parts.nodes[part]["members"] if t in waiting]
-            further = any(leads_on[after] for after in parts.successors(part))
-            leads_on[part] = further or bool(here)
+        for part in strongly_connected_parts(needs):
+            here = [t for t in part if t in waiting]
+            further = any(leads_on.get(other, False) for t in part for other in needs[t])
+            leads_on.update(dict.fromkeys(part, further or bool(here)))
             causes += [] if further else here
         return tuple(lacks[t] for t in sorted(causes))
 

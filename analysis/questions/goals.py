@@ -2,8 +2,8 @@
 
 1. the markings that are near, which is all there is of small nets;
 2. structure: the state equation and traps, which exclude goals without a state space;
-3. by turns, until one knows: explicit search, also of the reduced net; decision diagrams; bounded model
-   checking and k-induction.
+3. side by side and by turns, until one knows: explicit search, also of the reduced net; decision diagrams;
+   bounded model checking and k-induction.
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from dineros.analysis.answers.beside import first_of_two
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.answers.turns import HEAD_START, Member, first_answer
+from dineros.analysis.answers.turns import HEAD_START, Member
 from dineros.analysis.explicit import Order
 from dineros.analysis.explicit.goals import Goal
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
@@ -24,9 +25,13 @@ from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.rewriting import simplified
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import (
+    TEMPORAL,
+    TRUE,
     Enabled,
     Exists,
     Finally,
+    Fired,
+    ForAll,
     Formula,
     Globally,
     Name,
@@ -93,6 +98,63 @@ def find_marking(
     return _Road(net, tree, names, order, goals_of(net, tree, names), is_shortest).run(budget)
 
 
+def proof_against(net: CompiledNet, condition: Formula, names: Names, budget: Budget) -> Outcome | None:
+    """Prove that no reachable marking fulfils a condition, without a state space; None where that fails.
+
+    Parameters
+    ----------
+    condition : Formula
+        On markings; that a transition is fired stands for that it may be.
+
+    Raises
+    ------
+    FormulaError
+        The condition names something unknown.
+    """
+    from dineros.analysis.proofs.induction import by_induction
+
+    if any(isinstance(part, (*TEMPORAL, ForAll, Exists)) for part in condition.subformulas()):
+        return None
+    budget, wanted = budget.begun(), _without_steps(condition)
+    bound = BoundAtoms(net, wanted, names)
+    share = budget.share(0.5)
+    found = excluded_by_structure(net, wanted, bound, share.left)
+    if found is not None or budget.is_over:
+        return found
+    answer = by_induction(net, wanted, bound.conditions, budget)
+    return answer if answer.status == "unreachable" else None
+
+
+def _without_steps(condition: Formula) -> Formula:
+    """Return what a condition on markings and steps asks of markings: that what is fired is enabled."""
+    made: dict[Formula, Formula] = {}
+    wanted = simplified(condition)
+    for part in wanted.subformulas():
+        match part:
+            case Fired(name):
+                made[part] = Enabled(name)
+            case Not(Fired()):
+                made[part] = TRUE
+            case _:
+                made[part] = part.with_operands(tuple(made[operand] for operand in part.operands))
+    return made[wanted]
+
+
+def excluded_by_structure(
+    net: CompiledNet, condition: Formula, bound: BoundAtoms, seconds: float | None
+) -> Outcome | None:
+    """Ask the state equation and traps; None where they do not exclude a condition."""
+    from dineros.analysis.proofs.exclusion import excluded
+    from dineros.analysis.proofs.state_equation import StateEquation
+
+    clock = Budget(seconds=seconds).begun()
+    found = excluded(StateEquation(net), simplified(condition), bound.conditions, lambda: clock.is_over)
+    if found is None:
+        return None
+    by = TRAPS if found.traps else STATE_EQUATION
+    return Outcome("unreachable", seconds=clock.spent, by=by, evidence=found)
+
+
 @dataclass(frozen=True)
 class _Road:
     """A goal and the way to its answer; `goals` is None where these would be too many.
@@ -124,9 +186,11 @@ class _Road:
             deep = replace(self, order="depth-first")._search(budget.share(most_states=NEAR_STATES))
             if _is_answer(deep) or deep.reason == INTERRUPTED or budget.is_over:
                 return deep
-        found = self._excluded(budget)
+        left = budget.left
+        seconds = STRUCTURE_SECONDS if left is None else min(STRUCTURE_SECONDS, left / 10)
+        found = excluded_by_structure(self.net, self.condition, self.bound, seconds)
         if found is not None:
-            return found
+            return replace(found, seconds=budget.spent)
         head_start = HEAD_START if self.is_shortest else 0.0
         members = [
             Member(self._explicit, head_start=head_start),
@@ -139,7 +203,7 @@ class _Road:
             is_short = answer.by == EXPLICIT or not self.is_shortest
             return answer.status == "unreachable" or answer.reason == INTERRUPTED or is_short
 
-        answer = first_answer(members, budget, is_final)
+        answer = first_of_two(members, budget, is_final)
         return answer or Outcome("unknown", reason="time ran out", states=near.states)
 
     def holds(self, marking: Sequence[int]) -> bool:
@@ -161,21 +225,6 @@ class _Road:
             trace = shortened(self.net, answer.stem + answer.loop, self.holds)
             return Outcome("reachable", trace, by=EXPLICIT)
         return replace(answer, status="unreachable", by=EXPLICIT) if answer.status == "holds" else answer
-
-    def _excluded(self, budget: Budget) -> Outcome | None:
-        """Ask the state equation and traps."""
-        from dineros.analysis.proofs.exclusion import excluded
-        from dineros.analysis.proofs.state_equation import StateEquation
-
-        left = budget.left
-        seconds = STRUCTURE_SECONDS if left is None else min(STRUCTURE_SECONDS, left / 10)
-        clock = Budget(seconds=seconds).begun()
-        equation, conditions = StateEquation(self.net), self.bound.conditions
-        found = excluded(equation, simplified(self.condition), conditions, lambda: clock.is_over)
-        if found is None:
-            return None
-        by = TRAPS if any(case.traps for case in found.cases) else STATE_EQUATION
-        return Outcome("unreachable", seconds=budget.spent, by=by, evidence=found)
 
     def _explicit(self, budget: Budget) -> Outcome | None:
         """Search the net, and where it is too large the net reduced for the condition."""

@@ -10,6 +10,7 @@ from typing import ClassVar
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.covering.firings import Firings
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.properties.recurrence import Recurrence, recurrence
@@ -44,6 +45,8 @@ class Checked:
         Its complete state space; not there where `firings` is.
     firings : Firings or None
         What is known without a state space.
+    recurs : bool
+        Whether it is proved that the net can always come back to its initial marking.
     is_closed : bool
         Whether no further question can be asked: there is no state space.
     """
@@ -56,7 +59,13 @@ class Checked:
     subject: Subject = field(init=False)
     space: SymbolicStateSpace = field(init=False)
     firings: Firings | None = None
+    recurs: bool = False
     is_closed: bool = False
+
+    @cached_property
+    def waiting(self) -> Waiting:
+        """Which of its callbacks wait for what."""
+        return Waiting(self.subject)
 
     @cached_property
     def recurrence(self) -> Recurrence | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
@@ -12,16 +13,14 @@ from dineros.analysis.explicit import Order, find
 from dineros.analysis.explicit.answers import Reduction
 from dineros.analysis.explicit.engine import NO_END
 from dineros.analysis.explicit.goals import Goal, excludes
-from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
-from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names
-from dineros.analysis.logic.language.syntax import Constant
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.nets.shortening import shortened
 from dineros.analysis.reductions import Property, reduce
-from dineros.analysis.symbolic.engine import SymbolicStateSpace
-from dineros.analysis.symbolic.vector_sets import Scope
+
+if TYPE_CHECKING:
+    from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 QUICK = 256 << 20
 """Bytes for the search for a shortest trace, before the net is reduced."""
@@ -80,6 +79,11 @@ def way_to_firing(space: SymbolicStateSpace, names: Names, transition: int) -> t
     DiagramMemoryError
         If memory runs out.
     """
+    from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+    from dineros.analysis.logic.language.atoms import BoundAtoms
+    from dineros.analysis.logic.language.syntax import Constant
+    from dineros.analysis.symbolic.vector_sets import Scope
+
     ways = SymbolicSets(space, BoundAtoms(space.net, Constant(True), names))
     sets, all_of_them = ways.sets, space.diagram.root
     with Scope(space.diagram) as scope:

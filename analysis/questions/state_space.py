@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Engine = Literal["auto", "explicit", "symbolic", "tina"]
 LevelOrder = tuple[tuple[str, ...], ...]
-_NOT_OF_EVERY_NET = ("pumping", "levels", "reduced_states")
+_NOT_OF_EVERY_NET = ("pumping", "levels", "reduced_states", "without", "rest")
 #: Nodes of the coverability tree that may be made to explain why a net is unbounded.
 COVERABILITY_NODES = 2_000
 
@@ -50,6 +50,13 @@ class StateSpace:
     pumping : Pumping or None
         Where the net is unbounded: a sequence that makes places grow for ever. Then there are no counts:
         there is no end of markings, and how many were seen says nothing.
+    without : tuple of str
+        Where it is unbounded: the places that nothing takes from and that no invariant bounds, such as
+        counters and logs.
+    rest : StateSpace or None
+        What there is without those: counts of the net in which they are gone, or stop at the largest number
+        that a transition compares them with. It has the same runs; the most tokens are counted only where all
+        are gone.
     levels : tuple of tuple of str
         Groups of places by level, where they are decision diagrams that counted.
     reduced_states : int or None
@@ -71,6 +78,8 @@ class StateSpace:
     pumping: Pumping | None = None
     levels: LevelOrder = ()
     reduced_states: int | None = None
+    without: tuple[str, ...] = ()
+    rest: StateSpace | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the figures for JSON."""
@@ -87,7 +96,8 @@ def state_space(
     """Count the state space of a net.
 
     ``auto`` takes decision diagrams, by turns with the explicit engine where they take long, and the explicit
-    engine alone where bounds of places are not known.
+    engine alone where bounds of places are not known. Of an unbounded net with counters and logs, it counts
+    what is left without them.
 
     Parameters
     ----------
@@ -115,7 +125,7 @@ def state_space(
     if engine == "tina":
         return _tina(net, budget, began)
     if engine == "explicit":
-        return _explicit(net, budget, began, order)
+        return _with_rest(net, _explicit(net, budget, began, order), engine, budget, orders, order)
     if engine == "symbolic":
         try:
             return _symbolic(net, budget, began, orders)
@@ -131,11 +141,11 @@ def state_space(
             lambda space: space.complete or space.pumping is not None,
         )
     except (UnknownBoundError, LevelSizeError):
-        return _explicit(net, budget, began, order)
+        found = _explicit(net, budget, began, order)
     if found is None:
         budget.check_time()
         raise BudgetExceededError("no engine has answered")
-    return found
+    return _with_rest(net, found, engine, budget, orders, order)
 
 
 def unfinished(net: CompiledNet, engine: str, states: int | None, reason: str, seconds: float) -> StateSpace:
@@ -223,6 +233,37 @@ def _tina(net: CompiledNet, budget: Budget, began: float) -> StateSpace:
     if not counts.is_bounded:
         return _nothing(net, "tina", "unbounded", began)
     return figures_of(net, (counts.states, counts.arcs, counts.deadlocks), (None, None), "tina", "", began)
+
+
+def _with_rest(
+    net: CompiledNet,
+    space: StateSpace,
+    engine: Engine,
+    budget: Budget,
+    orders: OrderCache | None,
+    order: Order,
+) -> StateSpace:
+    """Count an unbounded net without its counters and logs, where it has any."""
+    if space.pumping is None:
+        return space
+    from dineros.analysis.covering.growing import growing_places, largest_weights, limited
+    from dineros.analysis.nets.bounds import place_bounds
+
+    bounds, weights = place_bounds(net), largest_weights(net)
+    limits = {place: weights[place] for place in growing_places(net) if bounds[place] is None}
+    if not limits:
+        return space
+    budget.stage("the net without places that only grow")
+    smaller = limited(net, limits).net
+    began = time.perf_counter()
+    try:
+        rest = state_space(smaller, engine, budget, orders, order)
+    except BudgetExceededError as limit:
+        rest = _nothing(smaller, engine, str(limit), began)
+    if any(limits.values()):
+        # Among the places are some that say how much room is left.
+        rest = replace(rest, max_tokens_in_place=None, max_tokens_in_marking=None)
+    return replace(space, without=tuple(net.places[place] for place in limits), rest=rest)
 
 
 def _nothing(net: CompiledNet, engine: str, reason: str, began: float) -> StateSpace:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from operator import add
 
+from dineros.analysis.nets.graph_parts import ends, has_cycle
 from dineros.analysis.reductions.net import Arcs, Change, MutableNet
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Lift, Property, Question, Rule, Step
 from dineros.analysis.reductions.transitions import DEAD_PRESERVES
@@ -81,12 +82,12 @@ class Component:
     @cached_property
     def ends(self) -> list[set[Local]]:
         """Bottom strongly connected components of the component graph: where every run of it ends up."""
-        import networkx as nx  # takes a while to import
+        return ends(self.graph)
 
-        graph: nx.DiGraph[Local] = nx.DiGraph()
-        graph.add_nodes_from(self.successors)
-        graph.add_edges_from((s, target) for s, row in self.successors.items() for target in row.values())
-        return list(nx.attracting_components(graph))
+    @property
+    def graph(self) -> dict[Local, list[Local]]:
+        """The markings that each marking of the component leads to."""
+        return {local: list(row.values()) for local, row in self.successors.items()}
 
     @cached_property
     def is_connected(self) -> bool:
@@ -241,7 +242,7 @@ class IndependentComponent(Rule):
         if component.never_stops:
             idle = net.fresh_transition(f"idle({next(iter(component.members))})")
             added[idle] = Arcs({}, {}, {})
-        elif not _has_no_cycle(component):
+        elif has_cycle(component.graph):
             preserved -= {Property.DEADLOCKS, Property.LTL_WITHOUT_NEXT}
         change = Change(
             removed_places=dict(zip(component.places, component.initial, strict=True)),
@@ -259,13 +260,6 @@ class IndependentComponent(Rule):
             component=markings,
             dead_ends=1 if component.never_stops else len(component.ends),
         )
-
-
-def _has_no_cycle(component: Component) -> bool:
-    import networkx as nx
-
-    edges = [(local, target) for local, row in component.successors.items() for target in row.values()]
-    return bool(nx.is_directed_acyclic_graph(nx.DiGraph(edges)))
 
 
 def _driving(component: Component, tests: dict[str, Arcs], idle: str | None) -> Lift:

@@ -11,15 +11,12 @@ B. Berthomieu, D. Le Botlan, S. Dal Zilio, *Petri net reductions for counting ma
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
+from dineros.analysis.nets.graph_parts import shortest_path, strongly_connected_parts
 from dineros.analysis.reductions.net import Arcs, Change, Marking, MutableNet
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Lift, Property, Question, Rule, Step
-
-if TYPE_CHECKING:
-    import networkx as nx
 
 MERGE_PRESERVES = ALL_PROPERTIES - {Property.STATE_SPACE_SIZE}
 """Of a merge whose tokens can be shared among the places in every way."""
@@ -99,11 +96,9 @@ class LoopOfPlaces(Rule):
             moves.setdefault(move, []).append(t)
         if not moves:
             return
-        import networkx as nx  # takes a while to import
-
-        graph = nx.DiGraph(list(moves))
+        graph = _graph(moves)
         order = {place: position for position, place in enumerate(net.places)}
-        loops = [sorted(loop, key=order.__getitem__) for loop in nx.strongly_connected_components(graph)]
+        loops = [sorted(loop, key=order.__getitem__) for loop in strongly_connected_parts(graph)]
         for loop in sorted(loops, key=lambda loop: order[loop[0]]):
             if len(loop) > 1:
                 inside = [t for move, ts in moves.items() if move[0] in loop and move[1] in loop for t in ts]
@@ -125,11 +120,15 @@ class LoopOfPlaces(Rule):
             {**change.added_transitions, idle: Arcs({merged: 1}, {merged: 1}, {})},
         )
         first = {move: ts[0] for move, ts in moves.items() if move[0] in loop and move[1] in loop}
-        import networkx as nx
-
-        graph: nx.DiGraph[str] = nx.DiGraph(list(first))
-        lift = _moving_on_demand(loop, graph, first, idle)
+        lift = _moving_on_demand(loop, _graph(first), first, idle)
         return Step(self.name, loop, inside, self.preserves, change, lift, is_split=True)
+
+
+def _graph(moves: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    graph: dict[str, list[str]] = {place: [] for move in moves for place in move}
+    for source, target in moves:
+        graph[source].append(target)
+    return graph
 
 
 def merging(net: MutableNet, places: tuple[str, ...], dropped: tuple[str, ...]) -> tuple[Change, str]:
@@ -158,10 +157,8 @@ def _moving_eagerly(source: str, mover: str) -> Lift:
 
 
 def _moving_on_demand(
-    loop: tuple[str, ...], graph: nx.DiGraph[str], movers: Mapping[tuple[str, str], str], idle: str
+    loop: tuple[str, ...], graph: Mapping[str, list[str]], movers: Mapping[tuple[str, str], str], idle: str
 ) -> Lift:
-    import networkx as nx
-
     def lift(before: MutableNet, trace: list[str], _settle: bool) -> list[str]:
         tokens: Marking = {place: before.places[place] for place in loop}
         result: list[str] = []
@@ -175,14 +172,14 @@ def _moving_on_demand(
         for t in trace:
             if t == idle:
                 source = next(place for place in loop if tokens[place])
-                move([source, next(iter(graph.successors(source)))])
+                move([source, graph[source][0]])
                 continue
             arcs = before.transitions[t]
             needed = {place: arcs.inputs.get(place, 0) for place in loop}
             for place in loop:
                 while tokens[place] < needed[place]:
                     donor = next(other for other in loop if tokens[other] > needed[other])
-                    move(nx.shortest_path(graph, donor, place))
+                    move(shortest_path(graph, donor, place))
             for place in loop:
                 tokens[place] += arcs.outputs.get(place, 0) - needed[place]
             result.append(t)

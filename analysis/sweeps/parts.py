@@ -8,7 +8,7 @@ questions of a check go to several, each of whom makes the state space, and are 
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from dineros.analysis.answers.budget import DEFAULT_MEMORY, Budget
@@ -25,7 +25,11 @@ if TYPE_CHECKING:
 STARTS = 3
 """Starts of the search for an order that are tried at the same time."""
 
-TOGETHER = (("Clauses", "Matching", "Boundedness", "Overflow", "Use"), ("Deadlock",), ("Repetition",))
+TOGETHER = (
+    ("Clauses", "Matching", "Boundedness", "Overflow", "Use"),
+    ("Deadlock", "Callbacks"),
+    ("Repetition",),
+)
 """Questions of a check that one worker answers, by the names of their classes."""
 
 
@@ -145,10 +149,11 @@ def add_report(report: Report, subject: Subject, part: Part, answer: dict[str, A
     seen = {_key(finding) for finding in report.findings}
     for found in answer["findings"]:
         steps, loop = found.pop("trace"), found.pop("loop")
-        made = Finding(**{**found, "elements": tuple(found["elements"])})
+        tuples = {name: tuple(found[name]) for name in ("elements", "circle")}
+        made = Finding(**{**found, **tuples})
         if steps is not None:
             witness = witness_of(subject, [index[name] for name in steps], loop)
-            made = Finding(made.rule, made.severity, made.elements, made.message, witness)
+            made = replace(made, witness=witness)
         if _key(made) not in seen:
             report.findings.append(made)
     report.proved += [text for text in answer["proved"] if text not in report.proved]
@@ -174,6 +179,7 @@ def _check(model: pn.Net, asked: dict[str, Any], budget: Budget) -> dict[str, An
                 "severity": finding.severity,
                 "elements": list(finding.elements),
                 "message": finding.message,
+                "circle": list(finding.circle),
                 "trace": None if witness is None else [step.transition for step in witness.steps],
                 "loop": None if witness is None else witness.loop,
             }

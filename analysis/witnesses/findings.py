@@ -100,6 +100,8 @@ class Finding:
         What is wrong, in the words of the model.
     witness : Witness or None
         How it comes about.
+    circle : tuple of str
+        Those that wait for each other, each for the next and the last for the first, where that is the fault.
     """
 
     rule: str
@@ -107,6 +109,7 @@ class Finding:
     elements: tuple[str, ...]
     message: str
     witness: Witness | None = None
+    circle: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -130,9 +133,12 @@ class Fault:
     meaning: str
     message: str
 
-    def found(self, *elements: str, witness: Witness | None = None, **parts: object) -> Finding:
+    def found(
+        self, *elements: str, witness: Witness | None = None, waiters: Sequence[str] = (), **parts: object
+    ) -> Finding:
         """Return a finding of this kind, with the parts of its message."""
-        return Finding(self.rule, self.severity, elements, self.message.format(**parts), witness)
+        message = self.message.format(**parts)
+        return Finding(self.rule, self.severity, elements, message, witness, tuple(waiters))
 
 
 Unknown = Outcome.left_open
@@ -153,12 +159,15 @@ class Report:
         What could not be decided, and why.
     space : SymbolicStateSpace or None
         All markings, where answers rest on them.
+    dead : list of str
+        Transitions of the net without signals that are found never to fire.
     """
 
     findings: list[Finding] = field(default_factory=list)
     proved: list[str] = field(default_factory=list)
     unknown: list[Outcome] = field(default_factory=list)
     space: SymbolicStateSpace | None = field(default=None, compare=False, repr=False)
+    dead: list[str] = field(default_factory=list, compare=False, repr=False)
 
     def add(self, other: Report) -> None:
         """Take over all that another report says."""
@@ -177,6 +186,7 @@ class Report:
                     "elements": list(finding.elements),
                     "message": finding.message,
                     "witness": finding.witness.to_dict() if finding.witness else None,
+                    **({"circle": list(finding.circle)} if finding.circle else {}),
                 }
                 for finding in self.findings
             ],

@@ -39,6 +39,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--seconds", type=float, required=True)
     parser.add_argument("--memory", type=int, required=True)
     given = parser.parse_args(arguments)
+    # Budgets look at this clock: what else the machine does costs a question nothing.
+    time.perf_counter = time.process_time
     net = compile_net(load(given.folder / "model.pnml"))
     memory = int(given.memory * SEARCH_SHARE)
     if "StateSpace" in given.examinations:

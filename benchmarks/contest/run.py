@@ -2,9 +2,9 @@
 
 ``python -m benchmarks.contest.run FOLDER`` wants a folder with ``nets/NAME.tgz`` (``model.pnml`` and the
 contest's formula files) and ``expected.json`` (net -> examination -> id -> verdict). Each net runs in a
-process of its own, which is ended when it has used up the time of all its questions together, or takes more
-memory than it may; what it has said until then counts. Results are JSON Lines, to which a second run only
-adds what is missing.
+process of its own, which is ended when it has used up the processor time of all its questions together, or
+takes more memory than it may; what it has said until then counts. Results are JSON Lines, to which a second
+run only adds what is missing.
 """
 
 from __future__ import annotations
@@ -39,6 +39,8 @@ EXAMINATIONS = (
 #: Seconds on top of what the questions may take: start of Python, compiled kernels, reading.
 GRACE = 5.0
 WATCH_SECONDS = 0.1
+#: How many times its processor time a process may last.
+PATIENCE = 20
 Expected = dict[str, dict[str, dict[str, Any]]]
 
 
@@ -46,7 +48,9 @@ def main(arguments: list[str] | None = None) -> int:
     """Run what was not run yet, print the tables; 1 where an answer is wrong."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0] if __doc__ else None)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--seconds", type=float, default=30.0, help="for each question (30)")
+    parser.add_argument(
+        "--seconds", type=float, default=30.0, help="of processor time for each question (30)"
+    )
     parser.add_argument("--memory", type=float, default=4.0, help="GiB for each process (4)")
     parser.add_argument("--nets", nargs="+", help="words in the names of nets; all by default")
     parser.add_argument("--examinations", nargs="+", choices=EXAMINATIONS, default=list(EXAMINATIONS))
@@ -122,13 +126,13 @@ def _watched(command: list[str], seconds: float, memory: int) -> tuple[list[dict
 
     reader = threading.Thread(target=listen)
     reader.start()
-    until, ended = time.monotonic() + seconds, ""
+    until, ended = time.monotonic() + PATIENCE * seconds, ""
     while not ended:
         try:
             status = process.wait(WATCH_SECONDS)
             ended = "done" if status == 0 else f"status {status}"
         except subprocess.TimeoutExpired:
-            if time.monotonic() > until:
+            if _processor(process.pid) > seconds or time.monotonic() > until:
                 ended = "time"
             elif _resident(process.pid) > memory:
                 ended = "memory"
@@ -136,6 +140,15 @@ def _watched(command: list[str], seconds: float, memory: int) -> tuple[list[dict
     process.wait()
     reader.join()
     return answers, ended
+
+
+def _processor(process: int) -> float:
+    """Return the seconds of processor time of a process and of those that it has waited for."""
+    try:
+        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    except (OSError, IndexError):
+        return 0.0
+    return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
 
 
 def _resident(process: int) -> int:

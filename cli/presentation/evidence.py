@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -21,6 +19,7 @@ if TYPE_CHECKING:
     from dineros.analysis.evidence.proving import Asked
     from dineros.analysis.questions.engines import Question
     from dineros.analysis.witnesses.findings import Report
+    from dineros.metamodel import pn
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -43,23 +42,70 @@ def confirm_option(function: F) -> F:
     return click.option("--confirm", is_flag=True, help=help)(function)
 
 
-def certified(asked: Asked, output: Path, budget: Budget) -> Outcome | None:
-    """Answer a question by structure or induction and write the certificate; None where that does not do."""
-    from dineros.analysis.answers.budget import Budget
-    from dineros.analysis.answers.outcome import Outcome
-    from dineros.analysis.evidence.proving import certify
+def refuse_certificates(output: Path, *, also_folder: bool = False) -> None:
+    """Find out before long work that certificates cannot be written; raises `ModelFileError`."""
     from dineros.cli.outputs import refuse_output
-    from dineros.metamodel.files.atomic import write_atomically
+    from dineros.metamodel.errors import Location, ModelFileError
 
-    refuse_output(output, [".json"])
-    began = time.perf_counter()
-    found = certify(asked, Budget(seconds=SECONDS if budget.seconds is None else SHARE * budget.seconds))
+    if not also_folder or output.suffix == ".json":
+        refuse_output(output, [".json"])
+    elif output.exists() and not output.is_dir():
+        raise ModelFileError("is no folder", location=Location(output), hint="or name a file, FILE.json")
+    elif not output.parent.is_dir():
+        missing = f"there is no folder {str(output.parent)!r}"
+        raise ModelFileError(missing, location=Location(output), hint="make it first")
+
+
+def proved_first(asked: Asked, budget: Budget) -> Outcome | None:
+    """Answer a question by structure or induction; None where that does not do in its share of the time."""
+    from dineros.analysis.evidence.proving import proved
+
+    return proved(asked, _share(budget))
+
+
+def certified(asked: Asked, answer: Outcome, output: Path) -> Outcome | None:
+    """Write the certificate of an answer, and return the answer with what it rests on; None without one."""
+    from dataclasses import replace
+
+    from dineros.analysis.evidence.certificate import write_certificate
+    from dineros.analysis.evidence.proving import certificate_of
+
+    found = certificate_of(asked, answer.status, answer.evidence)
     if found is None:
         return None
-    write_atomically(output, json.dumps(found, indent=1, ensure_ascii=False).encode() + b"\n")
-    return Outcome(
-        str(found["answer"]), seconds=time.perf_counter() - began, reason=f"by {facts_text(found['facts'])}"
-    )
+    write_certificate(found, output)
+    return replace(answer, reason=answer.reason or f"by {facts_text(found)}")
+
+
+def check_certificates(
+    report: Report, model: pn.Net, settings: Sequence[str], output: Path, budget: Budget
+) -> int:
+    """Write certificates of what a check has proved: one of all into a file, or one each into a folder.
+
+    Returns
+    -------
+    int
+        How many answers have one.
+    """
+    from dineros.analysis.evidence.certificate import write_certificate
+    from dineros.analysis.evidence.claims import certificates_of
+
+    found, all_of_it = certificates_of(model, report, settings, _share(budget))
+    if output.suffix == ".json":
+        if all_of_it is not None:
+            write_certificate(all_of_it, output)
+        return 0 if all_of_it is None else len(found)
+    output.mkdir(exist_ok=True)
+    for name, certificate in found:
+        write_certificate(certificate, output / f"{name}.json")
+    return len(found)
+
+
+def _share(budget: Budget) -> Budget:
+    from dineros.analysis.answers.budget import Budget
+
+    seconds = SECONDS if budget.left is None else SHARE * budget.left
+    return Budget(budget.memory_bytes, seconds=seconds, progress=budget.progress)
 
 
 def say_certificate(output: Path, answer: Outcome, is_written: bool, as_json: bool) -> None:
@@ -69,22 +115,17 @@ def say_certificate(output: Path, answer: Outcome, is_written: bool, as_json: bo
     elif not is_written:
         shown = "a run" if answer.stem or answer.loop else "all markings"
         if answer.evidence is not None:
-            shown = f"{answer.by}, with more facts or steps than were tried for it"
+            shown = f"{answer.by}, of which only a part can be written down"
         reason = "nothing is answered" if answer.status == "unknown" else f"the answer rests on {shown}"
         warn(f"{output} is not written: {reason}")
 
 
-def facts_text(facts: Sequence[Mapping[str, Any]]) -> str:
+def facts_text(certificate: Mapping[str, Any]) -> str:
     """Return what a certificate holds, in words."""
-    weights, traps = (sum(kind in fact for fact in facts) for kind in ("weights", "trap"))
-    inductive = [fact for fact in facts if "clauses" in fact]
+    weights, clauses, steps = len(certificate["never"]), len(certificate["clauses"]), certificate["steps"]
     parts = [counted(weights, "weighting") + " of places"] if weights else []
-    parts += [counted(traps, "marked trap")] if traps else []
-    parts += [
-        counted(len(fact["clauses"]), "clause")
-        + (f" by induction over {counted(fact['steps'], 'step')}" if fact["steps"] > 1 else " by induction")
-        for fact in inductive
-    ]
+    parts += [counted(clauses, "clause")] if clauses else []
+    parts += [f"induction over {counted(steps, 'step')}"] if steps else []
     return ", ".join(parts) or "the formula alone"
 
 

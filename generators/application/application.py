@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from dineros.generators.application.arcs import ArcEnd
 from dineros.generators.application.cases import Case
 from dineros.generators.application.interfaces import Interfaces
+from dineros.generators.application.tokens import TokenClass
 from dineros.generators.templates.filters import Name
 from dineros.metamodel.ros_names import resource_name, snake_case
 
@@ -31,6 +32,14 @@ class Transition:
         How many instances there are.
     case : Case
         How it can be made to fire by itself.
+    types : dict of str to TokenClass
+        What the tokens of its places carry.
+    result : TokenClass
+        What the data that goes on carries, which a handler sees and changes.
+    demanded : tuple of str
+        Places that a handler has to name when it gives data, as nothing goes on to them.
+    is_typed : bool
+        Whether it needs types of its own: not all its places have the first token type.
     """
 
     id: str
@@ -42,6 +51,10 @@ class Transition:
     service: str | None
     instances: int
     case: Case
+    types: dict[str, TokenClass]
+    result: TokenClass
+    demanded: tuple[str, ...]
+    is_typed: bool
 
     @property
     def names(self) -> list[str]:
@@ -60,6 +73,11 @@ class Transition:
         """Places that a handler may give data, in the order of the arcs."""
         read = [end.place for end in self.inputs if end.kind == "read"]
         return list(dict.fromkeys([*(end.place for end in self.outputs), *read]))
+
+    @property
+    def given(self) -> dict[str, dict[str, object]]:
+        """What a handler has to give at least: for each demanded place, no field but the defaults."""
+        return {place: {} for place in self.demanded}
 
     @property
     def flow(self) -> str:
@@ -125,11 +143,14 @@ class Place:
         Its initial tokens.
     instances : int
         How often it exists: once per instance on a server page.
+    type : TokenClass
+        What its tokens carry.
     """
 
     id: str
     tokens: int
     instances: int
+    type: TokenClass
 
 
 @dataclass(frozen=True)
@@ -161,6 +182,10 @@ class NodePackage:
         For each channel it publishes on, what its parameter is called, and the number of its subscribers.
     message_packages : tuple of str
         Packages of the interfaces it uses, sorted.
+    token_types : tuple of TokenClass
+        What its tokens carry: the model's first token type, and the others that its places name.
+    token_classes : tuple of TokenClass
+        The same, after the ROS types nested in them.
     runtime_model : bytes
         The RTM as XMI.
     """
@@ -177,6 +202,8 @@ class NodePackage:
     places: tuple[Place, ...]
     published: tuple[tuple[Name, int], ...]
     message_packages: tuple[Name, ...]
+    token_types: tuple[TokenClass, ...]
+    token_classes: tuple[TokenClass, ...]
     runtime_model: bytes
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable
+from typing import TypedDict
 
 from dineros.generators.application.application import (
     Application,
@@ -26,11 +27,22 @@ from dineros.generators.application.naming import (
     node_name,
     node_packages,
 )
+from dineros.generators.application.tokens import TokenClass
 from dineros.generators.templates.filters import Name
 from dineros.metamodel import pn, rtm, sym
-from dineros.metamodel.elements import arcs, label, node_net_of, places, resolve, transitions
+from dineros.metamodel.elements import (
+    arcs,
+    label,
+    node_net_of,
+    places,
+    resolve,
+    token_types,
+    transitions,
+)
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.metamodel.ros_names import resource_names
+from dineros.metamodel.token_types.declared import type_of_place
+from dineros.metamodel.token_types.passing import passing
 from dineros.transformations.flattening.split import split
 
 
@@ -74,6 +86,9 @@ def _node(
 ) -> NodePackage:
     node = part.node
     ports = tuple(_ports(part, interfaces))
+    named = {each.id for each in token_types(part)}
+    types = tuple(each for each in interfaces.types if each.id in named or each is interfaces.types[0])
+    nested = {ros for each in types for ros in each.nested}
     _require_distinct_overrides(node, ports)
     parameters = resource_names(signal.id for signal in node.signals)
     published = resource_names(port.channel for port in ports if port.kind == "publisher")
@@ -84,18 +99,22 @@ def _node(
         namespace=node.namespace or "",
         executor=str(node.executor),
         threads=node.threads,
-        transitions=tuple(_transitions(part, reserved)),
+        transitions=tuple(_transitions(part, interfaces, reserved)),
         ports=ports,
         signals=tuple(
             Signal(signal.id, bool(signal.initial), Name(parameters[signal.id])) for signal in node.signals
         ),
-        places=tuple(_places(part)),
+        places=tuple(_places(part, interfaces)),
         published=tuple((Name(name), subscribing[channel]) for channel, name in published.items()),
         message_packages=tuple(
             sorted(
-                {Name(port.type.partition("/")[0]) for port in ports} | {Name("std_msgs"), Name("std_srvs")}
+                {Name(port.type.partition("/")[0]) for port in ports}
+                | {each.package for each in types if each.package is not None}
+                | {Name("std_msgs"), Name("std_srvs")}
             )
         ),
+        token_types=types,
+        token_classes=(*(each for each in interfaces.nested if each.ros in nested), *types),
         runtime_model=xmi_bytes(part),
     )
 
@@ -115,14 +134,15 @@ def _require_distinct_overrides(node: sym.NodeNet, ports: Iterable[Port]) -> Non
             )
 
 
-def _places(part: rtm.RuntimeModel) -> Iterable[Place]:
+def _places(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Place]:
     servers = _server_pages(part)
     for place in places(part):
         server = _server_of(place, servers)
-        yield Place(place.id, place.tokens, server.instances if server else 1)
+        carried = interfaces.type_named(type_of_place(place, part))
+        yield Place(place.id, place.tokens, server.instances if server else 1, carried)
 
 
-def _transitions(part: rtm.RuntimeModel, reserved: Reserved) -> Iterable[Transition]:
+def _transitions(part: rtm.RuntimeModel, interfaces: Interfaces, reserved: Reserved) -> Iterable[Transition]:
     found = transitions(part)
     inputs: dict[pn.Node, list[ArcEnd]] = defaultdict(list)
     outputs: dict[pn.Node, list[ArcEnd]] = defaultdict(list)
@@ -137,6 +157,7 @@ def _transitions(part: rtm.RuntimeModel, reserved: Reserved) -> Iterable[Transit
     servers = _server_pages(part)
     running = {place.id: _running(place, servers) for place in places(part)}
     initial = {signal.id: bool(signal.initial) for signal in part.node.signals}
+    types = {place.id: interfaces.type_named(type_of_place(place, part)) for place in places(part)}
     for transition in found:
         server = _server_of(transition, servers)
         clause = transition.clause if isinstance(transition, sym.Transition) else None
@@ -151,7 +172,38 @@ def _transitions(part: rtm.RuntimeModel, reserved: Reserved) -> Iterable[Transit
             service=server.channel if server else None,
             instances=server.instances if server else 1,
             case=case_of(_running(transition, servers), *arcs_here, clause, initial, lambda id: running[id]),
+            **_typing(*arcs_here, types, interfaces.types[0]),
         )
+
+
+class _Typing(TypedDict):
+    types: dict[str, TokenClass]
+    result: TokenClass
+    demanded: tuple[str, ...]
+    is_typed: bool
+
+
+def _typing(
+    inputs: list[ArcEnd], outputs: list[ArcEnd], types: dict[str, TokenClass], first: TokenClass
+) -> _Typing:
+    """Return what the data at a transition is."""
+    reads = [end.place for end in inputs if end.kind == "read"]
+    takes, puts = _weights(end for end in inputs if end.kind == "normal"), _weights(outputs)
+    goes_on = passing(takes, puts, reads, types.__getitem__)
+    here = {end.place: types[end.place] for end in (*inputs, *outputs)}
+    return {
+        "types": here,
+        "result": first if goes_on.result is None else types[goes_on.result],
+        "demanded": goes_on.demanded,
+        "is_typed": any(each is not first for each in here.values()),
+    }
+
+
+def _weights(ends: Iterable[ArcEnd]) -> list[tuple[str, int]]:
+    weights: dict[str, int] = {}
+    for end in ends:
+        weights[end.place] = weights.get(end.place, 0) + end.weight
+    return list(weights.items())
 
 
 def _server_pages(part: rtm.RuntimeModel) -> dict[pn.Page, rtm.ServerPort]:
@@ -181,11 +233,12 @@ def _place_ports(part: rtm.RuntimeModel) -> Iterable[tuple[rtm.Place, rtm.PlaceP
 
 
 def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
-    message = f"{interfaces.package}/msg/{interfaces.token}"
     servers = _server_pages(part)
     for place, port in _place_ports(part):
         server = _server_of(place, servers)
         service = server.channel if server is not None else None
+        carried = interfaces.type_named(type_of_place(place, part))
+        message = carried.ros or f"{interfaces.package}/msg/{carried.name}"
         match port:
             case rtm.PublisherPort():
                 type_ = port.type or message

@@ -1,13 +1,13 @@
 """What a model's tokens look like as ROS 2 messages and services (ROS 2 design, "Interface definition").
 
-Field kinds become ``string``, ``int64``, ``float64``, ``bool``; a list becomes an array, of fixed length
-where the token type says so; a map becomes an array of entries. Every message ends with the id of the
-message, by which a node recognises what it has received before.
+Field kinds become ``string``, ``int64``, ``float64``, ``bool``, unless the field names a ROS type; a list
+becomes an array, of fixed length where the token type says so; a map becomes an array of entries. Every
+generated message ends with its id, by which a node recognises what it has received before. Token types that
+are installed messages are used as they are.
 """
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 
 from dineros.generators.application.naming import (
@@ -15,45 +15,37 @@ from dineros.generators.application.naming import (
     NamingError,
     Reserved,
     interface,
-    message_fields,
     require_own_packages,
 )
+from dineros.generators.application.tokens import (
+    ROS_TYPES,
+    Field,
+    TokenClass,
+    entry_name,
+    token_classes,
+)
 from dineros.generators.templates.filters import Name, Written
-from dineros.metamodel import sym
-from dineros.metamodel.elements import label
+from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import token_types
 from dineros.metamodel.ros_names import camel_case, interfaces_package
-from dineros.metamodel.token_data import Value, field_value, read_json
-
-ROS_TYPES = {"text": "string", "integer": "int64", "number": "float64", "boolean": "bool"}
-PYTHON_TYPES = {"text": "str", "integer": "int", "number": "float", "boolean": "bool"}
-_EMPTY: dict[str, Value] = {"text": "", "integer": 0, "number": 0.0, "boolean": False}
+from dineros.metamodel.token_types.declared import type_of_place
 
 
 @dataclass(frozen=True)
-class Field:
-    """A field of the token type.
+class Service:
+    """A service whose type is generated.
 
     Attributes
     ----------
-    name, message_name : str
-        Its names in the model and in messages.
-    kind : str
-        In words: ``text``, ``list of 6 number``, ``map of text``.
-    python_type, ros_type : str
-        Its types in handlers and in messages.
-    default : Value
-        Its value where a token says nothing else.
-    ros_default : str
-        The default as the interface definition writes it; empty where it needs none or cannot say it.
+    name : str
+        Name of the type.
+    request, response : TokenClass
+        What its parts carry.
     """
 
-    name: str
-    message_name: Name
-    kind: str
-    python_type: Written
-    ros_type: Written
-    default: Value
-    ros_default: Written
+    name: Name
+    request: TokenClass
+    response: TokenClass
 
 
 @dataclass(frozen=True)
@@ -64,32 +56,55 @@ class Interfaces:
     ----------
     package : str
         Its name.
-    token : str
-        Name of the message that carries a token, and of the type that handlers see.
-    fields : tuple of Field
-        What a token carries.
+    types : tuple of TokenClass
+        The token types, the model's first one first.
+    nested : tuple of TokenClass
+        The ROS types in installed messages, those inside of others first.
     entries : tuple of (str, str)
         Messages for the entries of maps: name, and ROS type of the value.
-    services : tuple of str
-        Names of the service types.
+    services : tuple of Service
+        The service types.
     """
 
     package: Name
-    token: Name
-    fields: tuple[Field, ...]
+    types: tuple[TokenClass, ...]
+    nested: tuple[TokenClass, ...]
     entries: tuple[tuple[Name, Written], ...]
-    services: tuple[Name, ...]
+    services: tuple[Service, ...]
+
+    @property
+    def token(self) -> Name:
+        """Name of the first token type: of its message, and of the class that handlers see."""
+        return self.types[0].name
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """What tokens of the first type carry."""
+        return self.types[0].fields
+
+    @property
+    def generated(self) -> tuple[TokenClass, ...]:
+        """Token types whose messages are generated; a package of interfaces has at least one of its own."""
+        own = tuple(each for each in self.types if each.ros is None)
+        return own if own or self.services else (TokenClass(None, Name("Token"), Name("token"), (), None),)
+
+    @property
+    def dependencies(self) -> list[Name]:
+        """Packages of the installed messages that services carry."""
+        carried = [part for service in self.services for part in (service.request, service.response)]
+        return sorted({part.package for part in carried if part.package is not None})
 
     @property
     def files(self) -> list[str]:
         """The interface files, as CMake wants them."""
-        messages = [f"msg/{name}.msg" for name in (self.token, *(name for name, _ in self.entries))]
-        return [*messages, *(f"srv/{name}.srv" for name in self.services)]
+        names = (*(each.name for each in self.generated), *(name for name, _ in self.entries))
+        return [*(f"msg/{name}.msg" for name in names), *(f"srv/{each.name}.srv" for each in self.services)]
 
-
-def token_name(token_type: sym.TokenType | None) -> str:
-    """Return the name of the message that carries a token."""
-    return camel_case(label(token_type)) if token_type else "Token"
+    def type_named(self, token_type: sym.TokenType | None) -> TokenClass:
+        """Return the class of a token type of the model, of a copy as well; None: of the first one."""
+        if token_type is None:
+            return self.types[0]
+        return next(each for each in self.types if each.id == token_type.id)
 
 
 def service_name(channel: str) -> str:
@@ -104,20 +119,23 @@ def interfaces_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED)
     ------
     NamingError
         Names of the model collide in ROS.
+    UnknownInterfaceError
+        A token type is a ROS message that is not installed.
     """
     require_own_packages(model.id)
-    fields = tuple(_fields(model.tokenType))
-    used = {str(field.elementKind) for field in _token_fields(model.tokenType) if str(field.kind) == "map"}
+    types, nested = token_classes(model, reserved)
+    own = [field for each in token_types(model) if not each.ros for field in each.fields]
+    used = {str(field.elementKind) for field in own if str(field.kind) == "map"}
     entries = tuple((entry_name(kind), Written(ros)) for kind, ros in ROS_TYPES.items() if kind in used)
-    owner = model.tokenType.id if model.tokenType else None
-    token = interface(f"the token type {owner!r}", token_name(model.tokenType), owner, reserved)
-    if token.lower() in {entry.lower() for entry, _ in entries}:
-        raise NamingError(
-            f"the token type {token!r} has the name of a message for maps",
-            element=owner,
-            hint="rename the token type",
-        )
-    services: dict[Name, str] = {}
+    for each in types:
+        if each.ros is None and each.name.lower() in {entry.lower() for entry, _ in entries}:
+            raise NamingError(
+                f"the token type {each.name!r} has the name of a message for maps",
+                element=each.id,
+                hint="rename the token type",
+            )
+    interfaces = Interfaces(Name(interfaces_package(model.id)), types, nested, entries, ())
+    services: dict[Name, Service] = {}
     files: dict[str, str] = {}  # case does not tell files apart everywhere, and headers have small letters
     for channel in model.channels:
         if isinstance(channel, sym.ServiceChannel) and not channel.type:
@@ -129,52 +147,12 @@ def interfaces_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED)
                     element=channel.id,
                     hint="rename one of them",
                 )
-            services[name] = channel.id
-    return Interfaces(Name(interfaces_package(model.id)), token, fields, entries, tuple(services))
+            entry, exit_ = channel.server.entry, channel.server.exit
+            services[name] = Service(
+                name, _class_at(entry, interfaces, model), _class_at(exit_, interfaces, model)
+            )
+    return Interfaces(interfaces.package, types, nested, entries, tuple(services.values()))
 
 
-def entry_name(kind: str) -> Name:
-    """Return the name of the message for an entry of a map to elements of a kind."""
-    return Name(f"{kind.capitalize()}Entry")
-
-
-def _token_fields(token_type: sym.TokenType | None) -> list[sym.TokenField]:
-    return list(token_type.fields) if token_type else []
-
-
-def _fields(token_type: sym.TokenType | None) -> list[Field]:
-    names = message_fields(token_type)
-    return [_field(field, names[field.name]) for field in _token_fields(token_type)]
-
-
-def _field(field: sym.TokenField, message_name: Name) -> Field:
-    kind, element = str(field.kind), str(field.elementKind)
-    default: Value
-    if kind == "list":
-        length = field.length
-        text = f"list of {element}" if length is None else f"list of {length} {element}"
-        python, ros = f"list[{PYTHON_TYPES[element]}]", f"{ROS_TYPES[element]}[{length or ''}]"
-        default = [_EMPTY[element]] * (length or 0)
-    elif kind == "map":
-        text, python, ros = (
-            f"map of {element}",
-            f"dict[str, {PYTHON_TYPES[element]}]",
-            f"{entry_name(element)}[]",
-        )
-        default = {}
-    else:
-        text, python, ros, default = kind, PYTHON_TYPES[kind], ROS_TYPES[kind], _EMPTY[kind]
-    if field.default is not None:
-        default = field_value(field, read_json(field.default))
-    ros_default = _ros_default(default) if field.default is not None and kind != "map" else Written()
-    return Field(field.name, message_name, text, Written(python), Written(ros), default, ros_default)
-
-
-def _ros_default(value: Value) -> Written:
-    """Write a default value; empty where the interface language cannot be trusted with the text."""
-    texts = [
-        element for element in (value if isinstance(value, list) else [value]) if isinstance(element, str)
-    ]
-    if any(not text.isascii() or not text.isprintable() or set(text) & set("\"'\\#") for text in texts):
-        return Written()
-    return Written(json.dumps(value))
+def _class_at(place: pn.Node, interfaces: Interfaces, model: sym.SystemModel) -> TokenClass:
+    return interfaces.type_named(type_of_place(place, model))

@@ -9,7 +9,7 @@ from typing import Any
 
 from dineros.generators.application.application import Application, NodePackage, Transition
 from dineros.generators.application.collecting import application_of
-from dineros.generators.application.naming import NOTHING_RESERVED, Reserved, function_of, require_short_paths
+from dineros.generators.application.naming import NOTHING_RESERVED, Reserved, require_short_paths
 from dineros.generators.application.reserved import reserved_names
 from dineros.generators.templates.filters import Name, Written
 from dineros.generators.templates.rendering import TemplateError, Templates, generator
@@ -108,13 +108,19 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
         options=chosen,
         interfaces=application.interfaces.package,
         bringup=application.bringup,
-        token={field.name: field.kind for field in application.interfaces.fields},
+        token=_token_fields(application),
         nodes=tuple(_entry(node) for node in application.nodes),
     )
     instances = {
         node.id: {each.id: each.instances for each in node.transitions} for node in application.nodes
     }
     return Plan(manifest, generated, developer, instances)
+
+
+def _token_fields(app: Application) -> dict[str, str]:
+    """Return the fields of all token types, by which handlers are looked through when they change."""
+    types = app.interfaces.types
+    return {field.name: field.kind for each in reversed(types) for field in each.fields}
 
 
 def _common(app: Application, reserved: Reserved, options: Options, chosen: dict[str, Any]) -> dict[str, Any]:
@@ -128,7 +134,7 @@ def _common(app: Application, reserved: Reserved, options: Options, chosen: dict
         "source": file_name(app.id),
         "settings": options.settings,
         "token": app.interfaces.token,
-        "token_function": function_of(app.interfaces.token, reserved.tokens),
+        "token_function": app.interfaces.types[0].function,
         "taken": reserved.firings | reserved.tokens,
     }
 
@@ -174,15 +180,16 @@ def _plan_interfaces(
     root = f"src/{app.interfaces.package}"
     for name in ("CMakeLists.txt", "package.xml"):
         generated[f"{root}/{name}"] = templates.render(f"interfaces/{name}.j2", **common)
-    generated[f"{root}/msg/{app.interfaces.token}.msg"] = templates.render(
-        "interfaces/token.msg.j2", **common
-    )
+    for each in app.interfaces.generated:
+        content = templates.render("interfaces/token.msg.j2", type=each, **common)
+        generated[f"{root}/msg/{each.name}.msg"] = content
     for entry, type_ in app.interfaces.entries:
         content = templates.render("interfaces/entry.msg.j2", entry=entry, value=type_, **common)
         generated[f"{root}/msg/{entry}.msg"] = content
     for service in app.interfaces.services:
-        content = templates.render("interfaces/service.srv.j2", service=service, **common)
-        generated[f"{root}/srv/{service}.srv"] = content
+        parts = {"service": service.name, "request": service.request, "response": service.response}
+        content = templates.render("interfaces/service.srv.j2", **parts, **common)
+        generated[f"{root}/srv/{service.name}.srv"] = content
 
 
 def _plan_node(

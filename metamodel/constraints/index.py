@@ -11,6 +11,9 @@ from typing import Any, TypeVar
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.constraints.shape import shape_of
+from dineros.metamodel.token_data import FieldType, field_type
+from dineros.metamodel.token_types.declared import type_of_place
+from dineros.metamodel.token_types.installed import UnknownInterfaceError, installed_fields
 
 T = TypeVar("T", bound=EObject)
 V = TypeVar("V")
@@ -82,15 +85,26 @@ class Index:
         return isinstance(self.net, (sym.SystemModel, rtm.RuntimeModel))
 
     @cached_property
-    def token_type(self) -> sym.TokenType | None:
-        """What tokens carry."""
+    def first_token_type(self) -> sym.TokenType | None:
+        """What tokens carry in places that name no token type."""
         return self.net.tokenType if isinstance(self.net, (sym.SystemModel, rtm.RuntimeModel)) else None
 
-    @cached_property
-    def token_fields(self) -> dict[str, sym.TokenField]:
-        """The fields of the token type, by name."""
-        fields = self.token_type.fields if self.token_type else ()
-        return {field.name: field for field in fields if field not in self.incomplete}
+    def token_type_of(self, place: pn.Node) -> sym.TokenType | None:
+        """Return what the tokens of a place carry; None: the model declares nothing."""
+        return type_of_place(place, self.net)
+
+    def fields_of(self, token_type: sym.TokenType | None) -> dict[str, FieldType] | None:
+        """Return the fields of a token type, by name; None: it is a ROS message that is not installed."""
+        return self.once(("token fields", token_type), lambda: self._fields(token_type))
+
+    def _fields(self, token_type: sym.TokenType | None) -> dict[str, FieldType] | None:
+        if token_type is not None and token_type.ros:
+            try:
+                return {field.name: field for field in installed_fields(token_type.ros)}
+            except UnknownInterfaceError:
+                return None
+        declared = token_type.fields if token_type is not None else ()
+        return {field.name: field_type(field) for field in declared if field not in self.incomplete}
 
     def once(self, key: Hashable, make: Callable[[], V]) -> V:
         """Return what was made for a key before, or make it."""
@@ -158,6 +172,34 @@ class Index:
             found[page] = page if wanted(page) else inherited
         return found
 
+    def place_of_part(self, holder: EObject, part: str) -> pn.Node | None:
+        """Return a place whose tokens a part of a channel's interface carries; None: it has none yet.
+
+        Parameters
+        ----------
+        holder : EObject
+            A channel, or a port of a run-time model.
+        part : {"message", "request", "response"}
+            Part of the interface.
+        """
+        places: list[pn.Node | None] = []
+        match holder:
+            case sym.TopicChannel():
+                places = [port.place for port in (*holder.publishers, *holder.subscribers)]
+            case sym.ServiceChannel():
+                ends = [(port.request, port.response) for port in holder.clients]
+                if holder.server is not None:
+                    ends.append((holder.server.entry, holder.server.exit))
+                places = [request if part == "request" else response for request, response in ends]
+            case rtm.ClientPort() | rtm.ServerPort():
+                other = holder.response if isinstance(holder, rtm.ClientPort) else holder.exit
+                own = holder.eContainer()
+                places = [own if part == "request" and isinstance(own, pn.Node) else other]
+            case rtm.PlacePort():
+                own = holder.eContainer()
+                places = [own if isinstance(own, pn.Node) else None]
+        return next((place for place in places if place is not None), None)
+
     # References
 
     def final(self, node: pn.Node) -> pn.Place | pn.Transition | None:
@@ -200,6 +242,8 @@ class Index:
             name = client.channel.service if client.channel else ""
             uses[client.request].append(PortUse(client, True, ("service", name)))
             uses[client.response].append(PortUse(client, False, ("service", name)))
+            if client.timedOut is not None:
+                uses[client.timedOut].append(PortUse(client, False, ("service", name)))
         for place in self.all(rtm.Place):
             for port in place.ports:
                 if port not in self.incomplete:

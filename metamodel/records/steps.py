@@ -145,18 +145,45 @@ class Response(ServiceStep):
 
 
 @dataclass(frozen=True, kw_only=True)
+class GiveUp(Step):
+    """A client waits no longer for a response; one that comes later is dropped.
+
+    Attributes
+    ----------
+    channel : str
+        Id of the service channel.
+    client : str
+        The client's id.
+    place : str or None
+        The place that gets a token for it, if the client names one.
+    token : int or None
+        Id of that token; only in runs.
+    message : str or None
+        Id of the request; only in runs.
+    """
+
+    event = "giveUp"
+
+    channel: str
+    client: str
+    place: str | None = None
+    token: int | None = None
+    message: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Drop(Step):
     """Messages are lost because a queue is full.
 
     Attributes
     ----------
     channel : str
-        Id of the topic channel.
-    queue : {"publisher", "dispatcher", "subscriber", "restart"}
-        Which queue; ``restart``: that of a publisher which has been started again, and which kept less than
-        the subscriber had not got yet.
+        Id of the channel.
+    queue : {"publisher", "dispatcher", "subscriber", "request", "restart"}
+        Which queue; ``request``: that of a service; ``restart``: that of a publisher which has been started
+        again, and which kept less than the subscriber had not got yet.
     place : str or None
-        Place of the publisher's or subscriber's port.
+        Place of the publisher's or subscriber's port, or of the requests.
     token : int or None
         Id of the token that leaves the publisher's place and is lost at once.
     count : int
@@ -166,7 +193,7 @@ class Drop(Step):
     event = "drop"
 
     channel: str
-    queue: Literal["publisher", "dispatcher", "subscriber", "restart"]
+    queue: Literal["publisher", "dispatcher", "subscriber", "request", "restart"]
     place: str | None = None
     token: int | None = None
     count: int = 1

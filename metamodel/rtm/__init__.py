@@ -282,7 +282,9 @@ class RuntimeModel(pn.Net):
     node : sym.NodeNet
         The node net, on one of the pages.
     tokenType : sym.TokenType | None
-        What every token carries.
+        What tokens carry in places that name no other type.
+    otherTokenTypes : ModelList[sym.TokenType]
+        Further token types, which its places name.
     systemModel : str
         Id of the system model it was split from.
     middleware : sym.Middleware
@@ -291,6 +293,7 @@ class RuntimeModel(pn.Net):
 
     node: sym.NodeNet = Ecore.EReference(lower=1, required=True)
     tokenType: sym.TokenType | None = Ecore.EReference(containment=True)
+    otherTokenTypes: ModelList[sym.TokenType] = Ecore.EReference(containment=True, upper=-1)
     systemModel: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     middleware: sym.Middleware = Ecore.EAttribute(eType=sym.Middleware, default_value=sym.Middleware.ros1)
 
@@ -305,6 +308,7 @@ class RuntimeModel(pn.Net):
         pages: Iterable[pn.Page] | None = None,
         node: sym.NodeNet | None = None,
         tokenType: sym.TokenType | None = None,
+        otherTokenTypes: Iterable[sym.TokenType] | None = None,
         systemModel: str | None = None,
         middleware: sym.Middleware | str | None = None,
         **unknown: Never,
@@ -321,6 +325,7 @@ class RuntimeModel(pn.Net):
                 "pages": pages,
                 "node": node,
                 "tokenType": tokenType,
+                "otherTokenTypes": otherTokenTypes,
                 "systemModel": systemModel,
                 "middleware": middleware,
             },
@@ -354,6 +359,7 @@ class Place(sym.Place):
         capacity: int | None = None,
         balloons: Iterable[sym.BalloonToken] | None = None,
         kind: sym.PlaceKind | str | None = None,
+        tokenType: sym.TokenType | None = None,
         ports: Iterable[PlacePort] | None = None,
         **unknown: Never,
     ) -> None:
@@ -373,6 +379,7 @@ class Place(sym.Place):
                 "capacity": capacity,
                 "balloons": balloons,
                 "kind": kind,
+                "tokenType": tokenType,
                 "ports": ports,
             },
             unknown,
@@ -389,6 +396,7 @@ resolve_references(
         (ServerPort.page, pn.Page),
         (RuntimeModel.node, sym.NodeNet),
         (RuntimeModel.tokenType, sym.TokenType),
+        (RuntimeModel.otherTokenTypes, sym.TokenType),
         (Place.ports, PlacePort),
     ],
     opposites=[],

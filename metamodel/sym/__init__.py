@@ -450,6 +450,10 @@ class TokenField(EObject, metaclass=MetaEClass):
         Number of elements of a list of fixed length.
     default : str | None
         Default value as JSON; absent: the kind's empty value.
+    ros : str | None
+        ROS type of the value, or of the elements, such as uint8 or string<=20; absent: that of the kind.
+    bound : int | None
+        Number of elements of a list at most.
     """
 
     name: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
@@ -457,6 +461,8 @@ class TokenField(EObject, metaclass=MetaEClass):
     elementKind: FieldKind = Ecore.EAttribute(eType=FieldKind, default_value=FieldKind.text)
     length: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
     default: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    ros: str | None = Ecore.EAttribute(eType=Ecore.EString)
+    bound: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
 
     __setattr__ = refuse_unknown
     __repr__ = show
@@ -469,6 +475,8 @@ class TokenField(EObject, metaclass=MetaEClass):
         elementKind: FieldKind | str | None = None,
         length: int | None = None,
         default: str | None = None,
+        ros: str | None = None,
+        bound: int | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -480,6 +488,8 @@ class TokenField(EObject, metaclass=MetaEClass):
                 "elementKind": elementKind,
                 "length": length,
                 "default": default,
+                "ros": ros,
+                "bound": bound,
             },
             unknown,
         )
@@ -863,15 +873,18 @@ class InputSignal(pn.Element):
 
 
 class TokenType(pn.Element):
-    """What every token carries.
+    """What tokens of some places carry.
 
     Attributes
     ----------
     fields : ModelList[TokenField]
         Its fields, in order.
+    ros : str | None
+        Installed ROS message (package/msg/Name) whose fields its tokens have; absent: one is generated.
     """
 
     fields: ModelList[TokenField] = Ecore.EReference(containment=True, upper=-1)
+    ros: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     def __init__(
         self,
@@ -882,6 +895,7 @@ class TokenType(pn.Element):
         labels: Iterable[pn.Label] | None = None,
         toolInfos: Iterable[pn.ToolInfo] | None = None,
         fields: Iterable[TokenField] | None = None,
+        ros: str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -894,6 +908,7 @@ class TokenType(pn.Element):
                 "labels": labels,
                 "toolInfos": toolInfos,
                 "fields": fields,
+                "ros": ros,
             },
             unknown,
         )
@@ -910,7 +925,8 @@ class Channel(pn.Element):
     canvas : pn.Page | None
         The page a net editor draws it on.
     type : str | None
-        ROS interface (package/msg/Name or package/srv/Name); absent: generated from the token type.
+        ROS interface (package/msg/Name or package/srv/Name); absent: that of the token types of its
+        places.
     mappings : ModelList[FieldMapping]
         How fields of an existing ROS interface map to token fields.
     """
@@ -1030,7 +1046,9 @@ class SystemModel(pn.Net):
     Attributes
     ----------
     tokenType : TokenType | None
-        What every token of the model carries.
+        The first token type: what tokens carry in places that name no other.
+    otherTokenTypes : ModelList[TokenType]
+        Further token types, which places name.
     channels : ModelList[Channel]
         Topics and services, in order.
     middleware : Middleware
@@ -1038,6 +1056,7 @@ class SystemModel(pn.Net):
     """
 
     tokenType: TokenType | None = Ecore.EReference(containment=True)
+    otherTokenTypes: ModelList[TokenType] = Ecore.EReference(containment=True, upper=-1)
     channels: ModelList[Channel] = Ecore.EReference(containment=True, upper=-1)
     middleware: Middleware = Ecore.EAttribute(eType=Middleware, default_value=Middleware.ros1)
 
@@ -1051,6 +1070,7 @@ class SystemModel(pn.Net):
         toolInfos: Iterable[pn.ToolInfo] | None = None,
         pages: Iterable[pn.Page] | None = None,
         tokenType: TokenType | None = None,
+        otherTokenTypes: Iterable[TokenType] | None = None,
         channels: Iterable[Channel] | None = None,
         middleware: Middleware | str | None = None,
         **unknown: Never,
@@ -1066,6 +1086,7 @@ class SystemModel(pn.Net):
                 "toolInfos": toolInfos,
                 "pages": pages,
                 "tokenType": tokenType,
+                "otherTokenTypes": otherTokenTypes,
                 "channels": channels,
                 "middleware": middleware,
             },
@@ -1352,10 +1373,13 @@ class Place(pn.Place):
         Data of the first initial tokens; the others carry the defaults.
     kind : PlaceKind
         Role in the workflow.
+    tokenType : TokenType | None
+        What its tokens carry; absent: the model's first token type.
     """
 
     balloons: ModelList[BalloonToken] = Ecore.EReference(containment=True, upper=-1)
     kind: PlaceKind = Ecore.EAttribute(eType=PlaceKind, default_value=PlaceKind.ordinary)
+    tokenType: TokenType | None = Ecore.EReference()
 
     def __init__(
         self,
@@ -1372,6 +1396,7 @@ class Place(pn.Place):
         capacity: int | None = None,
         balloons: Iterable[BalloonToken] | None = None,
         kind: PlaceKind | str | None = None,
+        tokenType: TokenType | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1390,6 +1415,7 @@ class Place(pn.Place):
                 "capacity": capacity,
                 "balloons": balloons,
                 "kind": kind,
+                "tokenType": tokenType,
             },
             unknown,
         )
@@ -1477,6 +1503,7 @@ resolve_references(
         (PublisherPort.channel, TopicChannel),
         (SubscriberPort.channel, TopicChannel),
         (SystemModel.tokenType, TokenType),
+        (SystemModel.otherTokenTypes, TokenType),
         (SystemModel.channels, Channel),
         (TopicChannel.qos, QualityOfService),
         (TopicChannel.publishers, PublisherPort),
@@ -1488,6 +1515,7 @@ resolve_references(
         (NodeNet.callbackGroups, CallbackGroup),
         (CallbackPage.group, CallbackGroup),
         (Place.balloons, BalloonToken),
+        (Place.tokenType, TokenType),
         (Transition.clause, InputClause),
     ],
     opposites=[

@@ -130,7 +130,7 @@ class Client:
             self._stop_timer()
             self._held = message
             return
-        token = traffic.arriving(port.service, message.data)
+        token = traffic.arriving(port.service, self.response, message.data)
         if token is None:
             return
         self._stop_timer()
@@ -242,7 +242,7 @@ class Server:
         for instance in self.instances:
             while instance.message is None and self.waiting and traffic.engine.has_room(instance.entry):
                 message, answers = self.waiting.popleft()
-                token = traffic.arriving(port.service, message.data)
+                token = traffic.arriving(port.service, instance.entry, message.data)
                 if token is None:
                     continue
                 instance.message, instance.answers = message.id, answers

@@ -119,7 +119,7 @@ class Subscriber:
         known = parse_id(message.id)
         if known is not None and self.had(message):
             return
-        token = traffic.arriving(port.topic, message.data)
+        token = traffic.arriving(port.topic, self.place, message.data)
         if token is None:
             return
         if known is not None:

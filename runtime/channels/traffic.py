@@ -93,11 +93,11 @@ class Traffic:
             LOG.error("%s", text)
             self.tell_error(text, None)
 
-    def arriving(self, name: str, data: Data) -> Token | None:
-        """Return the token of what arrives; None: it does not fit the token type, which is recorded."""
+    def arriving(self, name: str, place: int, data: Data) -> Token | None:
+        """Return the token of what arrives for a place; None: it does not fit its type, which is recorded."""
         engine = self.engine
         try:
-            return engine.new_token(engine.checker.complete(data))
+            return engine.new_token(engine.checkers[place].complete(data))
         except FeatureValueError as error:
             text = f"a message of {name} does not fit the token type: {error}"
             LOG.error("%s", text)

@@ -21,7 +21,7 @@ from dineros.runtime.firing.flights import Flight, Flights
 from dineros.runtime.firing.handlers import Firing, Handler, Handlers
 from dineros.runtime.firing.observing import Observer, shown
 from dineros.runtime.firing.policies import Aside, Halt, Policy, Retry
-from dineros.runtime.firing.results import checked_result
+from dineros.runtime.firing.results import checked_result, missing_data
 from dineros.runtime.firing.selection import SelectionFunction, named_copies
 from dineros.runtime.firing.timing import Timing
 from dineros.runtime.journal.kept import Json, Memory
@@ -321,7 +321,8 @@ class Execution:
             )
             return
         made = engine.made(transition, flight.taken, flight.data, flight.given)
-        if (error := self.departures.refused(made)) is not None:
+        error = missing_data(engine, transition, flight.given) or self.departures.refused(made)
+        if error is not None:
             self._fail(transition, flight.taken, flight.handlers[-1], error)
             return
         kept = flight.firing.memory.changes

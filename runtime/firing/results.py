@@ -46,7 +46,7 @@ def checked_result(
     DinerosError
         It is no such thing, or does not fit the token type.
     """
-    checker = engine.checker
+    checker = engine.result_checker(transition)
     data = checker.complete(left, base)
     if result is None:
         return data, given
@@ -58,6 +58,19 @@ def checked_result(
         f"returned an object of class {type(result).__name__}",
         hint="return None, a mapping of fields, or firing.give(...)",
     )
+
+
+def missing_data(engine: Engine, transition: int, given: GivenData | None) -> WrongReturnError | None:
+    """Return what is wrong where handlers gave no data to a place whose type only they can make."""
+    structure = engine.structure
+    for place in engine.demands[transition]:
+        if given is None or place not in given:
+            name = structure.place_names[place]
+            return WrongReturnError(
+                f"gives no {structure.types[place].name} to {name!r}, which the transition does not take",
+                hint=f"return firing.give({{{name!r}: {{...}}}})",
+            )
+    return None
 
 
 def _given(engine: Engine, transition: int, taken: Tokens, result: Given, data: Data) -> GivenData:
@@ -76,8 +89,8 @@ def _given(engine: Engine, transition: int, taken: Tokens, result: Given, data: 
         if len(several) != weight:
             raise WrongReturnError(f"gives {len(several)} tokens to {name!r}, whose arc has weight {weight}")
         bases = [token.data for token in own.get(place, ())][:weight]
-        bases += [data] * (weight - len(bases))
-        given[place] = [
-            engine.checker.complete(each, base) for each, base in zip(several, bases, strict=True)
-        ]
+        fits = engine.is_result(transition, place)
+        bases += [data if fits else engine.data_for(transition, taken, place)] * (weight - len(bases))
+        complete = engine.checkers[place].complete
+        given[place] = [complete(each, base) for each, base in zip(several, bases, strict=True)]
     return given

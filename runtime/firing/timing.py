@@ -1,10 +1,9 @@
 """Time in a net: firing intervals (Merlin's time Petri nets) and the periods of timer callbacks.
 
 A transition with an interval fires only when it has been ready for its earliest time without a break; one
-that has been so for its latest time goes before others. A transition on the page of a timer callback fires
-at most once in each period. Ticks come at multiples of the period, as those of rclpy: a late one does not
-delay the next, and those that are missed do not pile up. Both only delay: every marking is one of the net
-without time.
+that has been so for its latest time goes before others. The callback of a timer begins at most once in each
+period, and a tick that comes before it has begun is gone (rule C1). Ticks come at multiples of the period, as
+those of rclpy: a late one delays no other. Both only delay: every marking is one of the net without time.
 """
 
 from __future__ import annotations
@@ -25,39 +24,43 @@ class Timing:
             number: interval for number, interval in enumerate(structure.intervals) if interval is not None
         }
         self._ready_since: dict[int, float] = {}
-        self._pages: dict[float, list[int]] = {}
-        for number, period in enumerate(structure.periods):
-            if period is not None:
-                self._pages.setdefault(period, []).append(number)
-        self._waits_for_tick = {number for members in self._pages.values() for number in members}
+        self._timers = structure.timers
+        self._timer_of = {
+            number: timer for timer, (_, begins) in enumerate(self._timers) for number in begins
+        }
+        self._is_due = [False] * len(self._timers)
         self._is_ticking = False
 
     def __bool__(self) -> bool:
         """Whether the net has any time in it."""
-        return bool(self._intervals or self._pages)
+        return bool(self._intervals or self._timers)
 
     def of(self, engine: Engine, ready: list[int]) -> list[int]:
         """Return which of some ready transitions may fire now; those that must, if there are any."""
         now = self._loop.clock()
         if not self._is_ticking:
             self._is_ticking = True
-            for period in self._pages:
-                self._tick_at(now + period, period)
+            for timer in range(len(self._timers)):
+                self._tick_at(now + self._timers[timer][0], timer)
         for number, (earliest, _) in self._intervals.items():
             if not engine.is_ready(number):
                 self._ready_since.pop(number, None)
             elif number not in self._ready_since:
                 self._ready_since[number] = now
                 self._loop.timers.call_later(earliest, _nothing)
-        may = [each for each in ready if each not in self._waits_for_tick and self._is_ripe(each, now)]
+        may = [each for each in ready if self._has_ticked(each) and self._is_ripe(each, now)]
         must = [each for each in may if self._is_late(each, now)]
         return must or may
 
     def began(self, number: int) -> None:
         """Note that a transition fires: its time starts anew."""
         self._ready_since.pop(number, None)
-        if any(number in members for members in self._pages.values()):
-            self._waits_for_tick.add(number)
+        if number in self._timer_of:
+            self._is_due[self._timer_of[number]] = False
+
+    def _has_ticked(self, number: int) -> bool:
+        timer = self._timer_of.get(number)
+        return timer is None or self._is_due[timer]
 
     def _is_ripe(self, number: int, now: float) -> bool:
         interval = self._intervals.get(number)
@@ -69,11 +72,13 @@ class Timing:
             return False
         return now >= self._ready_since[number] + interval[1]
 
-    def _tick_at(self, due: float, period: float) -> None:
+    def _tick_at(self, due: float, timer: int) -> None:
+        period = self._timers[timer][0]
+
         def tick() -> None:
-            self._waits_for_tick.difference_update(self._pages[period])
+            self._is_due[timer] = True
             missed = max(0, math.floor((self._loop.clock() - due) / period))
-            self._tick_at(due + (missed + 1) * period, period)
+            self._tick_at(due + (missed + 1) * period, timer)
 
         self._loop.timers.call_later(due - self._loop.clock(), tick)
 

@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 
+from dineros.metamodel.token_types.passing import passing
 from dineros.runtime.nets.enabling import Enabling
 from dineros.runtime.nets.ports import Data
 from dineros.runtime.nets.structure import Structure
@@ -40,6 +41,10 @@ class Engine:
 
     Attributes
     ----------
+    checkers : tuple of TokenChecker
+        For each place, what checks the data of its tokens.
+    demands : tuple of tuple of int
+        For each transition, the places that its handlers have to give data.
     ready : list of int
         Transitions that can fire now with free tokens, priorities aside. Not to be changed.
     due : list of int
@@ -57,7 +62,9 @@ class Engine:
         next_token: int = 1,
     ) -> None:
         self.structure = structure
-        self.checker = TokenChecker(structure.ports.token_type)
+        checkers = {id(type_): TokenChecker(type_) for type_ in {id(t): t for t in structure.types}.values()}
+        self.checkers = tuple(checkers[id(type_)] for type_ in structure.types)
+        self._free = TokenChecker(structure.ports.token_type)
         self.departures = tuple(departures)
         self.next_token = next_token
         if marking is None:
@@ -85,11 +92,22 @@ class Engine:
         # A pipe takes one token and puts its data on: the most frequent transition, and the quickest.
         self._pipes = tuple(
             (inputs[0][0], tuple(place for place, _ in outputs))
-            if len(inputs) == 1 and not loops and all(weight == 1 for _, weight in (*inputs, *outputs))
+            if len(inputs) == 1
+            and not loops
+            and all(weight == 1 for _, weight in (*inputs, *outputs))
+            and all(structure.types[place] is structure.types[inputs[0][0]] for place, _ in outputs)
             else None
             for inputs, outputs, loops in zip(structure.inputs, structure.outputs, self._loops, strict=True)
         )
         self.prioritised = any(structure.superiors)
+        passed = [
+            passing(inputs, outputs, [place for place, _ in reads], structure.types.__getitem__)
+            for inputs, outputs, reads in zip(
+                structure.inputs, structure.outputs, structure.reads, strict=True
+            )
+        ]
+        self._results = tuple(each.result for each in passed)
+        self.demands = tuple(each.demanded for each in passed)
 
     # What there is.
 
@@ -177,19 +195,40 @@ class Engine:
             for place, need in self.structure.reads[transition]
         ]
 
+    def result_checker(self, transition: int) -> TokenChecker:
+        """Return what checks the data that goes on."""
+        place = self._results[transition]
+        return self._free if place is None else self.checkers[place]
+
     def passed_on(self, transition: int, taken: Tokens) -> Data:
         """Return the data that goes on: that of the first token taken, in arc order.
 
         Tokens of loops count only where there are no others, those that read arcs see after them. Data is not
-        merged: what a token of control happens to carry must not find its way into others.
+        merged: what a token of control happens to carry must not find its way into others. Where the
+        transition puts tokens of other types than it takes, see `dineros.metamodel.token_types.passing`.
         """
-        loops = self._loops[transition]
-        for place, tokens in taken:
-            if place not in loops:
+        place = self._results[transition]
+        return self._free.default if place is None else self.data_for(transition, taken, place)
+
+    def data_for(self, transition: int, taken: Tokens, place: int) -> Data:
+        """Return the data that a place gets from what is taken: that of the first token of its type.
+
+        Where there is none, the defaults of the type.
+        """
+        loops, types = self._loops[transition], self.structure.types
+        wanted = types[place]
+        for source, tokens in taken:
+            if source not in loops and types[source] is wanted:
                 return tokens[0].data
-        for _, tokens in (*taken, *self.would_read(transition)):
-            return tokens[0].data
-        return self.checker.default
+        for source, tokens in (*taken, *self.would_read(transition)):
+            if types[source] is wanted:
+                return tokens[0].data
+        return self.checkers[place].default
+
+    def is_result(self, transition: int, place: int) -> bool:
+        """Return whether the data that goes on is of the type of a place."""
+        result, types = self._results[transition], self.structure.types
+        return result is not None and types[place] is types[result]
 
     # Firing.
 
@@ -237,7 +276,9 @@ class Engine:
                 tokens = [self.new_token(each) for each in given[place]]
             else:
                 tokens = own.get(place, [])[:weight]
-                tokens += [self.new_token(data) for _ in range(weight - len(tokens))]
+                fits = self.is_result(transition, place)
+                each = data if fits else self.data_for(transition, taken, place)
+                tokens += [self.new_token(each) for _ in range(weight - len(tokens))]
             made.append((place, tokens))
         return made
 

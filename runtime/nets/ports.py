@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 from dineros.metamodel.matching import Quality
-from dineros.metamodel.token_data import Value
+from dineros.metamodel.token_data import TokenType, Value
 
 Data = Mapping[str, Value]
 """The fields of a token or message. Nobody changes it once it is made: it is shared, not copied."""
@@ -31,35 +31,6 @@ class Message(NamedTuple):
 
     id: str
     data: Data
-
-
-@dataclass(frozen=True, slots=True)
-class FieldType:
-    """A field of the token type.
-
-    Attributes
-    ----------
-    kind, element_kind : {"text", "integer", "number", "boolean", "list", "map"}
-        Type of the value, and of the elements of a list or map.
-    length : int, optional
-        Number of elements of a list of fixed length.
-    default : Value
-        What a token carries where nothing else is said.
-    """
-
-    name: str
-    kind: str
-    element_kind: str
-    length: int | None
-    default: Value
-
-
-@dataclass(frozen=True, slots=True)
-class TokenType:
-    """What every token of the model carries; without fields where the model declares no type."""
-
-    name: str
-    fields: tuple[FieldType, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +61,7 @@ class Port:
     channel : str
         Id of the channel in the system model.
     type : str, optional
-        Existing ROS interface (``package/msg/Name``); None: the one generated from the token type.
+        Existing ROS interface (``package/msg/Name``); None: one that is generated from the token types.
     mappings : tuple of FieldMapping
         What of that interface carries what of the token.
     """
@@ -213,6 +184,10 @@ class Ports:
         Its executor.
     threads : int
         Threads of a multi-threaded executor.
+    token_type : TokenType
+        What tokens carry in places that name no other type.
+    place_types : mapping
+        What they carry in the others, by the places' ids as they run and in the model.
     middleware : {"ros1", "ros2"}
         Whose queues its topics have.
     """
@@ -230,6 +205,11 @@ class Ports:
     clients: tuple[ClientPort, ...]
     servers: tuple[ServerPort, ...]
     signals: tuple[SignalPort, ...]
+    place_types: Mapping[str, TokenType] = field(default_factory=dict)
+
+    def type_at(self, place: str) -> TokenType:
+        """Return what the tokens of a place carry."""
+        return self.place_types.get(place, self.token_type)
 
 
 Check = Callable[[Data], None]

@@ -11,15 +11,16 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.callbacks.bodies import Body, calls_of
 from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, pages, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.limits import exceeds
 from dineros.metamodel.matching import Quality, plain
-from dineros.metamodel.token_data import Value, read_data
+from dineros.metamodel.token_data import TokenType, Value, read_data
+from dineros.metamodel.token_types.declared import token_type_of, type_of_place
 from dineros.runtime.nets import ports
 from dineros.runtime.nets.capacities import Arcs, capacities_of, raises_of
-from dineros.runtime.nets.tokens import token_type_of
 
 Clause = tuple[tuple[tuple[int, bool], ...], ...]
 """Disjunctions of literals: a signal's index, and whether it is negated."""
@@ -53,14 +54,16 @@ class Structure:
         For each transition, those of higher priority: while one of them is enabled, it may not fire.
     intervals : tuple
         For each transition, the earliest and latest seconds since it is ready, or None.
-    periods : tuple of float or None
-        For each transition, the period of the timer callback that it belongs to.
+    timers : tuple of (float, tuple of int)
+        For each timer callback, its period, and the transitions by which it begins.
     clauses : tuple of Clause
         For each transition, its input clause.
     initial : tuple
         For each place, the data of its initial tokens.
     initial_signals : tuple of bool
         Values at the start.
+    types : tuple of TokenType
+        For each place, what its tokens carry; the same object wherever it is the same type.
     ports : Ports
         What the node shows to the outside.
     """
@@ -79,11 +82,12 @@ class Structure:
     inhibitors: tuple[Arcs, ...]
     superiors: tuple[tuple[int, ...], ...]
     intervals: tuple[tuple[float, float | None] | None, ...]
-    periods: tuple[float | None, ...]
+    timers: tuple[tuple[float, tuple[int, ...]], ...]
     clauses: tuple[Clause, ...]
     signals: tuple[str, ...]
     initial: tuple[tuple[dict[str, Value], ...], ...]
     initial_signals: tuple[bool, ...]
+    types: tuple[TokenType, ...]
     ports: ports.Ports
 
 
@@ -118,7 +122,8 @@ class _Reading:
         if model.node is None:
             raise DinerosError(f"the runtime model {model.id!r} names no node net", element=model.id)
         self.model = model
-        self.token_type = token_type_of(model.tokenType)
+        self._types: dict[sym.TokenType | None, TokenType] = {}
+        self.token_type = self._type(model.tokenType)
         self.servers: dict[pn.Page, rtm.ServerPort] = {}
         for page in pages(model):
             for node in page.objects:
@@ -164,11 +169,12 @@ class _Reading:
             inhibitors=_tuples(joined.inhibitors),
             superiors=self._superiors(),
             intervals=tuple(_interval(transition) for transition in transitions),
-            periods=tuple(_period(transition) for transition in transitions),
+            timers=self._timers(),
             clauses=tuple(_clause(transition, signals) for transition in transitions),
             signals=tuple(signal.id for signal in signals),
             initial=tuple(self._initial(place) for place in places),
             initial_signals=tuple(bool(signal.initial) for signal in signals),
+            types=tuple(self._type_at(place) for place in places),
             ports=self._ports(),
         )
 
@@ -179,11 +185,21 @@ class _Reading:
             raise error
 
     def _require_few_tokens(self, places: list[pn.Node]) -> None:
-        tokens = sum(place.tokens for place in places if isinstance(place, pn.Place))
-        self._require("tokens", tokens)
-        fields = [field.default for field in self.token_type.fields]
-        each = sum(len(value) if isinstance(value, (list, dict)) else 1 for value in fields)
-        self._require("values", tokens * each)
+        marked = [place for place in places if isinstance(place, pn.Place) and place.tokens]
+        self._require("tokens", sum(place.tokens for place in marked))
+        values = (
+            place.tokens * sum(_size(field.default) for field in self._type_at(place).fields)
+            for place in marked
+        )
+        self._require("values", sum(values))
+
+    def _type_at(self, place: pn.Node) -> TokenType:
+        return self._type(type_of_place(place, self.model))
+
+    def _type(self, declared: sym.TokenType | None) -> TokenType:
+        if declared not in self._types:
+            self._types[declared] = token_type_of(declared)
+        return self._types[declared]
 
     def _walk(self) -> Iterator[tuple[pn.Page, _Instance | None]]:
         """Yield the pages in model order, those of a server once per instance."""
@@ -260,11 +276,25 @@ class _Reading:
                         superiors[below].append(index)
         return tuple(tuple(above) for above in superiors)
 
+    def _timers(self) -> tuple[tuple[float, tuple[int, ...]], ...]:
+        calls = calls_of(self.model)
+        return tuple(
+            (
+                page.timer,
+                tuple(
+                    number
+                    for begin in Body(page, calls).beginnings()
+                    if (number := self.transitions.get((begin, 0))) is not None
+                ),
+            )
+            for page in pages(self.model)
+            if isinstance(page, sym.CallbackPage) and page.kind == sym.CallbackKind.timer and page.timer
+        )
+
     def _initial(self, place: pn.Node) -> tuple[dict[str, Value], ...]:
         assert isinstance(place, pn.Place)
-        declared = self.model.tokenType.fields if self.model.tokenType is not None else ()
-        fields = {field.name: field for field in declared}
-        default = {field.name: field.default for field in self.token_type.fields}
+        fields = {field.name: field for field in self._type_at(place).fields}
+        default = {name: field.default for name, field in fields.items()}
         balloons = list(place.balloons)[: place.tokens] if isinstance(place, sym.Place) else []
         data = [default | read_data(balloon.data or "{}", fields) for balloon in balloons]
         return (*data, *[default] * (place.tokens - len(data)))
@@ -276,14 +306,14 @@ class _Reading:
             for port in place.ports if isinstance(place, rtm.Place) else ():
                 if number > 1 and not isinstance(port, rtm.ClientPort):
                     continue
-                common = (port.channel, port.type or None, _mappings(port))
+                common = (port.channel, self._interface(place, port), _mappings(port))
                 if isinstance(port, rtm.PublisherPort):
                     ends = (port.topic, place.id, port.limit)
-                    made = (_quality(port), self._copies(place))
+                    made = (_quality(port, common[1]), self._copies(place))
                     publishers.append(ports.PublisherPort(*common, *ends, *made))
                 elif isinstance(port, rtm.SubscriberPort):
                     ends = (port.topic, place.id, port.limit)
-                    quality = (_quality(port), port.dispatcherLimit)
+                    quality = (_quality(port, common[1]), port.dispatcherLimit)
                     subscribers.append(ports.SubscriberPort(*common, *ends, *quality))
                 elif isinstance(port, rtm.ClientPort):
                     clients.append(ports.ClientPort(*common, port.service, *self._client(port, number)))
@@ -304,7 +334,23 @@ class _Reading:
             clients=tuple(clients),
             servers=tuple(servers),
             signals=tuple(ports.SignalPort(s.id, label(s), bool(s.initial)) for s in node.signals),
+            place_types=self._place_types(),
         )
+
+    def _interface(self, place: pn.Node, port: rtm.PlacePort) -> str | None:
+        """Return the existing ROS interface of a port: its own, or for a topic what its tokens are."""
+        if isinstance(port, (rtm.PublisherPort, rtm.SubscriberPort)):
+            return port.type or self._type_at(place).ros
+        return port.type or None
+
+    def _place_types(self) -> dict[str, TokenType]:
+        """Return what tokens carry in places that have another type than the first."""
+        types: dict[str, TokenType] = {}
+        for (place, _), index in self.places.items():
+            type_ = self._type_at(place)
+            if type_ is not self.token_type:
+                types[place.id] = types[self.place_ids[index]] = type_
+        return types
 
     def _client(self, port: rtm.ClientPort, number: int) -> tuple[str, str, str]:
         """Return id and places of a client; those of a server instance where it has a number."""
@@ -344,6 +390,13 @@ class _Arcs:
         ]
 
 
+def _size(value: Value) -> int:
+    """Return how many values a default has."""
+    if isinstance(value, (list, dict)):
+        return sum(map(_size, value if isinstance(value, list) else value.values()))
+    return 1
+
+
 def _tuples(tables: list[dict[int, int]]) -> tuple[Arcs, ...]:
     return tuple(tuple(table.items()) for table in tables)
 
@@ -373,16 +426,6 @@ def _interval(transition: pn.Node) -> tuple[float, float | None] | None:
     return None if interval is None else (interval.earliest, interval.latest)
 
 
-def _period(transition: pn.Node) -> float | None:
-    """Return the period of the timer callback page that a transition stands on."""
-    page = transition.page
-    while page is not None:
-        if isinstance(page, sym.CallbackPage) and page.kind == sym.CallbackKind.timer and page.timer:
-            return page.timer
-        page = page.page
-    return None
-
-
 def _mappings(port: rtm.PlacePort) -> tuple[ports.FieldMapping, ...]:
     return tuple(
         ports.FieldMapping(str(mapping.part), mapping.messageField, mapping.tokenField)
@@ -390,7 +433,7 @@ def _mappings(port: rtm.PlacePort) -> tuple[ports.FieldMapping, ...]:
     )
 
 
-def _quality(port: rtm.PublisherPort | rtm.SubscriberPort) -> Quality:
+def _quality(port: rtm.PublisherPort | rtm.SubscriberPort, interface: str | None) -> Quality:
     """Return the quality of service of a port.
 
     Where the model does not say, nothing is lost when a node is down for a while. An existing type is that of
@@ -399,4 +442,4 @@ def _quality(port: rtm.PublisherPort | rtm.SubscriberPort) -> Quality:
     if port.qos is not None:
         return plain(port.qos)
     usual = plain(sym.QualityOfService())
-    return usual if port.type is not None else usual._replace(durability="transientLocal")
+    return usual if interface is not None else usual._replace(durability="transientLocal")

@@ -1,4 +1,4 @@
-"""Balloon tokens: data of the model's token type, checked where it enters the engine (paper, Sect. 5.2).
+"""Balloon tokens: data of their place's token type, checked where it enters the engine (paper, Sect. 5.2).
 
 A token's data is never changed once the token exists, so that tokens can share it; handlers get copies.
 """
@@ -8,16 +8,14 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple, cast
 
-from dineros.metamodel import sym
-from dineros.metamodel.elements import label
 from dineros.metamodel.errors import FeatureValueError, near_matches
-from dineros.metamodel.limits import exceeds
-from dineros.metamodel.token_data import Value, field_value, read_json
-from dineros.runtime.nets.ports import Data, FieldType, TokenType
+from dineros.metamodel.token_data import FieldType, TokenType, Value, check_length, within
+from dineros.runtime.nets.ports import Data
 
-__all__ = ["CheckedData", "Token", "TokenChecker", "copy_data", "token_type_of"]
+__all__ = ["CheckedData", "Token", "TokenChecker", "copy_data"]
 
 
 class Token(NamedTuple):
@@ -35,38 +33,9 @@ class Token(NamedTuple):
     data: Data
 
 
-_EMPTY: dict[str, Value] = {"text": "", "integer": 0, "number": 0.0, "boolean": False}
 _INT64 = range(-(2**63), 2**63)
+_WIDEST = range(-(2**64), 2**64 + 1)  # what a ROS type cannot carry, `within` says
 _ARTICLES = {"text": "a text", "integer": "an integer", "number": "a finite number", "boolean": "a boolean"}
-
-
-def token_type_of(declared: sym.TokenType | None) -> TokenType:
-    """Return the token type of a model, with the default of every field.
-
-    Raises
-    ------
-    SizeLimitError
-        A list is longer than the limits of sizes allow; see `dineros.metamodel.limits`.
-    """
-    if declared is None:
-        return TokenType("Token", ())
-    return TokenType(label(declared), tuple(_field_type(field) for field in declared.fields))
-
-
-def _field_type(field: sym.TokenField) -> FieldType:
-    kind, element_kind = str(field.kind), str(field.elementKind)
-    too_long = exceeds("length", field.length or 0, f"the token field {field.name!r} has")
-    if too_long is not None:
-        raise too_long
-    if field.default is not None:
-        default = field_value(field, read_json(field.default))
-    elif kind == "list":
-        default = [_EMPTY.get(element_kind, "")] * (field.length or 0)
-    elif kind == "map":
-        default = {}
-    else:
-        default = _EMPTY[kind]
-    return FieldType(field.name, kind, element_kind, field.length, default)
 
 
 def copy_data(data: Data) -> dict[str, Value]:
@@ -149,10 +118,21 @@ def _check_for(field: FieldType) -> _Check:
         return _list_check(field)
     if field.kind == "map":
         return _map_check(field)
-    return _scalar_check(field.name, field.kind)
+    return _single_check(field, field.name)
 
 
-def _scalar_check(name: str, kind: str) -> _Check:
+def _single_check(field: FieldType, name: str) -> _Check:
+    """Return the check of what a field has once, or of an element of it."""
+    if field.scalar == "record":
+        return _record_check(field, name)
+    ros = field.ros
+    if ros is None:
+        return _scalar_check(name, field.scalar)
+    check = _scalar_check(name, field.scalar, _WIDEST)
+    return lambda value: within(ros, name, check(value))
+
+
+def _scalar_check(name: str, kind: str, integers: range = _INT64) -> _Check:
     def text(value: object) -> Value:
         if not isinstance(value, str) or not (value.isascii() or _encodable(value)):
             raise _wrong(name, kind, value)
@@ -166,7 +146,7 @@ def _scalar_check(name: str, kind: str) -> _Check:
         raise _wrong(name, kind, value)
 
     def integer(value: object) -> Value:
-        if isinstance(value, int) and not isinstance(value, bool) and value in _INT64:
+        if isinstance(value, int) and not isinstance(value, bool) and value in integers:
             return int(value)
         raise _wrong(name, kind, value)
 
@@ -183,26 +163,44 @@ def _scalar_check(name: str, kind: str) -> _Check:
 
 
 def _list_check(field: FieldType) -> _Check:
-    check, length = _scalar_check(f"an element of {field.name}", field.element_kind), field.length
+    check = _single_check(field, f"an element of {field.name}")
 
     def checked(value: object) -> Value:
         if not isinstance(value, (list, tuple)):
             raise FeatureValueError(f"{field.name} takes a list, not {_shown(value)}")
-        if length is not None and len(value) != length:
-            raise FeatureValueError(f"{field.name} takes {length} elements, not {len(value)}")
+        check_length(field, len(value))
         return [check(element) for element in cast("Sequence[Any]", value)]
 
     return checked
 
 
 def _map_check(field: FieldType) -> _Check:
-    check = _scalar_check(f"a value of {field.name}", field.element_kind)
+    check = _single_check(field, f"a value of {field.name}")
     key_check = _scalar_check(f"a key of {field.name}", "text")
 
     def checked(value: object) -> Value:
         if not isinstance(value, Mapping):
             raise FeatureValueError(f"{field.name} takes a map, not {_shown(value)}")
         return {str(key_check(key)): check(element) for key, element in value.items()}
+
+    return checked
+
+
+def _record_check(field: FieldType, name: str) -> _Check:
+    """Return the check of a nested ROS type: what is not given has its default."""
+    checks = {part.name: _check_for(replace(part, name=f"{name}.{part.name}")) for part in field.fields}
+    defaults = {part.name: part.default for part in field.fields}
+
+    def checked(value: object) -> Value:
+        if not isinstance(value, Mapping):
+            raise FeatureValueError(f"{name} takes a dictionary, not {_shown(value)}")
+        completed = dict(defaults)
+        for key, element in value.items():
+            if key not in checks:
+                hint = near_matches(str(key), checks) or f"its fields are {', '.join(checks)}"
+                raise FeatureValueError(f"{name} has no field {key!r}", hint=hint)
+            completed[key] = checks[key](element)
+        return completed
 
     return checked
 

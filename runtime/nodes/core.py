@@ -274,12 +274,11 @@ class Core:
         """
         structure, names = self.structure, self.names
         marking: list[list[Token]] = [[] for _ in structure.places]
-        complete = self.engine.checker.complete
         for id, tokens in checkpoint["marking"].items():
             place = names.place(id)
             for number, data in tokens:
                 try:
-                    marking[place].append(Token(int(str(number)), complete(data)))
+                    marking[place].append(Token(int(str(number)), self.engine.checkers[place].complete(data)))
                 except FeatureValueError as error:
                     raise DinerosError(
                         f"token {number} on {id!r} does not fit the model: {error}",

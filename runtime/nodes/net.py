@@ -141,7 +141,7 @@ class Net:
 
     @property
     def token_fields(self) -> tuple[str, ...]:
-        """Names of the fields that every token has."""
+        """Names of the fields of the first token type."""
         return tuple(field.name for field in self.core.structure.ports.token_type.fields)
 
     # Handlers.

@@ -20,6 +20,7 @@ from tests.cli.conftest import Run
 from tests.support.layouter import without_line
 from tests.support.system_packages import require_for
 from tests.support.talker import talker
+from tests.support.warm_commands import program
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = main.list_commands(click.Context(main))
@@ -76,14 +77,14 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("example", [example for name in NAMES for example in the_command(name).examples])
-def test_every_example_runs(example: str, desk: Path, tmp_path: Path) -> None:
+def test_every_example_runs(example: str, desk: Path, tmp_path: Path, warm: Path) -> None:
     require_for(example)
     shutil.copytree(desk, tmp_path, dirs_exist_ok=True)
     for folder in (".local/share/bash-completion/completions", ".zfunc", ".config/fish/completions"):
         (tmp_path / folder).mkdir(parents=True)
-    program = tmp_path / "dineros"
-    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dineros.cli.main "$@"\n', encoding="utf-8")
-    program.chmod(0o755)
+    command = tmp_path / "dineros"
+    command.write_text(program(warm), encoding="utf-8")
+    command.chmod(0o755)
     environment = {**os.environ, "HOME": str(tmp_path), "PATH": f"{tmp_path}:{os.environ['PATH']}"}
     result = subprocess.run(
         ["bash", "-c", example], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False

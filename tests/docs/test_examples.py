@@ -21,13 +21,18 @@ ON_ROS = ("quick_start.md",)
 """Pages whose nodes are processes on ROS 2."""
 
 
+COLD = ("README.md", *ON_ROS)
+"""Pages whose commands start as a reader's do; those of the others are forks, which saves their imports."""
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_examples_of_a_page_run(page: Path, tmp_path: Path) -> None:
+def test_examples_of_a_page_run(page: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    warm = None if page.name in COLD else request.getfixturevalue("warm")
     with on_ros() if page.name in ON_ROS else nullcontext():
-        check_page(page, tmp_path)
+        check_page(page, tmp_path, warm)
 
 
-def check_page(page: Path, tmp_path: Path) -> None:
+def check_page(page: Path, tmp_path: Path, warm: Path | None) -> None:
     """Run a page in a folder where there are the models and examples of the repository."""
     require_for(page.read_text(encoding="utf-8"))
     (tmp_path / "case_study").mkdir()
@@ -35,7 +40,7 @@ def check_page(page: Path, tmp_path: Path) -> None:
         for model in (ROOT / "case_study").glob(suffix):
             shutil.copy(model, tmp_path / "case_study")
     shutil.copytree(ROOT / "docs/examples", tmp_path / "docs/examples")
-    for block, command, shown, printed in run_page(page.read_text(encoding="utf-8"), tmp_path):
+    for block, command, shown, printed in run_page(page.read_text(encoding="utf-8"), tmp_path, warm):
         assert without_line(printed) == shown, f"{page.name}:{block.line}: {command}"
 
 

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from random import Random
 
-from dineros.analysis.evidence.checker import sealed
+from dineros.analysis.evidence.certificate import sealed
 from tests.fuzz import mutators, seeds
 from tests.fuzz.judging import REFUSED, Outcome, refused_or, run_command
 from tests.fuzz.running_targets import announcement, journal, live_page, message, mqtt, payload, rest_request

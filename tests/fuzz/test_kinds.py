@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.fuzz.__main__ import watch
 from tests.fuzz.targets import KINDS
 from tests.runtime.bridges.broker import MOSQUITTO
 from tests.support.system_packages import require
@@ -17,13 +18,24 @@ INPUTS = 60
 PATIENCE = 600.0
 
 
+def inputs_of(name: str) -> int:
+    """Return how many inputs of a kind are tried."""
+    return max(2, INPUTS * min(KINDS[name].share, 100) // 100)
+
+
 @pytest.mark.parametrize("name", KINDS)
-def test_a_kind(name: str) -> None:
+def test_a_kind(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """In a process of its own: budgets of memory are of the whole process."""
     if name == "MQTT" and MOSQUITTO is None:
         require("mosquitto")
-    inputs = max(2, INPUTS * min(KINDS[name].share, 100) // 100)
-    options = ["--inputs", str(inputs), "--seed", "0", "--kind", name, "--jobs", "1"]
+    monkeypatch.chdir(ROOT)
+    told: list[str] = []
+    row = watch(name, inputs_of(name), 0, told.append)
+    assert (row["faults"], row["inputs"], told) == (0, inputs_of(name), [])
+
+
+def test_the_command() -> None:
+    options = ["--inputs", "2", "--seed", "0", "--kind", "limit", "--jobs", "1"]
     run = subprocess.run(
         [sys.executable, "-m", "tests.fuzz", *options],
         cwd=ROOT,

@@ -13,10 +13,12 @@ from collections import Counter
 from typing import get_args
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis import strategies as st
 
 from dineros.metamodel import sym
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
 from tests.histories.comparing import features_of_model, variants
+from tests.support.executor_models import executor_models
 from tests.support.history_models import history_models
 
 
@@ -37,7 +39,7 @@ def main() -> int:
         phases=[Phase.generate],
         suppress_health_check=list(HealthCheck),
     )
-    @given(history_models())
+    @given(st.one_of(history_models(), executor_models(), executor_models()))
     def every(model: sym.SystemModel) -> None:
         totals["models"] += 1
         totals.update(features_of_model(model))

@@ -8,8 +8,9 @@ from dineros.metamodel import pn, sym
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
 from tests.support.equal_behaviour import Comparison, compare
+from tests.support.reference_executors import ExecutorInterpreter
 from tests.support.reference_flattening import plain_net_of
-from tests.support.reference_histories import Interpreter, are_matched, quality_of
+from tests.support.reference_histories import are_matched, quality_of
 
 
 def variants(
@@ -20,7 +21,7 @@ def variants(
 ) -> Iterator[tuple[SignalVariant, OverflowVariant, Comparison]]:
     """Yield how the nets of a model compare with the interpreter, up to a number of states each."""
     for signal_variant in signals:
-        interpreter = Interpreter(model, signal_variant)
+        interpreter = ExecutorInterpreter(model, signal_variant)
         for overflow_variant in overflow:
             net = plain_net_of(flatten(model, signal_variant, overflow_variant).net)
             yield signal_variant, overflow_variant, compare(net, interpreter, states)
@@ -35,6 +36,13 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
             found.add("with services")
             if any(client.request.page in pages for client in channel.clients):
                 found.add("with calls on server pages")
+            clients = list(channel.clients)
+            if any(client.timeout is not None for client in clients):
+                found.add("with time-outs")
+                if any(client.timeout is not None and client.request.page in pages for client in clients):
+                    found.add("with time-outs on server pages")
+            if any(client.outstanding > 1 for client in clients):
+                found.add("with several requests of a client")
             continue
         assert isinstance(channel, sym.TopicChannel)
         found.add("with topics")
@@ -47,9 +55,29 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
                 found.add("with matched pairs" if are_matched(writer, reader) else "with pairs not matched")
                 if "bestEffort" in {str(quality_of(port).reliability) for port in (writer, reader)}:
                     found.add("with best effort")
+    events = [event.name for event in ExecutorInterpreter(model).events]
+    if any(".client." in name and name.endswith(".drop") for name in events):
+        found.add("with requests that can be lost")
     for element in model.eAllContents():
         if isinstance(element, pn.Place) and element.capacity is not None:
             found.add("with capacities of places")
         if isinstance(element, sym.Transition) and element.clause is not None:
             found.add("with clauses")
+    return found | _features_of_callbacks(model)
+
+
+def _features_of_callbacks(model: sym.SystemModel) -> set[str]:
+    """Return what a model has of what the rules about timers and executors look at."""
+    found = set()
+    for element in model.eAllContents():
+        if isinstance(element, sym.CallbackPage):
+            found.add(f"with {element.kind} callbacks")
+            if element.awaits:
+                found.add("with callbacks that await")
+        if isinstance(element, sym.NodeNet) and str(element.execution) == "callbacks":
+            found.add("with nodes that run callbacks")
+            if element.threads > 1:
+                found.add("with several threads")
+            if any(str(group.kind) == "reentrant" for group in element.callbackGroups):
+                found.add("with reentrant groups")
     return found

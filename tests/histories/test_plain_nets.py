@@ -61,7 +61,7 @@ def markings_within(net: pn.Net, limit: int) -> int:
 
 
 @given(plain_nets())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_generated_nets(net: pn.Net) -> None:
     for transition in net.eAllContents():
         if isinstance(transition, pn.Transition):

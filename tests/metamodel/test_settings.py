@@ -51,6 +51,7 @@ def model() -> sym.SystemModel:
         id="c2",
         service="Pick",
         server=sym.ServerPort(entry=entry, exit=exit_, page=server),
+        clients=[sym.ClientPort(client="picker", request=left, response=right)],
     )
     return sym.SystemModel(
         id="model",
@@ -84,6 +85,7 @@ def reached(model: pn.Net, path: str) -> object:
         ("Pick.instances=1", "c2/instances", 1),
         ("c2.instances=2", "c2/instances", 2),
         ("Pick.instances=", "c2/instances", None),
+        ("c2.client.picker.outstanding=3", "c2/clients/0/outstanding", 3),
         ("TSense.kind=timed", "TSense/kind", sym.TransitionKind.timed),
         ("TSense.interval.latest=2.5", "TSense/interval/latest", 2.5),
         ("LeftCellObjects.publisher.SortRed.limit=5", "c1/publishers/0/limit", 5),
@@ -93,6 +95,9 @@ def reached(model: pn.Net, path: str) -> object:
         ("c1.qos.reliability=bestEffort", "c1/qos/reliability", sym.Reliability.bestEffort),
         ("SortingToken.field.color.default=red", "SortingToken/fields/0/default", "red"),
         ("TSense.clause=Sensor & !Sensor", "TSense/clause/text", "Sensor & !Sensor"),
+        ("Pick.client.picker.timeout=1.5", "c2/clients/0/timeout", 1.5),
+        ("Pick.client.picker.group=calls", "n2/callbackGroups/0/id", "calls"),
+        ("OnObject.group=calls", "OnObject/group/id", "calls"),
     ],
 )
 def test_changes_what_it_names(model: sym.SystemModel, setting: str, path: str, expected: object) -> None:
@@ -105,6 +110,18 @@ def test_changes_a_dispatcher_that_is_there(model: sym.SystemModel) -> None:
     apply(model, "c1.dispatcher.controller.limit=9")
     channel = elements.find(model, "c1", sym.TopicChannel)
     assert [(found.node.id, found.limit) for found in channel.dispatchers] == [("n2", 9)]
+
+
+def test_callback_groups_are_made_once_and_left(model: sym.SystemModel) -> None:
+    for setting in ("OnObject.group=calls", "c2.client.picker.group= calls ", "calls.kind=reentrant"):
+        apply(model, setting)
+    (group,) = elements.find(model, "n2", sym.NodeNet).callbackGroups
+    assert group.kind == sym.CallbackGroupKind.reentrant
+    page, client = elements.find(model, "OnObject", sym.CallbackPage), reached(model, "c2/clients/0")
+    assert isinstance(client, sym.ClientPort)
+    assert page.group is client.group is group
+    apply(model, "OnObject.group=")
+    assert page.group is None
 
 
 def test_an_empty_clause_removes_the_clause_and_its_uses(model: sym.SystemModel) -> None:
@@ -188,6 +205,9 @@ def test_a_reference_with_the_name_of_its_place_is_not_meant() -> None:
         ("Danger.initial=yes", FeatureValueError, "takes true or false"),
         ("selector.executor=multy", FeatureValueError, "did you mean 'multi'"),
         ("TSense.clause=Sensor &", ClauseError, ""),
+        ("OnObject.group=Red", FeatureValueError, "'Red' is a Place that is none of them"),
+        ("Red.group=calls", UnknownFeatureError, "is no feature of a Place"),
+        ("Pick.client.pick.group=calls", UnknownElementError, "did you mean 'picker'"),
         ("TSense.clause=Sensr", ClauseError, "Sensor"),
     ],
 )

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from dineros.metamodel import sym
 from dineros.metamodel.errors import FeatureValueError
-from dineros.metamodel.token_data import Value, field_value, read_data, read_json
+from dineros.metamodel.token_data import Value, field_type, field_value, read_data, read_json
 
-FIELDS = {
+DECLARED = {
     "text": sym.TokenField(name="text"),
     "integer": sym.TokenField(name="integer", kind="integer"),
     "number": sym.TokenField(name="number", kind="number"),
@@ -17,6 +17,7 @@ FIELDS = {
     "list": sym.TokenField(name="list", kind="list", elementKind="integer", length=2),
     "map": sym.TokenField(name="map", kind="map", elementKind="boolean"),
 }
+FIELDS = {name: field_type(field) for name, field in DECLARED.items()}
 
 
 @pytest.mark.parametrize(
@@ -53,7 +54,7 @@ def test_reads_values_and_texts_that_denote_them(name: str, raw: object, value: 
         (
             "integer",
             "-9223372036854775809",
-            'integer takes an integer of 64 bits, not "-9223372036854775809"',
+            "integer takes an integer of 64 bits, not -9223372036854775809",
         ),
         ("number", "nan", 'number takes a number, not "nan"'),
         ("number", True, "number takes a number, not true"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from hypothesis import strategies as st
 
 from dineros.metamodel import pn, sym
+from dineros.metamodel.build import flow
 from tests.support.calling_systems import calling_systems
 from tests.support.small_systems import small_system_models
 
@@ -24,6 +25,8 @@ def history_models(
             place.capacity = max(1, place.tokens) + draw(st.integers(0, 1))
             declared.add(place)
     for channel in model.channels:
+        if isinstance(channel, sym.ServiceChannel):
+            _ask(draw, channel)
         if not isinstance(channel, sym.TopicChannel):
             continue
         channel.qos = draw(qualities())
@@ -49,6 +52,22 @@ def qualities() -> st.SearchStrategy[sym.QualityOfService | None]:
         leaseDuration=st.sampled_from([None, None, None, 2.0, 3.0]),
     )
     return st.one_of(st.none(), st.none(), some)
+
+
+def _ask(draw: st.DrawFn, channel: sym.ServiceChannel) -> None:
+    """Say how a service is asked: how many requests wait, how many a client sends, when it gives up."""
+    channel.depth = draw(st.sampled_from([1, 1, 2, 10]))
+    for client in channel.clients:
+        client.outstanding = draw(st.sampled_from([1, 1, 2, 3]))
+        client.timeout = draw(st.sampled_from([None, None, 0.5]))
+        if client.timeout is not None:
+            page, told = client.request.page, draw(st.sampled_from(["", "again", "answered", "told"]))
+            assert page is not None
+            if told == "told":
+                client.timedOut = sym.Place(id=f"told.{client.client}", page=page)
+                flow(client.timedOut, sym.Transition(id=f"goOn.{client.client}", page=page))
+            elif told:
+                client.timedOut = client.request if told == "again" else client.response
 
 
 def _places(model: sym.SystemModel) -> list[pn.Place]:

@@ -13,6 +13,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.support import warm_commands
+
 _FENCE = re.compile(r'^```(\w*)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 
 
@@ -49,15 +51,16 @@ def commands(console: str) -> list[tuple[str, str]]:
     return [(command, output) for command, _, output in (part.partition("\n") for part in parts[1:])]
 
 
-def run_page(markdown: str, folder: Path) -> Iterator[tuple[Block, str, str, str]]:
+def run_page(markdown: str, folder: Path, warm: Path | None = None) -> Iterator[tuple[Block, str, str, str]]:
     """Run a page in a folder; yield block, command, the output that the page shows, and the true output.
 
     * What has a title is a file. ``python`` without one is run, all on a page in one interpreter. A ``text``
       block right behind it is what it prints.
-    * ``console`` is run by bash, where ``dineros`` and ``python`` are ours.
+    * ``console`` is run by bash, where ``dineros`` and ``python`` are ours; ``dineros`` is a fork
+      of what serves at the socket `warm`, if given (`tests.support.warm_commands`).
     """
     with _levels_of_loggers_kept():
-        yield from _run_blocks(markdown, folder)
+        yield from _run_blocks(markdown, folder, warm)
 
 
 @contextlib.contextmanager
@@ -75,9 +78,9 @@ def _forget_levels() -> None:
             logger.setLevel(logging.NOTSET)
 
 
-def _run_blocks(markdown: str, folder: Path) -> Iterator[tuple[Block, str, str, str]]:
+def _run_blocks(markdown: str, folder: Path, warm: Path | None) -> Iterator[tuple[Block, str, str, str]]:
     names: dict[str, object] = {"__name__": "__main__"}
-    environment = _environment(folder)
+    environment = _environment(folder, warm)
     found = blocks(markdown)
     for block, following in zip(found, [*found[1:], None], strict=False):
         if block.title:
@@ -108,12 +111,14 @@ def _run_blocks(markdown: str, folder: Path) -> Iterator[tuple[Block, str, str, 
                 yield block, command, shown, run.stdout
 
 
-def _environment(folder: Path) -> dict[str, str]:
+def _environment(folder: Path, warm: Path | None) -> dict[str, str]:
     """Put commands ``dineros`` and ``python`` in front that run this installation."""
     programs = folder / ".bin"
     programs.mkdir()
-    for name, arguments in (("dineros", " -m dineros.cli.main"), ("python", "")):
+    python = f'#!/bin/sh\nexec "{sys.executable}" "$@"\n'
+    dineros = python.replace('"$@"', '-m dineros.cli.main "$@"')
+    for name, script in (("dineros", warm_commands.program(warm) if warm else dineros), ("python", python)):
         program = programs / name
-        program.write_text(f'#!/bin/sh\nexec "{sys.executable}"{arguments} "$@"\n', encoding="utf-8")
+        program.write_text(script, encoding="utf-8")
         program.chmod(0o755)
     return {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "LC_ALL": "C.UTF-8"}

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, inhibit, read
+from dineros.metamodel.elements import places
 
 ODD_SUFFIXES = ["", "", "", "-1", ".x", "ä", "_2", ":b", "🤖", "#4", "(5)", "tr"]
 QUOTED_SUFFIXES = ["'", "{c}", "é\\", '&<>"']  # of plain nets only
@@ -187,6 +188,8 @@ def system_models(draw: st.DrawFn) -> sym.SystemModel:
     if len(nets) > 1:
         for number in range(draw(st.integers(0, 2))):
             _service(draw, make_id, model, nets, number)
+    if model.tokenType is not None and draw(st.booleans()):
+        _other_token_types(draw, make_id, model, model.tokenType)
     return model
 
 
@@ -218,6 +221,26 @@ def _token_type(draw: st.DrawFn, make_id: _Ids, model: sym.SystemModel) -> list[
         token_type.fields.append(sym.TokenField(name=name, kind=kind, default=default, **more))
     model.tokenType = token_type
     return [name for name, *_ in chosen]
+
+
+def _other_token_types(draw: st.DrawFn, make_id: _Ids, model: sym.SystemModel, first: sym.TokenType) -> None:
+    """Give all places a second token type, with bounds, and the model a third that is a ROS message."""
+    other = sym.TokenType(id=make_id("Other", plain=True), name="Other")
+    for field in first.fields:
+        same = sym.TokenField(
+            name=field.name, kind=field.kind, elementKind=field.elementKind, length=field.length
+        )
+        same.default, same.ros = (
+            field.default,
+            {"integer": "int16", "text": "string<=40"}.get(str(field.kind)),
+        )
+        other.fields.append(same)
+    other.fields.append(sym.TokenField(name="few", kind="list", bound=2))
+    message = sym.TokenType(id=make_id("Message", plain=True), ros="std_msgs/msg/Header")
+    model.otherTokenTypes.extend([other, message])
+    for place in places(model):
+        if isinstance(place, sym.Place):
+            place.tokenType = other
 
 
 def _node_net(draw: st.DrawFn, make_id: _Ids, model: sym.SystemModel, fields: list[str]) -> sym.NodeNet:

@@ -13,13 +13,11 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from dineros.metamodel import pn, sym
+from tests.support.reference_calls import ServicePlayer
 
 State: TypeAlias = tuple[int, ...]
 Effect: TypeAlias = Mapping[int, int]
 Guard: TypeAlias = Callable[[State], bool]
-
-READY, ASKED, ANSWERED = 0, 1, 2
-"""Where the call of a client is; 3 and more: instance 1 and following work for it."""
 
 
 class TooManyStatesError(Exception):
@@ -97,7 +95,7 @@ class Interpreter:
         self._places()
         self._transitions()
         for service in self._services:
-            self._service(service)
+            ServicePlayer(self, service)
         self._signals()
         for topic in self._topics:
             self._topic(topic)
@@ -274,46 +272,6 @@ class Interpreter:
                 return state[slot] == value and all(state[p] >= tokens for p, tokens in marked.items())
 
             self._happens(f"{signal.id}.{word}{suffix}", guard, {slot: 1 - 2 * value})
-
-    # --------------------------------------------------------------------------------- services
-
-    def _service(self, service: sym.ServiceChannel) -> None:
-        count = self._instances(service)
-        busy = [self._slot((service, number)) for number in range(1, count + 1)]
-        for client in service.clients:
-            for copy in self._copies(client.request):
-                self._client(service, client, copy, busy)
-
-    def _client(
-        self, service: sym.ServiceChannel, client: sym.ClientPort, copy: int, busy: list[int]
-    ) -> None:
-        page = client.request.page
-        assert page is not None
-        caller = self._home.get(page)
-        name = client.client if caller is None else f"{caller.id}[{copy}].{client.client}"
-        prefix = f"{service.id}.client.{name}"
-        stage = self._slot((service, name), READY)
-        request, response = self._place(client.request, copy), self._place(client.response, copy)
-        self._requests.add(request)
-        self._happens(
-            f"{prefix}.req", lambda s: s[request] > 0 and s[stage] == READY, {request: -1, stage: ASKED}
-        )
-        for number, instance in enumerate(busy, 1):
-            entry = self._place(service.server.entry, number)
-            exit_ = self._place(service.server.exit, number)
-            served = ANSWERED + number
-
-            def is_idle(s: State, instance: int = instance) -> bool:
-                return s[stage] == ASKED and s[instance] == 0
-
-            def is_done(s: State, exit_: int = exit_, served: int = served) -> bool:
-                return s[exit_] > 0 and s[stage] == served
-
-            self._happens(f"{prefix}.call[{number}]", is_idle, {stage: served - ASKED, instance: 1, entry: 1})
-            self._happens(
-                f"{prefix}.return[{number}]", is_done, {stage: ANSWERED - served, instance: -1, exit_: -1}
-            )
-        self._happens(f"{prefix}.res", lambda s: s[stage] == ANSWERED, {stage: READY - ANSWERED, response: 1})
 
     # ----------------------------------------------------------------------------------- topics
 

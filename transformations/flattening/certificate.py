@@ -10,9 +10,10 @@ from collections.abc import Iterable, Mapping
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.callbacks.groups import members_of
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.engine import Engine
-from dineros.transformations.rules import services, signals
+from dineros.transformations.rules import executors, requests, services, signals, timers
 from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 
 
@@ -29,8 +30,12 @@ def add_certificate(
         *_bounds(engine, made),
         *_instances(engine, made),
         *_clients(engine, made),
+        *_requests(engine, made),
         *_signals(engine, made),
         *_disjunctions(engine, made),
+        *_timers(engine, made),
+        *_executors(engine, made),
+        *_groups(engine, made),
     ]
     net.certificate.extend(certificate)
     return certificate
@@ -77,8 +82,24 @@ def _clients(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.Pl
         client = next(source for source in application.sources if isinstance(source, sym.ClientPort))
         call = [application.made[role] for role in ("ready", "requests", "responses")]
         call += [used.made["in_use"] for used in engine.applications_of(services.S2, [client])]
-        assert isinstance(call[0], pn.Place)
-        yield _invariant(f"{call[0].id} or one request under way", 1, [(place, 1) for place in call], made)
+        for kept in engine.applications_of(requests.R5Client, [client]):
+            call += [kept.made["sent"], kept.made["lost"]]
+        ready = call[0]
+        assert isinstance(ready, pn.Place)
+        words = "one request" if ready.tokens == 1 else f"{ready.tokens} requests"
+        yield _invariant(f"{ready.id} or {words} under way", ready.tokens, [(each, 1) for each in call], made)
+
+
+def _requests(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    """What a request history holds belongs to its clients, and to nobody where they have given up."""
+    for application in engine.applications_of(requests.R5):
+        (service,) = application.sources
+        load = application.made["load"]
+        assert isinstance(load, pn.Place)
+        held = [each.made["requests"] for each in engine.applications_of(services.S1, [service])]
+        held += [each.made["late"] for each in engine.applications_of(requests.R6, [service])]
+        terms = [(load, 1), *((place, -1) for place in held)]
+        yield _invariant(f"{load.id} counts requests", 0, terms, made)
 
 
 def _signals(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
@@ -98,6 +119,33 @@ def _disjunctions(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[p
         for literal in disjunction.literals:
             terms.append((values[literal.signal]["false" if literal.negated else "true"], -1))
         yield _invariant(f"{place.id} counts true literals", 0, terms, made)
+
+
+def _timers(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    for application in engine.applications_of(timers.C1):
+        idle, due = application.made["idle"], application.made["due"]
+        assert isinstance(idle, pn.Place)
+        yield _invariant(f"{idle.id} or due", 1, [(idle, 1), (due, 1)], made)
+
+
+def _executors(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    for application in engine.applications_of(executors.E1):
+        threads = application.made["threads"]
+        running = [each.made["running"] for each in engine.applications_of(executors.E3, application.sources)]
+        assert isinstance(threads, pn.Place)
+        terms = [(place, 1) for place in (threads, *running)]
+        yield _invariant(f"{threads.id} or callbacks that run", threads.tokens, terms, made)
+
+
+def _groups(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    for application, group in engine.groups(executors.Lock):
+        lock = group["lock"]
+        assert isinstance(lock, pn.Place)
+        terms: list[tuple[EObject, int]] = [(lock, 1)]
+        for member in members_of(application.sources[0]):
+            for rule, role in ((executors.E3, "running"), (executors.E7, "awaiting")):
+                terms.extend((each.made[role], 1) for each in engine.applications_of(rule, [member]))
+        yield _invariant(f"{lock.id} or a callback that has begun", 1, terms, made)
 
 
 def check_certificate(net: pnm.PetriNetModel) -> None:

@@ -27,9 +27,6 @@ from dineros.transformations.rules.catalogue import (
     rules_of,
 )
 
-REQUESTS = 10
-"""Depth of the request history of a service of ROS 2; while no more clients call it, it loses nothing."""
-
 KEPT = "kept"
 """Name in the trace for what is taken over from the system model as it is."""
 
@@ -76,8 +73,6 @@ def flatten(
         References run in a circle.
     CallCircleError
         Services call each other in a circle, and none of it says how many instances it has.
-    DinerosError
-        Under the rules of ROS 2, a service has more clients than it keeps requests.
     CertificateError
         The net lacks a place invariant that the rules guarantee.
     RuleError
@@ -93,8 +88,8 @@ def flatten(
     engine = Engine(working)
     prototypes = _instantiate(working, engine)
     _override_instances(working, engine)
-    if is_ros2:
-        _require_requests_kept(working)
+    if not is_ros2:
+        _block_clients(working)
     join(working, pn.ReferenceTransition)
     engine.run([*standard, *extra])
     join(working, pn.ReferencePlace)
@@ -165,19 +160,11 @@ def _override_instances(working: sym.SystemModel, engine: Engine) -> None:
             transition.overrides.extend(instances.get(lower, ()))
 
 
-def _require_requests_kept(working: sym.SystemModel) -> None:
-    """Refuse services that may lose requests, which no rule says yet.
-
-    A client has one request under way, so that as many clients as the history is deep lose nothing.
-    """
+def _block_clients(working: sym.SystemModel) -> None:
+    """Let each client have one request under way, as calls of ROS 1 block."""
     for channel in working.channels:
-        if isinstance(channel, sym.ServiceChannel) and len(channel.clients) > REQUESTS:
-            raise DinerosError(
-                f"service {channel.service} has {len(channel.clients)} clients, instances counted, and keeps "
-                f"{REQUESTS} requests: that it loses others is not modelled yet",
-                element=channel.id,
-                hint=f"let at most {REQUESTS} clients call it, or flatten with --middleware ros1",
-            )
+        for client in channel.clients if isinstance(channel, sym.ServiceChannel) else ():
+            client.outstanding = 1
 
 
 def _plain_net(

@@ -9,7 +9,7 @@ from typing import TypedDict
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import instance_counts
-from dineros.metamodel.elements import elements, node_net_of, node_nets
+from dineros.metamodel.elements import elements, node_net_of, node_nets, places, token_types
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.copying import deep_copy
 from dineros.transformations.rules.topics import DISPATCHER_LIMIT
@@ -67,14 +67,36 @@ def _runtime_model(
         pages=[top],
         node=copied,
     )
-    if model.tokenType is not None:
-        token_type, _ = deep_copy(model.tokenType)
-        assert isinstance(token_type, sym.TokenType)
-        runtime_model.tokenType = token_type
+    _copy_token_types(model, runtime_model)
     for channel in model.channels:
         for place, port in _ports(channel, node, images, counts):
             place.ports.append(port)
     return runtime_model, images
+
+
+def _copy_token_types(model: sym.SystemModel, runtime_model: rtm.RuntimeModel) -> None:
+    """Give a runtime model the first token type, and the others that its places name."""
+    named = {place.tokenType for place in places(runtime_model) if isinstance(place, sym.Place)}
+    types: dict[EObject | None, sym.TokenType | None] = {None: None}
+    for token_type in token_types(model):
+        if token_type is not model.tokenType and token_type not in named:
+            continue
+        copied, _ = deep_copy(token_type)
+        assert isinstance(copied, sym.TokenType)
+        types[token_type] = copied
+        if token_type is model.tokenType:
+            runtime_model.tokenType = copied
+        else:
+            runtime_model.otherTokenTypes.append(copied)
+    for place in places(runtime_model):
+        if isinstance(place, sym.Place) and place.tokenType is not None:
+            if place.tokenType not in types:
+                raise CoverageError(
+                    f"the place {place.id!r} has a token type that is none of the model",
+                    element=place.id,
+                    hint="name a token type of the model, or none for its first one",
+                )
+            place.tokenType = types[place.tokenType]
 
 
 def _outer_pages(node: sym.NodeNet) -> Iterator[pn.Page]:
@@ -211,7 +233,7 @@ def _require_closed(node: sym.NodeNet, images: dict[EObject, EObject]) -> None:
 def _require_covered(model: sym.SystemModel, copies: Counter[EObject]) -> None:
     """Check that every element is in one runtime model; pages around node nets may be in several."""
     for element in elements(model):
-        if element is model or element is model.tokenType or isinstance(element, sym.Channel):
+        if element is model or isinstance(element, (sym.TokenType, sym.Channel)):
             continue
         if isinstance(element, pn.Page) and node_net_of(element) is None:
             continue

@@ -151,7 +151,7 @@ class Side:
                     shape.notes.append(f"{name} = {str(value).lower() if _is_flag(value) else value}")
 
     def _page_around(self, page: Node, nodes: Sequence[Variable], status: Status, box: str | None) -> None:
-        """Draw a page as a box around the place that it was found by."""
+        """Draw a page as a box around the place, or the page, that it was found by."""
         assert isinstance(page._of, Ancestor)
         inner = page._of.base
         self.boxes[_key(page)] = Box(_key(page), _title(page), "page", status, box)
@@ -160,7 +160,8 @@ class Side:
                 self._shape(node, "kept", _key(page))
                 return
         shape = self._shape(inner, status, _key(page))
-        shape.name = _steps(inner)[1].split(".")[0]
+        if not isinstance(inner, Variable):
+            shape.name = _steps(inner)[1].split(".")[0]
 
     def _page(self, page: Variable, status: Status, box: str | None) -> None:
         if _key(page) not in self.boxes:
@@ -188,8 +189,9 @@ class Side:
                 label = "" if name == "channel" else name
                 self._link(value, node, name, node.eclass, status, label)
         if isinstance(node._of, Ancestor):
-            start, _ = _steps(node._of.base)
-            self._line(start, node._of.base, "flow", status)
+            start, features = _steps(node._of.base)
+            if features:
+                self._line(start, node._of.base, "flow", status)
         if node._of is None or isinstance(node._of, (Ancestor, Image)):
             return
         start, features = _steps(node._of)

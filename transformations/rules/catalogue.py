@@ -9,7 +9,17 @@ from typing import Literal, TypeAlias
 
 from dineros.metamodel.errors import UnknownElementError, near_matches
 from dineros.transformations.language.rule import Rule
-from dineros.transformations.rules import capacities, histories, services, signals, topics
+from dineros.transformations.rules import (
+    capacities,
+    executors,
+    histories,
+    late,
+    requests,
+    services,
+    signals,
+    timers,
+    topics,
+)
 
 
 @dataclass(frozen=True)
@@ -83,6 +93,58 @@ FAMILIES = (
         "They take the place of T1 to T4 where the middleware is `ros2`.",
     ),
     Family(
+        "timers",
+        "Timers of ROS 2",
+        "",
+        (timers.C1,),
+        "They run where the middleware is `ros2`.",
+    ),
+    Family(
+        "executors",
+        "Executors and callback groups of ROS 2",
+        "",
+        (
+            executors.E1,
+            executors.E2,
+            executors.E2Default,
+            executors.E3,
+            executors.E3Take,
+            executors.E3Tick,
+            executors.E3Serve,
+            executors.E3Exclusive,
+            executors.E3Once,
+            executors.E3OnceExclusive,
+            executors.E4,
+            executors.E4Reply,
+            executors.E4Exclusive,
+            executors.E5,
+            executors.E5Exclusive,
+            executors.E6,
+            executors.E6Exclusive,
+            executors.E7,
+            executors.E7Call,
+            late.E3Late,
+            late.E4Late,
+            late.E7GiveUp,
+        ),
+        "They run where the middleware is `ros2`, for node nets whose execution is `callbacks`.",
+    ),
+    Family(
+        "requests",
+        "Services of ROS 2: request histories and time-outs",
+        "",
+        (
+            requests.R5,
+            requests.R5Client,
+            requests.R6,
+            requests.R6Instance,
+            requests.R7,
+            requests.R7Instance,
+            requests.R7Place,
+        ),
+        "They come after S1 to S4 where the middleware is `ros2`, for services that can lose requests.",
+    ),
+    Family(
         "capacities",
         "Capacities of places",
         "",
@@ -111,7 +173,34 @@ TOPIC_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [topics.T1, topics.T2, topics.T2History, topics.T2Instance, topics.T3, topics.T4],
     "ros2": [histories.R3, histories.R2, histories.R1, histories.R1Instance, histories.R4],
 }
-SERVICE_RULES: list[type[Rule]] = [services.S3, services.S1, services.S2]
+CALLBACK_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
+    "ros1": [],
+    "ros2": [
+        timers.C1,
+        *(executors.E1, executors.E2, executors.E2Default, executors.E3),
+        *(executors.E3Take, executors.E3Tick, executors.E3Serve, executors.E6, late.E3Late),
+        *(executors.E4, executors.E4Reply, late.E4Late, executors.E3Once),
+        *(executors.E3Exclusive, executors.E4Exclusive, executors.E3OnceExclusive),
+        *(executors.E5, executors.E5Exclusive, executors.E6Exclusive, executors.E7, executors.E7Call),
+        late.E7GiveUp,
+    ],
+}
+"""They run after those of signals, whose places are those of the model."""
+SERVICE_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
+    "ros1": [services.S3, services.S1, services.S2],
+    "ros2": [
+        services.S3,
+        services.S1,
+        services.S2,
+        requests.R5,
+        requests.R5Client,
+        requests.R6,
+        requests.R6Instance,
+        requests.R7,
+        requests.R7Instance,
+        requests.R7Place,
+    ],
+}
 CAPACITY_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [capacities.B1, capacities.B4],
     "ros2": [capacities.B1, capacities.B2, capacities.B3, capacities.B4],
@@ -159,8 +248,9 @@ def rules_of(
     Those of `INSTANCE_RULES` run before them, those of `CAPACITY_RULES` after them.
     """
     return [
-        *SERVICE_RULES,
+        *SERVICE_RULES[middleware],
         *TOPIC_RULES[middleware],
         OVERFLOW_RULES[overflow],
         *SIGNAL_RULES[signals],
+        *CALLBACK_RULES[middleware],
     ]

@@ -58,6 +58,10 @@ class S4Client(Rule):
         client="{service.id}[{instance}].{original.client}",
         request=image(original.request, page),
         response=image(original.response, page),
+        outstanding=original.outstanding,
+        timeout=original.timeout,
+        timedOut=image(original.timedOut, page),
+        group=original.group,
     )
 
     where = [around == server.page]
@@ -85,7 +89,7 @@ class S3(Rule):
 
 
 class S1(Rule):
-    """A client's blocking call: one request under way."""
+    """A client's calls: one request under way, or as many outstanding ones as it says (ROS 2)."""
 
     service = Node(sym.ServiceChannel)
     client = Node(sym.ClientPort, channel=service)
@@ -94,7 +98,7 @@ class S1(Rule):
 
     ready = place(
         "{service.id}.client.{client.client}.ready",
-        tokens=1,
+        tokens=client.outstanding,
         means=Meaning(
             "{client} of service {service} is ready",
             on_server_page="{client} is ready to call service {service}",

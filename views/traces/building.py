@@ -266,6 +266,8 @@ class TraceBuilder:
                 step.node = node or lane.node
                 step.marks.append([lane.index, "v", int(record.value)])
                 step.text = said or f"signal {record.signal} becomes {'true' if record.value else 'false'}"
+            case rec.Drop(queue="request") | rec.GiveUp():
+                self._unanswered(step, record)
             case rec.Publish() | rec.Take() | rec.Drop():
                 self._topic(step, record)
             case ServiceStep() | rec.Timeout():
@@ -360,6 +362,18 @@ class TraceBuilder:
         step.marks.append([lane.index, *mark])
         step.text = step.text or text
 
+    def _unanswered(self, step: Step, record: rec.Drop | rec.GiveUp) -> None:
+        """Show in the client's lane that its request is lost, or that it waits no longer."""
+        name, gives_up = self._name(record.channel), isinstance(record, rec.GiveUp)
+        client = record.client if isinstance(record, rec.GiveUp) else None
+        client = client or self.facts.ports.get((record.channel, record.place or ""), "?")
+        lane = self._client_lane(record.channel, client, step.node)
+        step.node = lane.node or step.node
+        step.marks.append([lane.index, "o", self._counts[lane.index]])
+        asking = self.facts.client_words(client)
+        words = f"{asking} gives up waiting for" if gives_up else f"the request of {asking} is lost by"
+        step.text = step.text or f"{words} service {name}"
+
     def _name(self, channel: str) -> str:
         return self.facts.channels.get(channel, channel)
 
@@ -373,10 +387,12 @@ class TraceBuilder:
         if queue == "publisher" and place not in self.facts.owner:
             place = prototype(place)  # the instances of a server page share the queue
         before = 0 if self._loads or queue != "subscriber" else self._published.get(channel, 0)
+        limits = self.facts.depths if queue == "request" else self.facts.limits
+        capacity = limits.get((channel, place))
         lane = self.lanes.make(
             "queue", channel, queue, place, group="topics", kind="queue", id=place, label=self._name(channel),
             note=f"{queue} {self.facts.label_of(place)}", node=self.facts.owner_of(place) or place,
-            channel=channel, queue=queue, capacity=self.facts.limits.get((channel, place)),
+            channel=channel, queue=queue, capacity=capacity,
         )  # fmt: skip
         self._counts.setdefault(lane.index, before)
         return lane

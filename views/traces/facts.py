@@ -44,6 +44,8 @@ class Facts:
         Places of the model, without instances.
     limits : dict of (str, str) to int
         Capacity of the queue between a channel and a place, or a node net's dispatcher.
+    depths : dict of (str, str) to int
+        Depth of the request history between a service and the entry of its server.
     subscribers : set of (str, str)
         The channel and place of each subscriber port.
     channels : dict of str to str
@@ -58,6 +60,7 @@ class Facts:
     transitions: list[str] = field(default_factory=list)
     places: list[str] = field(default_factory=list)
     limits: dict[tuple[str, str], int] = field(default_factory=dict)
+    depths: dict[tuple[str, str], int] = field(default_factory=dict)
     subscribers: set[tuple[str, str]] = field(default_factory=set)
     channels: dict[str, str] = field(default_factory=dict)
     ports: dict[tuple[str, str], str] = field(default_factory=dict)
@@ -168,6 +171,7 @@ def _add_channel(facts: Facts, channel: sym.Channel) -> None:
             facts.limits[channel.id, dispatcher.node.id] = dispatcher.limit
     elif isinstance(channel, sym.ServiceChannel):
         facts.channels[channel.id] = channel.service
+        facts.depths[channel.id, channel.server.entry.id] = channel.depth
 
 
 def _add_client(

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from dineros.analysis.logic.language.syntax import Atom
+from dineros.analysis.nets.graph_parts import strongly_connected_parts
 
 
 class Edge(NamedTuple):
@@ -64,9 +65,5 @@ class Automaton:
 
     def components(self) -> list[list[int]]:
         """Strongly connected components, targets before sources."""
-        import networkx as nx
-
-        graph: nx.DiGraph[int] = nx.DiGraph()
-        graph.add_nodes_from(range(len(self.edges)))
-        graph.add_edges_from((s, edge.target) for s, edges in enumerate(self.edges) for edge in edges)
-        return [sorted(component) for component in nx.strongly_connected_components(graph)]
+        graph = {s: [edge.target for edge in edges] for s, edges in enumerate(self.edges)}
+        return [sorted(component) for component in strongly_connected_parts(graph)]

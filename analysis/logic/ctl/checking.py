@@ -15,9 +15,10 @@ from dataclasses import replace
 from functools import reduce
 from typing import TYPE_CHECKING, Literal
 
+from dineros.analysis.answers.beside import first_of_two
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.answers.turns import HEAD_START, Member, first_answer
+from dineros.analysis.answers.turns import HEAD_START, Member
 from dineros.analysis.logic.ctl.state_sets import Run, States, StateSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names, NetNames
@@ -212,7 +213,7 @@ def check_ctl(
         has_bounds = found is not None
         return found if has_bounds else _unknown(share, 0, "the places have no known bounds")
 
-    found = first_answer(
+    found = first_of_two(
         [
             Member(by_diagrams, head_start=HEAD_START),
             Member(lambda share: _explicitly(net, tree, atoms, share)),

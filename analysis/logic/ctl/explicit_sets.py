@@ -11,6 +11,7 @@ from dineros.analysis.logic.graphs.stored import StateGraph, StateSet
 from dineros.analysis.logic.kernels.stored import some_globally, some_successor, some_until
 from dineros.analysis.logic.language.syntax import Atom, Exists, Formula, Globally, Next, Until
 from dineros.analysis.logic.verdicts.verdict import ReplayError, replayed
+from dineros.analysis.nets.graph_parts import numbered_parts
 
 
 class ExplicitSets:
@@ -105,15 +106,10 @@ def _states_of_run(
 
 def _on_cycles(graph: StateGraph, states: StateSet) -> StateSet:
     """Return the states of a set that lie on a cycle within it."""
-    from scipy.sparse import csr_matrix
-    from scipy.sparse.csgraph import connected_components
-
     sources = np.repeat(np.arange(graph.size, dtype=np.int32), np.diff(graph.pointer))
     inside = states[sources] & states[graph.targets]
     sources, targets = sources[inside], graph.targets[inside]
-    ones = np.ones(sources.size, dtype=np.int8)
-    matrix = csr_matrix((ones, (sources, targets)), shape=(graph.size, graph.size))
-    _, component = connected_components(matrix, directed=True, connection="strong")
+    _, component = numbered_parts(graph.size, sources, targets)
     result = np.zeros(graph.size, dtype=np.bool_)
     result[sources[component[sources] == component[targets]]] = True
     return result

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from dineros.analysis.logic.graphs.product import Product
 from dineros.analysis.logic.kernels.paths import inner_edges
+from dineros.analysis.nets.graph_parts import numbered_parts
 
 Int32Array = NDArray[np.int32]
 Int64Array = NDArray[np.int64]
@@ -106,13 +107,8 @@ class InnerGraph:
 
     def components(self, required: Int64Array) -> Iterator[InnerGraph]:
         """Yield the strongly connected parts that have an edge and all required marks, first states first."""
-        from scipy.sparse import csr_matrix
-        from scipy.sparse.csgraph import connected_components
-
         size = self.states.size
-        ones = np.ones(self.sources.size, dtype=np.int8)
-        matrix = csr_matrix((ones, (self.sources, self.targets)), shape=(size, size))
-        count, component = connected_components(matrix, directed=True, connection="strong")
+        count, component = numbered_parts(size, self.sources, self.targets)
         inside = np.flatnonzero(component[self.sources] == component[self.targets])
         home = component[self.sources[inside]]
         marks = np.zeros((count, required.size), dtype=np.int64)

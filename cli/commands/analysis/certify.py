@@ -22,20 +22,26 @@ from dineros.cli.supervising import search_command
 @budget_options
 @json_option
 def certify(model: Path, certificate: Path, timeout: float | None, memory: int | None, as_json: bool) -> int:
-    """Check a certificate that find or verify wrote, without the engines that found it.
+    """Check a certificate that find, verify or check wrote, without the engines that found it.
 
     The model is changed and flattened as the certificate says, and what is printed says how. Exit status 0
     when the certificate proves the answer that it names, 1 when it does not.
     """
-    from dineros.analysis.evidence.checker import read_certificate, refutation
+    from dineros.analysis.evidence.certificate import BASE, difference, read_certificate, subject_as
+    from dineros.analysis.evidence.checker import refutation
     from dineros.cli.presentation.evidence import facts_text
     from dineros.metamodel import sym
-    from dineros.metamodel.errors import Location
+    from dineros.metamodel.errors import DinerosError, Location
 
     found = read_certificate(certificate)
     net = load_valid(model, found["settings"])
     search().stage("checking the certificate")
-    reason = refutation(found, net, Location(certificate))
+    subject = subject_as(net, found["signals"], found["overflow"])
+    try:
+        reason = difference(found, subject) or refutation(found, subject)
+    except DinerosError as error:
+        error.location = error.location or Location(certificate)
+        raise
     asked, answer = found["question"], found["answer"]
     if as_json:
         report = {"certificate": str(certificate), "valid": not reason, "reason": reason}
@@ -47,11 +53,12 @@ def certify(model: Path, certificate: Path, timeout: float | None, memory: int |
         return VIOLATED
     text = f"enabled({asked['text']})" if asked["kind"] == "enabled" else asked["text"]
     changed = "".join(f" --set {setting}" for setting in found["settings"])
-    variant = f" --signals {found['signals']} --overflow {found['overflow']}"
+    base = found["signals"] == BASE
+    variant = " without signals" if base else f" --signals {found['signals']} --overflow {found['overflow']}"
     options = changed + (variant if isinstance(net, sym.SystemModel) else "")
     say(
         f"valid: {text} {answer if answer != 'unreachable' else 'is unreachable'} in {model}{options}",
         "green",
     )
-    say(f"  {facts_text(found['facts'])}")
+    say(f"  {facts_text(found)}")
     return HOLDS

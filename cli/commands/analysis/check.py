@@ -17,7 +17,13 @@ from dineros.cli.analysing import (
 from dineros.cli.console import summarise, warn
 from dineros.cli.options import ModelPath, json_option, middleware_option, model_argument, settings_option
 from dineros.cli.orders import cache_option, orders_beside
-from dineros.cli.presentation.evidence import confirm_option, confirmed_report, say_confirmation
+from dineros.cli.presentation.evidence import (
+    check_certificates,
+    confirm_option,
+    confirmed_report,
+    refuse_certificates,
+    say_confirmation,
+)
 from dineros.cli.presentation.findings import print_report, say_capacities, write_witnesses
 from dineros.cli.presentation.scheduling import check_on_workers, scheduler_option
 from dineros.cli.quick_start import start_quickly
@@ -62,6 +68,12 @@ if TYPE_CHECKING:
     metavar="OUT",
     help="Write a report (.html); or how the findings come about to OUT, OUT with .2, .3 ... (JSON Lines).",
 )
+@click.option(
+    "--certificate",
+    type=ModelPath(),
+    metavar="FILE|FOLDER",
+    help="Write what answers rest on that structure or induction prove: of all (.json), or one file each.",
+)
 @confirm_option
 @scheduler_option
 @budget_options
@@ -76,6 +88,7 @@ def check(
     behaviour: bool,
     witnesses: bool,
     output: Path | None,
+    certificate: Path | None,
     confirm: bool,
     scheduler: str | None,
     timeout: float | None,
@@ -96,10 +109,13 @@ def check(
     format = "json" if as_json else format
     if suggest_capacities and format not in ("text", "json"):
         raise click.UsageError(f"capacities are no findings: there is no --format {format} of them")
-    if suggest_capacities and output is not None:
-        raise click.UsageError("capacities are no findings: -o does not go with --suggest-capacities")
+    if suggest_capacities and (output or certificate) is not None:
+        option = "-o" if output is not None else "--certificate"
+        raise click.UsageError(f"capacities are no findings: {option} does not go with --suggest-capacities")
     if scheduler is not None and (confirm or suggest_capacities):
         raise click.UsageError("--scheduler goes with neither --confirm nor --suggest-capacities")
+    if certificate is not None:
+        refuse_certificates(certificate, also_folder=True)
     net = load_valid(model, settings)
     if suggest_capacities:
         return _suggest(net, model, format == "json", witnesses)
@@ -125,13 +141,19 @@ def check(
     if confirmation is not None and confirmation.agrees is False:
         status = UNKNOWN
 
-    def not_written(ending: str) -> int:
-        warn(f"{output} is not written: {ending}")
+    def not_written(ending: str, file: Path | None = output) -> int:
+        warn(f"{file} is not written: {ending}")
         return status or UNKNOWN
 
     if output is not None:
         run.draft(not_written)
         run.stage(f"writing {output.name}")
+    if certificate is not None:
+        run.draft(lambda ending: not_written(ending, certificate))
+        run.stage("looking for proofs")
+        count = check_certificates(report, net, settings, certificate, run.budget())
+        if format == "text":
+            summarise(f"certificates: {certificate}: {count}")
     if output is not None and output.suffix.lower() == ".html":
         from dineros.cli.presentation.check_reports import write_check_report
 

@@ -30,6 +30,16 @@ if TYPE_CHECKING:
     from dineros.analysis.questions.state_space import StateSpace
 
 _OF_THE_REDUCED_NET = ("places", "transitions")
+_OF_THE_REST = (
+    "states",
+    "arcs",
+    "deadlocks",
+    "max_tokens_in_place",
+    "max_tokens_in_marking",
+    "engine",
+    "complete",
+    "reason",
+)
 
 
 @search_command(
@@ -76,7 +86,8 @@ def statespace(
     """Count the complete state space of a model, exactly.
 
     Exit status 3 where time or memory ran out, and what was seen is printed, or where the net is unbounded:
-    then the firings are printed that make places grow for ever.
+    then the firings are printed that make places grow for ever. Where places that nothing takes from, such as
+    counters and logs, may be all that grows, the state space of the rest is counted: of the net without them.
     """
     if order == "depth-first" and engine != "explicit":
         raise click.UsageError("--search depth-first goes with --engine explicit")
@@ -109,14 +120,19 @@ def statespace(
 
             pumping = pumping_witness(subject, space.pumping)
             report["pumping"] = pumping.to_dict()
+        if space.rest is not None:
+            rest = replace(space.rest, reason=run.reason(space.rest.reason)).to_dict()
+            report["rest"] = {"without": list(space.without), **{name: rest[name] for name in _OF_THE_REST}}
         if as_json:
             say_json(report)
         for name, value in report.items() if not as_json else ():
-            if value not in (None, "") and name not in ("pumping", "confirmation"):
+            if value not in (None, "") and name not in ("pumping", "rest", "confirmation"):
                 of_which = " (of the reduced net)" if reduce and name in _OF_THE_REDUCED_NET else ""
                 say(f"{name.replace('_', ' '):22} {_shown(name, value)}{of_which}")
         if pumping is not None and not as_json:
             say_witness(pumping)
+        if space.rest is not None and not as_json:
+            _say_rest(report["rest"])
         if confirmation is not None:
             say_confirmation(confirmation, as_json)
         return HOLDS if space.complete else UNKNOWN
@@ -137,6 +153,15 @@ def statespace(
             space = replace(space, complete=False, reason=str(confirmation))
     with run.answer():
         return say_space(space)
+
+
+def _say_rest(rest: dict[str, object]) -> None:
+    """Print what a net has without the places that only grow."""
+    without = ", ".join(str(place) for place in rest["without"])  # type: ignore[attr-defined]
+    say(f"the rest, without what nothing takes from ({without}):")
+    for name, value in rest.items():
+        if name != "without" and value not in (None, ""):
+            say(f"  {name.replace('_', ' '):21} {_shown(name, value)}")
 
 
 def _shown(name: str, value: object) -> str:

@@ -7,15 +7,18 @@ from types import ModuleType
 from dineros.metamodel.constraints.constraint import Constraint
 from dineros.metamodel.constraints.families import (
     bounds,
+    callbacks,
     clauses,
     histories,
     names,
     nets,
     node_nets,
     ports,
+    requests,
     results,
     services,
     sizes,
+    token_types,
     tokens,
     topics,
 )
@@ -30,4 +33,7 @@ def _of(*families: ModuleType) -> tuple[Constraint, ...]:
 BOUNDS = _of(bounds)
 """What lacks something the metamodel requires: no other constraint is asked about that element."""
 
-OTHERS = _of(names, nets, node_nets, topics, histories, services, ports, clauses, tokens, results, sizes)
+OTHERS = _of(
+    *(names, nets, node_nets, callbacks, topics, histories, services, requests, ports, clauses),
+    *(tokens, token_types, results, sizes),
+)

@@ -180,8 +180,8 @@ def channel_type_valid(channel: sym.Channel, index: Index) -> Outcome:
     "{it} is called {found}, which is no name for a ROS interface",
     fix="start with a capital letter and use letters and digits",
     severity="warning",
-    guard=lambda token_type, index: bool(label(token_type)),
+    guard=lambda token_type, index: bool(label(token_type)) and not token_type.ros,
 )
 def token_type_name_valid(token_type: sym.TokenType, index: Index) -> Outcome:
-    """The name of the token type can name the ROS interfaces generated from it."""
+    """The name of a token type can name the ROS interfaces generated from it."""
     return bool(re.fullmatch(r"[A-Z][A-Za-z0-9]*", label(token_type))) or repr(label(token_type))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, listed
@@ -112,18 +114,6 @@ def callback_group_of_node_net(page: sym.CallbackPage, index: Index) -> Outcome:
 
 
 @constraint(
-    "{it} is in {found}, which has no effect",
-    fix="do not count on it: a node runs one callback after another, and the analysis lets all interleave",
-    severity="warning",
-    guard=lambda page, index: page.group is not None and page.group.eContainer() is index.node_net_of(page),
-)
-def callback_group_has_effect(page: sym.CallbackPage, index: Index) -> Outcome:
-    """Callback groups are read and written, but neither the rules nor the runtime heed them."""
-    assert page.group is not None
-    return describe(page.group)
-
-
-@constraint(
     "{it} is called by a timer with {found}",
     fix="set timer to a period above 0",
     guard=lambda page, index: page.kind == sym.CallbackKind.timer,
@@ -161,23 +151,38 @@ def timer_used(page: sym.CallbackPage, index: Index) -> Outcome:
     "{it} is a {element.kind} callback, but {found}",
     fix="set its kind to what calls it, or add the port",
     severity="warning",
+    guard=lambda page, index: not (page in index.server_pages and runs_callbacks(index.node_net_of(page))),
 )
 def callback_page_called(page: sym.CallbackPage, index: Index) -> Outcome:
-    """A subscriber callback page holds a subscriber's place; a server callback page is a server page."""
+    """A subscriber's page holds its place, a server's page is a server page, a client's gets responses."""
     if page in index.server_pages:
         return page.kind == sym.CallbackKind.server or "it is the server page of a service"
     if page.kind == sym.CallbackKind.server:
         return "it is the server page of no service"
-    subscribed = index.once("subscribed callback pages", lambda: _subscribed_pages(index))
-    return page.kind != sym.CallbackKind.subscriber or page in subscribed or "no subscriber has a place on it"
+    if page.kind == sym.CallbackKind.client:
+        return page in _called(index) or "no response to a request from elsewhere comes to it"
+    return (
+        page.kind != sym.CallbackKind.subscriber
+        or page in _called(index)
+        or "no subscriber has a place on it"
+    )
 
 
-def _subscribed_pages(index: Index) -> set[sym.CallbackPage | None]:
-    return {
-        index.callback_page_of(place)
-        for place, uses in index.port_uses.items()
-        if any(isinstance(use.port, (sym.SubscriberPort, rtm.SubscriberPort)) for use in uses)
-    }
+def _called(index: Index) -> set[sym.CallbackPage | None]:
+    """Return the pages that subscribers have a place on, or that responses begin the callback of."""
+    return index.once("callback pages that are called", lambda: set(_called_pages(index)))
+
+
+def _called_pages(index: Index) -> Iterator[sym.CallbackPage | None]:
+    for place, uses in index.port_uses.items():
+        page = index.callback_page_of(place)
+        for use in uses:
+            if isinstance(use.port, (sym.SubscriberPort, rtm.SubscriberPort)):
+                yield page
+            elif not use.sends and page is not None and page.kind == sym.CallbackKind.client:
+                asked = use.port.request if isinstance(use.port, sym.ClientPort) else use.port.eContainer()
+                if asked is not None and index.callback_page_of(asked) is not page:
+                    yield page
 
 
 @constraint(

@@ -97,9 +97,26 @@ def subscriber_outside_server_page(place: pn.Place, index: Index) -> Outcome:
     fix="use a field of the token type or add this one",
 )
 def mapped_field_known(mapping: sym.FieldMapping, index: Index) -> Outcome:
-    """A mapping names a field of the token type."""
-    fields, name = index.token_fields, mapping.tokenField
-    return name in fields or DinerosError(name, hint=near_matches(name, fields))
+    """A mapping names a field of the token type that the places of its channel have."""
+    fields, name = index.fields_of(_mapped_type(mapping, index)), mapping.tokenField
+    return fields is None or name in fields or DinerosError(name, hint=near_matches(name, fields))
+
+
+def _mapped_type(mapping: sym.FieldMapping, index: Index) -> sym.TokenType | None:
+    """Return what the tokens carry that a mapping is about."""
+    holder = mapping.eContainer()
+    place = index.place_of_part(holder, str(mapping.part)) if holder is not None else None
+    return index.first_token_type if place is None else index.token_type_of(place)
+
+
+@constraint(
+    "{it} is for tokens that are the ROS message {found} themselves",
+    fix="remove the mapping, or give the places a token type with fields of its own",
+)
+def mapped_type_is_own(mapping: sym.FieldMapping, index: Index) -> Outcome:
+    """Only fields of token types that the model declares are mapped."""
+    mapped = _mapped_type(mapping, index)
+    return mapped is None or not mapped.ros or mapped.ros
 
 
 @constraint(

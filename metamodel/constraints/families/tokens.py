@@ -9,7 +9,7 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.errors import FeatureValueError
-from dineros.metamodel.token_data import field_value, read_data, read_json
+from dineros.metamodel.token_data import field_type, field_value, read_data, read_json, ros_scalar
 
 
 def _field(field: sym.TokenField) -> tuple[EObject | None, str]:
@@ -18,6 +18,11 @@ def _field(field: sym.TokenField) -> tuple[EObject | None, str]:
 
 def _collects(field: sym.TokenField) -> bool:
     return field.kind in (sym.FieldKind.list, sym.FieldKind.map)
+
+
+def _type_of(balloon: sym.BalloonToken, index: Index) -> sym.TokenType | None:
+    place = balloon.eContainer()
+    return index.token_type_of(place) if isinstance(place, sym.Place) else None
 
 
 @constraint("{it} has the name of another field", fix="give it another name")
@@ -57,6 +62,28 @@ def field_elements_simple(field: sym.TokenField, index: Index) -> Outcome:
 
 
 @constraint(
+    "{it} has the bound {element.bound}",
+    fix="use a bound of 1 or more, for lists without a length only",
+    guard=lambda field, index: field.bound is not None,
+)
+def field_bound(field: sym.TokenField, index: Index) -> Outcome:
+    """Only a list without a length has a bound, of 1 or more."""
+    is_list = field.kind == sym.FieldKind.list
+    return is_list and field.length is None and field.bound is not None and field.bound >= 1
+
+
+@constraint(
+    "{it} of the kind {found} has the ROS type {element.ros!r}",
+    fix="use a ROS type of the kind, such as uint8, float32 or string<=20, or none",
+    guard=lambda field, index: field.ros is not None,
+)
+def field_ros_fits(field: sym.TokenField, index: Index) -> Outcome:
+    """The ROS type of a field carries values, or elements, of its kind."""
+    kind, scalar = field_type(field).scalar, ros_scalar(field.ros or "")
+    return (scalar is not None and scalar.kind == kind) or kind
+
+
+@constraint(
     "{it} has a default that does not fit: {found}",
     fix="write the default as JSON of the field's kind",
     guard=lambda field, index: field.default is not None,
@@ -64,7 +91,7 @@ def field_elements_simple(field: sym.TokenField, index: Index) -> Outcome:
 def field_default_fits(field: sym.TokenField, index: Index) -> Outcome:
     """The default of a field is JSON of its kind."""
     try:
-        field_value(field, read_json(field.default or ""))
+        field_value(field_type(field), read_json(field.default or ""))
     except FeatureValueError as error:
         return error
     return True
@@ -73,12 +100,15 @@ def field_default_fits(field: sym.TokenField, index: Index) -> Outcome:
 @constraint(
     "{it} does not fit the token type: {found}",
     fix="write a JSON object with fields of the token type",
-    guard=lambda balloon, index: index.token_type is not None,
+    guard=lambda balloon, index: _type_of(balloon, index) is not None,
 )
 def balloon_fits(balloon: sym.BalloonToken, index: Index) -> Outcome:
-    """The data of a balloon token is a JSON object whose values fit the token type."""
+    """The data of a balloon token is a JSON object whose values fit the token type of its place."""
+    fields = index.fields_of(_type_of(balloon, index))
+    if fields is None:
+        return True  # its ROS message is not installed here
     try:
-        read_data(balloon.data, index.token_fields)
+        read_data(balloon.data, fields)
     except FeatureValueError as error:
         return error
     return True
@@ -88,7 +118,7 @@ def balloon_fits(balloon: sym.BalloonToken, index: Index) -> Outcome:
     "{it} carries data, but the model has no token type",
     fix="add a token type with a field for each name in the data",
     severity="warning",
-    guard=lambda balloon, index: index.token_type is None,
+    guard=lambda balloon, index: _type_of(balloon, index) is None,
 )
 def balloon_has_type(balloon: sym.BalloonToken, index: Index) -> Outcome:
     """Where tokens carry data, the model says which."""

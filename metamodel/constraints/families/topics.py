@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dineros.metamodel import rtm, sym
+from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
@@ -78,7 +79,9 @@ def dispatcher_once(dispatcher: sym.Dispatcher, index: Index) -> Outcome:
     fix="put the place on a callback page of the kind subscriber",
     severity="warning",
     guard=lambda port, index: (
-        index.node_net_of(port.place) is not None and index.server_page_of(port.place) is None
+        index.node_net_of(port.place) is not None
+        and index.server_page_of(port.place) is None
+        and not runs_callbacks(index.node_net_of(port.place))
     ),
 )
 def subscriber_on_callback_page(port: sym.SubscriberPort, index: Index) -> Outcome:

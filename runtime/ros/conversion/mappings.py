@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from dineros.metamodel.errors import near_matches
-from dineros.metamodel.token_data import Value
-from dineros.runtime.nets.ports import Data, FieldMapping, FieldType, Message, TokenType
+from dineros.metamodel.token_data import FieldType, TokenType, Value
+from dineros.runtime.nets.ports import Data, FieldMapping, Message
 from dineros.runtime.ros.conversion.interfaces import InterfaceError, load_interface
 from dineros.runtime.ros.conversion.messages import finite
 

@@ -1,7 +1,8 @@
-"""Tokens as messages of the interface package that is generated from the model.
+"""Tokens as messages: of the interface package that is generated from the model, or installed ones.
 
-Every field of the token type is a field of the message; the last field is the message's id. Values were
-checked before they come here: what a node sends by its engine, what it receives by the typed message.
+Every field of the token type is a field of the message. Generated messages have one more, the message's id;
+so have services whose tokens are installed messages. Values were checked before they come here: what a node
+sends by its engine, what it receives by the typed message.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from dineros.metamodel.ros_names import camel_case, interfaces_package, snake_case
-from dineros.metamodel.token_data import Value
-from dineros.runtime.nets.ports import Check, FieldType, Message, TokenType
+from dineros.metamodel.token_data import FieldType, TokenType, Value
+from dineros.runtime.nets.ports import Check, Message
 from dineros.runtime.ros.conversion.interfaces import InterfaceError, load_interface
 
-ARRAY_CODES = {"integer": "q", "number": "d"}
+ARRAY_CODES = {"integer": "q", "number": "d", "int64": "q", "uint64": "Q", "int32": "i", "uint32": "I"}
+ARRAY_CODES |= {"int16": "h", "uint16": "H", "int8": "b", "uint8": "B", "char": "B"}
+ARRAY_CODES |= {"float32": "f", "float64": "d"}
 
 
 class Codec(Protocol):
@@ -41,7 +44,9 @@ class Codec(Protocol):
 
 
 def token_interface(model: str, token_type: TokenType) -> str:
-    """Return the name of the message that carries the tokens of a model."""
+    """Return the name of the message that carries tokens of a type."""
+    if token_type.ros is not None:
+        return token_type.ros
     return f"{interfaces_package(model)}/msg/{camel_case(token_type.name)}"
 
 
@@ -51,7 +56,7 @@ def service_interface(model: str, channel: str) -> str:
 
 
 class TokenCodec:
-    """Converts tokens and messages of the generated interface.
+    """Converts tokens and their messages.
 
     Parameters
     ----------
@@ -65,9 +70,11 @@ class TokenCodec:
 
     def __init__(self, interface: Any, model: str, token_type: TokenType) -> None:
         self._interface = interface
+        self.has_ids = token_type.ros is None
         there = interface.get_fields_and_field_types()
-        fields = [(field, snake_case(field.name)) for field in token_type.fields]
-        for name in [*(name for _, name in fields), "message_id"]:
+        case = snake_case if self.has_ids else str
+        fields = [(field, case(field.name)) for field in token_type.fields]
+        for name in [*(name for _, name in fields), *(["message_id"] if self.has_ids else [])]:
             if name not in there:
                 package = interface.__module__.partition(".")[0]
                 raise InterfaceError(
@@ -86,20 +93,21 @@ class TokenCodec:
         for field, name, convert in self._encoders:
             value = data[field]
             setattr(made, name, convert(value) if convert else value)
-        made.message_id = message.id
+        if self.has_ids:
+            made.message_id = message.id
         return made
 
     def decode(self, ros_message: Any) -> Message:
-        """Return a ROS message as a token."""
+        """Return a ROS message as a token; that of an installed message has no id."""
         data: dict[str, Value] = {}
         for field, name, convert in self._decoders:
             value = getattr(ros_message, name)
             data[field] = convert(value) if convert else value
-        return Message(ros_message.message_id, data)
+        return Message(ros_message.message_id if self.has_ids else "", data)
 
 
 class PartCodec:
-    """Converts tokens and the parts of a generated service: each holds a token as its only field.
+    """Converts tokens and the parts of a generated service: each holds a token, and its id if that has none.
 
     Parameters
     ----------
@@ -119,11 +127,14 @@ class PartCodec:
         """Return a token as a request or response."""
         made = self._interface()
         made.token = self._token.encode(message)
+        if not self._token.has_ids:
+            made.message_id = message.id
         return made
 
     def decode(self, ros_message: Any) -> Message:
         """Return a request or response as a token."""
-        return self._token.decode(ros_message.token)
+        message = self._token.decode(ros_message.token)
+        return message if self._token.has_ids else Message(ros_message.message_id, message.data)
 
 
 def finite(value: float) -> float:
@@ -147,27 +158,63 @@ def _encoder(field: FieldType, model: str) -> _Conversion | None:
             return [entry(key=key, value=element) for key, element in value.items()]
 
         return entries
-    if field.kind == "list":
-        code = ARRAY_CODES.get(field.element_kind)
-        if code is None:
-            return list
-        if field.length is None:
-            return lambda value: array(code, value)
+    single = _single_encoder(field, model)
+    if field.kind != "list":
+        return single
+    code = ARRAY_CODES.get(field.ros or field.element_kind)
+    if code is not None and field.length is None:
+        return lambda value: array(code, value)
+    if code is not None:
         import numpy
 
         return lambda value: numpy.array(value, dtype=code)
-    return None
+    return list if single is None else lambda value: [single(element) for element in value]
+
+
+def _single_encoder(field: FieldType, model: str) -> _Conversion | None:
+    if field.ros == "byte":
+        return lambda value: bytes([value])
+    if field.scalar != "record":
+        return None
+    interface = load_interface(str(field.ros))
+    parts = [(part.name, _encoder(part, model)) for part in field.fields]
+
+    def message(value: Mapping[str, Value]) -> Any:
+        made = interface()
+        for name, convert in parts:
+            setattr(made, name, convert(value[name]) if convert else value[name])
+        return made
+
+    return message
 
 
 def _decoder(field: FieldType) -> _Conversion | None:
-    is_number = "number" in (field.kind, field.element_kind)
+    single = _single_decoder(field)
     if field.kind == "map":
-        if is_number:
-            return lambda value: {entry.key: finite(entry.value) for entry in value}
-        return lambda value: {entry.key: entry.value for entry in value}
-    if field.kind == "list":
-        if is_number:
-            return lambda value: [finite(element) for element in value.tolist()]
-        # Arrays of the standard library and of numpy both have it; bool and str arrays are lists.
+        if single is None:
+            return lambda value: {entry.key: entry.value for entry in value}
+        return lambda value: {entry.key: single(entry.value) for entry in value}
+    if field.kind != "list":
+        return single
+    # Arrays of the standard library and of numpy both have `tolist`; those of bool, str and others are lists.
+    if single is None:
         return lambda value: value.tolist() if hasattr(value, "tolist") else list(value)
-    return finite if is_number else None
+    return lambda value: [single(each) for each in (value.tolist() if hasattr(value, "tolist") else value)]
+
+
+def _single_decoder(field: FieldType) -> _Conversion | None:
+    if field.ros == "byte":
+        return lambda value: value[0]
+    if field.scalar == "number":
+        return finite
+    if field.scalar != "record":
+        return None
+    parts = [(part.name, _decoder(part)) for part in field.fields]
+
+    def record(value: Any) -> dict[str, Value]:
+        return {
+            name: convert(getattr(value, name)) if convert else getattr(value, name)
+            for name, convert in parts
+        }
+
+    return record

@@ -29,7 +29,7 @@ def questions(draw: st.DrawFn) -> tuple[CompiledNet, list[str], list[str]]:
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.name)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(question=questions(), preserve=st.sampled_from(ASKED))
 def test_a_rule_alone_keeps_its_word(
     rule: Rule, question: tuple[CompiledNet, list[str], list[str]], preserve: frozenset[Property]
@@ -39,7 +39,7 @@ def test_a_rule_alone_keeps_its_word(
 
 
 @pytest.mark.parametrize("preserve", ASKED, ids=lambda items: "+".join(sorted(items)) or "nothing")
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(question=questions())
 def test_all_rules_together_keep_their_word(
     preserve: frozenset[Property], question: tuple[CompiledNet, list[str], list[str]]

@@ -101,10 +101,17 @@ class TestStatespace:
         result = run("statespace", net)
         assert result.exit_code == 3
         assert "unbounded: b can grow for ever" in result.stdout
-        assert lines(result)[-2:] == ["  for ever:", "    1  t"]
-        assert "states" not in result.stdout
+        found = lines(result)
+        at = found.index("  for ever:")
+        assert found[at + 1 : at + 4] == [
+            "    1  t",
+            "the rest, without what nothing takes from (b):",
+            "  states                1",
+        ]
+        assert "states" not in "".join(found[:at])
         report = json.loads(run("statespace", net, "--json").stdout)
         assert (report["pumping"]["loop"], len(report["pumping"]["steps"])) == (0, 1)
+        assert (report["rest"]["without"], report["rest"]["states"]) == (["b"], 1)
 
     @uses("ends")
     def test_depth_first_counts_the_same(self, run: Run, net: Path) -> None:

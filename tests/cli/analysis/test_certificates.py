@@ -1,4 +1,4 @@
-"""``--certificate`` of find and verify, and ``dineros certify``, through the command line."""
+"""``--certificate`` of find, verify and check, and ``dineros certify``, through the command line."""
 
 from __future__ import annotations
 
@@ -93,14 +93,16 @@ def test_parts_of_a_wrong_shape_are_bad_input(run: Run, net: Path, tmp_path: Pat
     file = tmp_path / "two.json"
     run("find", net, "--marking", "busy >= 2", "--certificate", file)
     whole = json.loads(file.read_text())
+    case = whole["never"][0]
     for name, wrong in (
-        ("facts", [{"weights": {"busy": 0.5}}]),
-        ("facts", [{"weights": {"busy": True}}]),
-        ("facts", [{"weights": {"busy": 1 << 70}}]),
-        ("facts", [{"trap": "busy"}]),
-        ("facts", [{"clauses": [], "steps": 1_000}]),
-        ("facts", [{"clauses": [[{"all": []}]], "steps": 1}]),
-        ("facts", [{"something": 1}]),
+        ("never", [{**case, "weights": {"busy": 0.5}}]),
+        ("never", [{**case, "weights": {"busy": True}}]),
+        ("never", [{**case, "factors": ["1"]}]),
+        ("never", [{"rows": []}]),
+        ("clauses", [[{"all": []}]]),
+        ("clauses", "busy"),
+        ("steps", 1_000),
+        ("steps", True),
         ("signals", "loud"),
         ("settings", [1]),
         ("question", {"kind": "marking"}),
@@ -124,3 +126,29 @@ def test_of_a_system_model(run: Run, model: Path, tmp_path: Path) -> None:
     assert lines(run("certify", model, file))[0] == (
         f"valid: {formula} holds in {model} --signals none --overflow weighted"
     )
+
+
+@uses("cycle")
+def test_of_a_check_one_file_or_one_for_each_answer(run: Run, net: Path, tmp_path: Path) -> None:
+    folder, file = tmp_path / "all", tmp_path / "all.json"
+    checked = run("check", net, "--certificate", folder)
+    assert checked.exit_code == 0
+    assert f"certificates: {folder}: 2" in checked.stdout + checked.stderr
+    written = sorted(folder.iterdir())
+    assert [one.name for one in written] == ["bounded.json", "no-deadlock.json"]
+    assert run("check", net, "--certificate", file, "--json").exit_code == 0
+    for one in (*written, file):
+        assert run("certify", net, one).exit_code == 0
+    text = json.loads(file.read_text())["question"]["text"]
+    assert "deadlock" in text and "busy >= 2" in text
+
+
+def test_of_a_check_of_a_system_model(run: Run, model: Path, tmp_path: Path) -> None:
+    """What no reachable marking of the net without signals does; a queue that overflows is left out."""
+    few = ("--set", "Chatter.subscriber.Heard.limit=2")
+    assert run("check", model, *few, "--certificate", tmp_path / "all").exit_code == 1
+    written = sorted(one.name for one in (tmp_path / "all").iterdir())
+    assert "bounded.json" in written and len([name for name in written if "overflow" in name]) == 2
+    for name in written:
+        checked = run("certify", model, tmp_path / "all" / name)
+        assert checked.exit_code == 0 and f"in {model} {few[0]} {few[1]} without signals" in lines(checked)[0]

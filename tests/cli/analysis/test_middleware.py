@@ -14,7 +14,7 @@ from dineros.metamodel.files import load, save
 from tests.cli.conftest import Run
 from tests.histories.test_figures import periodic
 
-SAYS = "by the rules of ros2: writer and reader histories, capacities\n"
+SAYS = "by the rules of ros2: writer, reader and request histories, capacities\n"
 OTHER = "by the rules of ros1, but what runs on ROS 2 has other queues"
 
 

@@ -55,7 +55,7 @@ def vandalise(draw: Callable[..., Any], net: pn.Net) -> None:
         setattr(element, feature.name, value)
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(st.data())
 def test_reports_instead_of_failing(data: st.DataObject) -> None:
     net = data.draw(st.sampled_from(MAKERS))().net

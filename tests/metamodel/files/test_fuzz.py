@@ -18,7 +18,7 @@ from dineros.metamodel.pn import Net, Transition
 from tests.support.small import small_net, small_system
 
 SUFFIXES = ["xmi", "pnml", "net"]
-quick = settings(max_examples=150, suppress_health_check=[HealthCheck.too_slow])
+quick = settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
 
 
 @pytest.fixture(scope="module")

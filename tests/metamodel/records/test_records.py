@@ -18,6 +18,7 @@ from dineros.metamodel.records import (
     Checkpoint,
     Drop,
     Fire,
+    GiveUp,
     Header,
     Publish,
     Record,
@@ -62,6 +63,7 @@ RECORDS = st.one_of(
     st.builds(
         Drop, **COMMON, channel=NAMES, queue=st.sampled_from(["publisher", "subscriber"]), count=st.integers()
     ),
+    st.builds(GiveUp, **COMMON, channel=NAMES, client=NAMES, place=st.none() | NAMES, message=NAMES),
     st.builds(Stop, **COMMON, reason=st.none() | NAMES),
 )
 
@@ -90,7 +92,7 @@ def test_pieces_of_any_size_give_the_same_records(records: list[Record], cuts: l
 
 def test_every_event_is_known_by_its_name() -> None:
     assert all(kind.event == event for event, kind in EVENTS.items())
-    assert len(EVENTS) == 18
+    assert len(EVENTS) == 19
 
 
 def test_more_fields_than_known_are_passed_over() -> None:

@@ -96,3 +96,20 @@ def test_late_ticks_delay_no_others_and_missed_ones_do_not_pile_up() -> None:
             node.run_until_idle()
             found.append(net.count("beats"))
     assert found == [0, 1, 1, 2, 3, 3, 4, 4]
+
+
+def test_a_timer_callback_begins_once_in_each_period_and_goes_on_at_once() -> None:
+    """By one of two transitions; what comes after waits for no tick, and no tick is kept for later."""
+    node = sym.NodeNet(id="node", name="node")
+    model = rtm.RuntimeModel(id="m.node", systemModel="m", pages=[node], node=node)
+    page, clock = sym.CallbackPage(id="page", kind="timer", timer=0.5, page=node), Clock()
+    pool = rtm.Place(id="pool", tokens=3, page=page)
+    between, finish = rtm.Place(id="between", page=page), sym.Transition(id="finish", page=page)
+    for name in ("this", "that"):
+        flow(pool, sym.Transition(id=name, page=page), between)
+    flow(between, finish)
+    net = Net(model, clock=clock)
+    fired = times(net, clock, 2.3)
+    begins = [time for name, time in fired if name != "finish"]
+    assert begins == [pytest.approx(n, abs=0.45) for n in (0.5, 1.0, 1.5)]
+    assert [time for name, time in fired if name == "finish"] == begins

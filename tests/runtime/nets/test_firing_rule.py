@@ -32,7 +32,7 @@ def allowed(engine: Engine) -> set[str]:
 
 
 @given(MODELS)
-@settings(max_examples=25)
+@settings(max_examples=12)
 def test_the_structure_is_that_of_the_flattened_net(model: sym.SystemModel) -> None:
     for node, reference in references(model):
         structure = read_structure(node)
@@ -109,7 +109,7 @@ class _Play:
     def put(self) -> None:
         place = self.random.randrange(len(self.engine.structure.places))
         if self.engine.has_room(place):
-            self.engine.put(place, self.engine.new_token(self.engine.checker.default))
+            self.engine.put(place, self.engine.new_token(self.engine.checkers[place].default))
             self.reference.arrive(self.engine.structure.places[place], 1)
 
     def take(self) -> None:
@@ -133,7 +133,7 @@ class _Play:
 
 
 @given(MODELS, st.integers(0, 2**32))
-@settings(max_examples=40)
+@settings(max_examples=20)
 def test_the_engine_follows_the_plain_rule(model: sym.SystemModel, seed: int) -> None:
     for node, reference in references(model):
         play = _Play(Engine(read_structure(node)), reference, random.Random(seed))
@@ -175,7 +175,7 @@ def faulty(draw: random.Random) -> Any:
 
 @pytest.mark.filterwarnings("error")
 @given(MODELS, st.integers(0, 2**32))
-@settings(max_examples=30)
+@settings(max_examples=15)
 def test_faulty_handlers_change_nothing(model: sym.SystemModel, seed: int) -> None:
     draw = random.Random(seed)
     for node_model, reference in references(model):

@@ -9,8 +9,8 @@ import pytest
 
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.ros_names import resource_names
-from dineros.metamodel.token_data import Value
-from dineros.runtime.nets.ports import FieldMapping, FieldType, Message, TokenType
+from dineros.metamodel.token_data import FieldType, TokenType, Value
+from dineros.runtime.nets.ports import FieldMapping, Message
 from dineros.runtime.ros.channels.quality import LossCounter
 from dineros.runtime.ros.conversion.interfaces import InterfaceError, load_interface
 from dineros.runtime.ros.conversion.mappings import ConversionError, MappedCodec, _converted, _type

@@ -31,8 +31,8 @@ def flooded(reliability: str, executor: str) -> sym.SystemModel:
     """Return the post office under the rules of ROS 2, with many letters and shallow histories."""
     model = post(LETTERS)
     model.middleware = "ros2"  # type: ignore[assignment]
-    letters, weigh, _ = model.channels
-    model.channels = [letters, weigh]
+    letters = model.channels[0]
+    model.channels.remove(model.channels[2])
     assert isinstance(letters, sym.TopicChannel)
     letters.publishers[0].limit = WRITER
     letters.subscribers[0].limit = READER
@@ -43,9 +43,20 @@ def flooded(reliability: str, executor: str) -> sym.SystemModel:
     return model
 
 
-@pytest.mark.parametrize(("reliability", "executor"), [("reliable", "single"), ("bestEffort", "multi")])
-def test_a_flooded_reader_that_pauses(ros: Ros, reliability: str, executor: str) -> None:
+@pytest.mark.parametrize(
+    ("reliability", "executor", "type"),
+    [
+        ("reliable", "single", None),
+        ("bestEffort", "multi", None),
+        ("reliable", "single", "std_msgs/msg/Float64"),  # its messages' ids come beside them
+    ],
+)
+def test_a_flooded_reader_that_pauses(ros: Ros, reliability: str, executor: str, type: str | None) -> None:
     model = flooded(reliability, executor)
+    if type is not None:
+        model.channels[0].type = type
+        mapping = sym.FieldMapping(part="message", messageField="data", tokenField="weight")
+        model.channels[0].mappings.append(mapping)
     for part in split(model):
         save(part, ros.folder / f"{part.node.id}.rtm.xmi")
     house = ros.node("house", handlers=WAITS)

@@ -122,15 +122,6 @@ def foreign_group(small: Small) -> None:
 
 
 @CASES.breaks(
-    "callback-group-has-effect",
-    "callback page 'clock' is in callback group 'group', which has no effect",
-    "do not count on it: a node runs one callback after another, and the analysis lets all interleave",
-)
-def own_group(small: Small) -> None:
-    small["clock"].group = small["group"]
-
-
-@CASES.breaks(
     "timer-positive",
     "callback page 'clock' is called by a timer with no period",
     "set timer to a period above 0",
@@ -182,6 +173,15 @@ def no_server(small: Small) -> None:
 )
 def server_page_of_another_kind(small: Small) -> None:
     small["serve"].kind = "subscriber"
+
+
+@CASES.breaks(
+    "callback-page-called",
+    "callback page 'answered' is a client callback, but no response to a request from elsewhere comes to it",
+    "set its kind to what calls it, or add the port",
+)
+def no_response(small: Small) -> None:
+    sym.CallbackPage(id="answered", kind="client", page=small["talker"])
 
 
 @CASES.breaks(

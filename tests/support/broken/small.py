@@ -114,6 +114,44 @@ def _listener(model: sym.SystemModel) -> None:
     set_clause(answer, "Open")
 
 
+def callbacks() -> Small:
+    """Return a system model of ROS 2 whose nodes run callbacks: a timer's that awaits, and two others."""
+    model = sym.SystemModel(id="callbacks", middleware="ros2")
+    net = sym.NodeNet(id="node", execution="callbacks", net=model)
+    net.callbackGroups.append(sym.CallbackGroup(id="own"))
+    clock = sym.CallbackPage(id="Clock", kind="timer", timer=0.5, awaits=True, page=net)
+    ask, got = sym.Place(id="Ask", page=clock), sym.Place(id="Got", page=clock)
+    flow(sym.Transition(id="Begin", page=clock), ask)
+    flow(got, sym.Transition(id="Finish", page=clock))
+    hear = sym.CallbackPage(id="Hear", page=net)
+    heard = sym.Place(id="Heard", page=hear)
+    flow(heard, sym.Transition(id="Note", page=hear))
+    sym.Place(id="Noted", page=hear)
+    other = sym.NodeNet(id="other", execution="callbacks", net=model)
+    other.callbackGroups.append(sym.CallbackGroup(id="others"))
+    said = sym.Place(id="Said", page=other)
+    flow(sym.Transition(id="Say", page=other), said)
+    serve = sym.CallbackPage(id="Serve", kind="server", page=other)
+    entry, exit_ = sym.Place(id="In", page=serve), sym.Place(id="Out", page=serve)
+    flow(entry, sym.Transition(id="Work", page=serve), exit_)
+    topic = sym.TopicChannel(
+        id="Topic",
+        topic="/topic",
+        publishers=[sym.PublisherPort(place=said)],
+        subscribers=[sym.SubscriberPort(place=heard)],
+    )
+    service = sym.ServiceChannel(
+        id="Service",
+        service="/service",
+        server=sym.ServerPort(entry=entry, exit=exit_, page=serve),
+        clients=[
+            sym.ClientPort(client="clock", request=ask, response=got, group=net.callbackGroups[0]),
+        ],
+    )
+    model.channels.extend([topic, service])
+    return Small(model)
+
+
 def runtime() -> Small:
     """Return a run-time model of a node with a port of each kind."""
     model = rtm.RuntimeModel(id="node", systemModel="small")

@@ -31,13 +31,13 @@ def both(
 
 
 @given(small_system_models(clients=0))
-@settings(max_examples=50)
+@settings(max_examples=30)
 def test_the_small_models_are_valid(model: sym.SystemModel) -> None:
     assert [found for found in validate(model) if found.severity == "error"] == []
 
 
 @given(small_system_models(clients=0), st.sampled_from(SIGNALS), st.sampled_from(OVERFLOW))
-@settings(max_examples=150)
+@settings(max_examples=50)
 def test_small_models(model: sym.SystemModel, signals: SignalVariant, overflow: OverflowVariant) -> None:
     flattened, reference = both(model, signals, overflow)
 
@@ -47,7 +47,7 @@ def test_small_models(model: sym.SystemModel, signals: SignalVariant, overflow: 
 
 
 @given(system_models(), st.sampled_from(SIGNALS), st.sampled_from(OVERFLOW))
-@settings(max_examples=50)
+@settings(max_examples=25)
 def test_models_with_everything(
     model: sym.SystemModel, signals: SignalVariant, overflow: OverflowVariant
 ) -> None:
@@ -55,7 +55,7 @@ def test_models_with_everything(
 
 
 @given(calling_systems(circles=True), st.sampled_from(SIGNALS), st.sampled_from(OVERFLOW))
-@settings(max_examples=150)
+@settings(max_examples=50)
 def test_ports_inside_server_pages(
     model: sym.SystemModel, signals: SignalVariant, overflow: OverflowVariant
 ) -> None:
@@ -67,7 +67,7 @@ def test_ports_inside_server_pages(
 
 
 @given(small_system_models(), st.sampled_from(SIGNALS), st.sampled_from(OVERFLOW))
-@settings(max_examples=50)
+@settings(max_examples=30)
 def test_equal_numbers_of_markings(
     model: sym.SystemModel, signals: SignalVariant, overflow: OverflowVariant
 ) -> None:

@@ -50,7 +50,7 @@ def server_pages(model: sym.SystemModel) -> set[pn.Page]:
 
 
 @given(small_system_models(clients=0), VARIANTS)
-@settings(max_examples=60)
+@settings(max_examples=25)
 def test_the_rules_add_and_never_change(model: sym.SystemModel, variant: Variant) -> None:
     before = xmi_bytes(model)
 
@@ -79,7 +79,7 @@ def test_the_rules_add_and_never_change(model: sym.SystemModel, variant: Variant
 
 
 @given(small_system_models(clients=0), VARIANTS)
-@settings(max_examples=60)
+@settings(max_examples=25)
 def test_the_result_is_a_valid_plain_net_with_ids_of_its_own(
     model: sym.SystemModel, variant: Variant
 ) -> None:
@@ -93,7 +93,7 @@ def test_the_result_is_a_valid_plain_net_with_ids_of_its_own(
 
 
 @given(small_system_models(), VARIANTS)
-@settings(max_examples=60)
+@settings(max_examples=25)
 def test_the_certificate_holds_in_every_reachable_marking(model: sym.SystemModel, variant: Variant) -> None:
     net = flatten(model, *variant).net
     graph = graph_of(net)
@@ -119,7 +119,7 @@ def first_markings(graph: ReachabilityGraph, limit: int) -> Iterator[Marking]:
 
 
 @given(small_system_models(), VARIANTS)
-@settings(max_examples=60)
+@settings(max_examples=25)
 def test_the_certificate_covers_queues_services_and_signals(model: sym.SystemModel, variant: Variant) -> None:
     flattened = flatten(model, *variant)
     covered = [frozenset(term.place for term in each.terms) for each in flattened.net.certificate]
@@ -138,7 +138,7 @@ def test_the_certificate_covers_queues_services_and_signals(model: sym.SystemMod
     st.one_of(small_system_models(), calling_systems(circles=True)),
     st.sampled_from(get_args(SignalVariant)),
 )
-@settings(max_examples=50)
+@settings(max_examples=20)
 def test_both_overflow_variants_have_the_same_reachability_graph(
     model: sym.SystemModel, signals: SignalVariant
 ) -> None:
@@ -167,7 +167,7 @@ def test_both_overflow_variants_of_the_case_study_have_the_same_graph(signals: S
 
 
 @given(small_system_models(satisfiable=True))
-@settings(max_examples=60)
+@settings(max_examples=25)
 def test_signals_that_change_freely_double_the_markings(model: sym.SystemModel) -> None:
     used = {
         literal.signal
@@ -186,7 +186,7 @@ def test_signals_that_change_freely_double_the_markings(model: sym.SystemModel) 
 
 
 @given(small_system_models(satisfiable=True))
-@settings(max_examples=25)
+@settings(max_examples=15)
 def test_a_signal_that_may_change_less_often_reaches_no_more(model: sym.SystemModel) -> None:
     counts = []
     try:
@@ -199,7 +199,7 @@ def test_a_signal_that_may_change_less_often_reaches_no_more(model: sym.SystemMo
 
 
 @given(small_system_models(clients=0), VARIANTS)
-@settings(max_examples=30)
+@settings(max_examples=15)
 def test_the_same_model_gives_the_same_bytes(model: sym.SystemModel, variant: Variant) -> None:
     first, second = (flatten(model, *variant) for _ in range(2))
 

@@ -183,13 +183,13 @@ def check(model: sym.SystemModel) -> None:
 
 
 @given(system_models())
-@settings(max_examples=30)
+@settings(max_examples=15)
 def test_the_runtime_models_together_are_the_system_model(model: sym.SystemModel) -> None:
     check(model)
 
 
 @given(st.one_of(small_system_models(clients=0), calling_systems(circles=True)))
-@settings(max_examples=40)
+@settings(max_examples=20)
 def test_small_models(model: sym.SystemModel) -> None:
     check(model)
 
@@ -202,7 +202,7 @@ def test_the_case_study() -> None:
 
 
 @given(system_models())
-@settings(max_examples=20)
+@settings(max_examples=8)
 def test_the_same_model_gives_the_same_bytes(model: sym.SystemModel) -> None:
     assert [xmi_bytes(part) for part in split(model)] == [xmi_bytes(part) for part in split(model)]
 

@@ -29,7 +29,7 @@ VARIANTS = st.tuples(st.sampled_from(get_args(SignalVariant)), st.sampled_from(g
 
 
 @given(st.one_of(small_system_models(clients=0), calling_systems(circles=True)), VARIANTS)
-@settings(max_examples=60)
+@settings(max_examples=25)
 def test_every_element_has_one_link_and_is_found_from_both_sides(
     model: sym.SystemModel, variant: tuple[SignalVariant, OverflowVariant]
 ) -> None:
@@ -48,7 +48,7 @@ def test_every_element_has_one_link_and_is_found_from_both_sides(
 
 
 @given(st.one_of(small_system_models(), calling_systems(circles=True)), VARIANTS)
-@settings(max_examples=40)
+@settings(max_examples=20)
 def test_what_is_kept_is_linked_to_itself_and_copies_to_their_original(
     model: sym.SystemModel, variant: tuple[SignalVariant, OverflowVariant]
 ) -> None:

@@ -41,7 +41,7 @@ def test_generated_models(net: pn.Net, version: Version, tmp_path: Path) -> None
     assert not differences(net, written_and_read(net, version, tmp_path))
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=30)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=15)
 @given(net=st.one_of(plain_nets(), system_models(), calling_systems(circles=True)))
 def test_from_xmi_to_pnml_and_back(net: pn.Net, tmp_path: Path) -> None:
     save(net, tmp_path / "first.xmi")

@@ -1,0 +1,101 @@
+"""Callbacks that can wait for ever, whatever else goes on, and the circles in which they do.
+
+A callback can wait for ever where a marking can be reached from which none can be that has ended it. From
+there the net can only go into a part that it never leaves again: there the circle is closed, if it is one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.callbacks.waiting import Circle, Waiter, Waiting
+from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.syntax import Constant
+from dineros.analysis.model.subject import Subject
+from dineros.analysis.symbolic.engine import SymbolicStateSpace
+
+MOST_PARTS = 24
+"""Parts of the state space that are looked into for each callback; those beyond them are not told apart."""
+
+
+@dataclass(frozen=True)
+class Blocked:
+    """A callback that can wait for ever.
+
+    Attributes
+    ----------
+    callback : Waiter
+        The callback.
+    circle : Circle or None
+        Those that wait for each other then; None where something is missing that nobody has.
+    trace : tuple of int
+        Transitions that lead there.
+    """
+
+    callback: Waiter
+    circle: Circle | None
+    trace: tuple[int, ...]
+
+
+def blocked(
+    subject: Subject, space: SymbolicStateSpace, waiting: Waiting, budget: Budget = UNLIMITED
+) -> Iterator[Blocked]:
+    """Yield the callbacks that can wait for ever: each circle once, and each other callback once.
+
+    Parameters
+    ----------
+    subject : Subject
+        What is analysed.
+    space : SymbolicStateSpace
+        Its complete state space.
+    waiting : Waiting
+        What waits for what in it.
+    budget : Budget, optional
+        Its time and memory.
+
+    Raises
+    ------
+    DiagramMemoryError
+        If memory runs out.
+    BudgetExceededError
+        If time runs out.
+    """
+    sets = SymbolicSets(space, BoundAtoms(subject.net, Constant(True), subject.names), budget)
+    known: set[Circle] = set()
+    for begun, callback in waiting.begun():
+        ended = _without(sets, begun)
+        doomed = sets.complement(sets.some_until(sets.everything, ended))
+        is_alone = bool(doomed)
+        for marking, trace in _parts(sets, doomed):
+            circle = waiting.circle(marking)
+            is_alone &= circle is None
+            if circle is not None and circle not in known:
+                known.add(circle)
+                yield Blocked(callback, circle, trace)
+        if is_alone:
+            marking, trace = next(_parts(sets, doomed))
+            yield Blocked(callback, None, trace)
+
+
+def _without(sets: SymbolicSets, places: tuple[int, ...]) -> int:
+    """Return the markings in which none of some places is marked."""
+    weights, constant = sets.space.weights_of(dict.fromkeys(places, 1))
+    return sets.intersection(sets.everything, sets.sets.sums(weights, None, -constant))
+
+
+def _parts(sets: SymbolicSets, states: int) -> Iterator[tuple[list[int], tuple[int, ...]]]:
+    """Yield a marking of each part that a set ends in, a set that is never left, and a way there."""
+    pinned, vectors = sets.space.diagram.pinned, sets.sets
+    for _ in range(MOST_PARTS):
+        if states == 0:
+            return
+        part, _ = vectors.last_part(states)
+        pinned.append(part)
+        yield sets.space.marking_of(vectors.some_vector(part)), sets.way_to(part)
+        before = vectors.closure(part, states, backwards=True)
+        pinned.append(before)
+        states = vectors.difference(states, before)
+        pinned.append(states)

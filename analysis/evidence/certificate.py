@@ -1,0 +1,116 @@
+"""Certificates as files: what stands in them, and whether they are still what was written about a net.
+
+Nothing here proves anything: `dineros.analysis.evidence.checker` does.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, get_args
+
+from dineros.analysis.model.subject import Subject, base_subject, subject_of
+from dineros.metamodel import pn
+from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.files.atomic import write_atomically
+from dineros.metamodel.files.reading import read_bytes
+from dineros.metamodel.json_text import decode_json
+from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+
+BASE = "base"
+"""Instead of a variant of signals: the net without them that `dineros check` asks."""
+
+FORMAT = "dineros certificate 2"
+SIZE_LIMIT = 64 << 20
+"""Bytes of a file."""
+
+MOST_STEPS = 100
+"""Of an induction."""
+
+_ROW = {"sum": {"": int}, "least": int}
+_SHAPE: dict[str, Any] = {
+    **dict.fromkeys(("model", "net", "answer", "digest"), str),
+    "format": frozenset([FORMAT]),
+    "settings": [str],
+    "signals": frozenset([BASE, *get_args(SignalVariant)]),
+    "overflow": frozenset(get_args(OverflowVariant)),
+    "question": {"kind": str, "text": str},
+    "never": [{"rows": [_ROW], "factors": [int], "weights": {"": int}}],
+    "clauses": [[_ROW]],
+    "steps": frozenset(range(MOST_STEPS + 1)),
+}
+"""Types, lists of them, objects by their names or of any names, and what some may be."""
+
+
+class CertificateFileError(DinerosError):
+    """A file holds no certificate."""
+
+
+def read_certificate(path: Path) -> dict[str, Any]:
+    """Read a certificate.
+
+    Raises
+    ------
+    CertificateFileError
+        It is none.
+    ModelFileError
+        The file cannot be read, or is too large.
+    """
+    found = decode_json(read_bytes(path, SIZE_LIMIT), location=Location(path))
+    if not _fits(found, _SHAPE):
+        hint = "'dineros find', 'verify' and 'check' write some with --certificate"
+        raise CertificateFileError("holds no certificate", location=Location(path), hint=hint)
+    return dict(found)
+
+
+def write_certificate(certificate: Mapping[str, Any], path: Path) -> None:
+    """Write a certificate, as a whole or not at all."""
+    write_atomically(path, json.dumps(certificate, indent=1, ensure_ascii=False).encode() + b"\n")
+
+
+def sealed(certificate: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a certificate with the digest of what it says."""
+    says = {name: value for name, value in certificate.items() if name != "digest"}
+    return {**says, "digest": _digest(says)}
+
+
+def subject_as(model: pn.Net, signals: str, overflow: str) -> Subject:
+    """Return the net of a model that a certificate is about."""
+    if signals == BASE:
+        return base_subject(model, overflow)  # type: ignore[arg-type]
+    return subject_of(model, signals, overflow)  # type: ignore[arg-type]
+
+
+def net_digest(subject: Subject) -> str:
+    """Identify places, tokens, transitions and arcs."""
+    net = subject.net
+    tables, numbers = (net.pre, net.post, net.inhibitor), range(len(net.transitions))
+    arcs = [[table.row(t) for t in numbers] for table in tables]
+    return _digest([net.places, net.initial.tolist(), net.transitions, arcs])
+
+
+def difference(certificate: Mapping[str, Any], subject: Subject) -> str:
+    """Return in what a certificate is not what was written about a net; nothing where it is."""
+    if certificate["digest"] != sealed(certificate)["digest"]:
+        return "it was changed after it was written"
+    return "" if certificate["net"] == net_digest(subject) else "it is about another net"
+
+
+def _digest(value: object) -> str:
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+
+
+def _fits(found: Any, shape: Any) -> bool:
+    match shape:
+        case [one]:
+            return isinstance(found, list) and all(_fits(part, one) for part in found)
+        case {"": one}:
+            return isinstance(found, dict) and all(_fits(part, one) for part in found.values())
+        case dict():
+            has_names = isinstance(found, dict) and found.keys() == shape.keys()
+            return has_names and all(_fits(found[name], shape[name]) for name in shape)
+        case frozenset():
+            return type(found) in (str, int) and found in shape
+    return type(found) is shape

@@ -1,0 +1,114 @@
+"""What a check finds that no marking does, with what it rests on where structure or induction prove it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.evidence import Evidence, Inductive, together
+from dineros.analysis.evidence.certificate import BASE, subject_as
+from dineros.analysis.evidence.proving import Asked, Certificate, certificate_of, proved
+from dineros.analysis.logic.language.syntax import Comparison, Deadlock, Enabled, Formula, Name, Or
+from dineros.analysis.model.queues import queues
+from dineros.analysis.model.subject import Subject
+from dineros.analysis.nets.bounds import place_bounds
+from dineros.analysis.witnesses.findings import Report
+from dineros.metamodel import pn
+
+
+@dataclass(frozen=True)
+class Claim:
+    """That no marking of the net without signals fulfils a condition.
+
+    Attributes
+    ----------
+    name : str
+        What it is called; may stand as the name of a file.
+    condition : Formula
+    evidence : Evidence or None
+        Why, where that is known.
+    """
+
+    name: str
+    condition: Formula
+    evidence: Evidence | None = None
+
+
+def certificates_of(
+    model: pn.Net, report: Report, settings: Sequence[str], budget: Budget
+) -> tuple[list[tuple[str, Certificate]], Certificate | None]:
+    """Return the certificates of what a check has found that no marking does, and one of all of them.
+
+    Parameters
+    ----------
+    model : pn.Net
+        The model.
+    report : Report
+        What the check has found.
+    settings : sequence of str
+        How the model was changed.
+    budget : Budget
+        What looking for proofs may cost.
+    """
+    subject, budget = subject_as(model, BASE, "weighted"), budget.begun()
+    claims = list(_claims(subject, report))
+    found, proofs = [], list[Claim]()
+    for number, claim in enumerate(claims):
+        asked = _asked(subject, claim.condition, settings)
+        evidence = claim.evidence
+        if evidence is None and not budget.is_over:
+            answer = proved(asked, budget.share(1 / (len(claims) - number)))
+            evidence = None if answer is None else answer.evidence
+        certificate = certificate_of(asked, "unreachable", evidence)
+        if certificate is not None:
+            found.append((claim.name, certificate))
+            proofs.append(Claim(claim.name, claim.condition, evidence))
+    if not found:
+        return [], None
+    everything = _asked(subject, Or(tuple(claim.condition for claim in proofs)), settings)
+    return found, certificate_of(everything, "unreachable", together(claim.evidence for claim in proofs))
+
+
+def _asked(subject: Subject, condition: Formula, settings: Sequence[str]) -> Asked:
+    return Asked(subject, "marking", str(condition), BASE, "weighted", settings)
+
+
+def _claims(subject: Subject, report: Report) -> Iterator[Claim]:
+    """Yield what is claimed, but for what was found to happen."""
+    faults = {finding.rule for finding in report.findings}
+    losing = {finding.elements for finding in report.findings if finding.rule == "queue-overflow"}
+    if "unbounded" not in faults:
+        yield from _bounded(subject)
+    found = queues(subject)
+    for queue in found:
+        if queue.elements not in losing:
+            yield Claim(_file_name("no-overflow", *queue.elements), _any_enabled(queue.drops))
+    drops = {drop for queue in found for drop in queue.drops}
+    for name in (name for name in report.dead if name not in drops):
+        yield Claim(_file_name("dead", name), _any_enabled([name]))
+    if "deadlock" not in faults:
+        yield Claim("no-deadlock", Deadlock())
+
+
+def _bounded(subject: Subject) -> Iterator[Claim]:
+    """Yield that no place exceeds its bound, where weightings prove one of each."""
+    found = place_bounds(subject.net)
+    bounds = [bound for bound in found if bound is not None]
+    if bounds and len(bounds) == len(found):
+        more: list[Formula] = [
+            Comparison(((1, Name(name)),), ">=", bound.value + 1)
+            for name, bound in zip(subject.net.places, bounds, strict=True)
+        ]
+        evidence = Inductive(0, tuple(one.value for one in bounds), tuple(one.weights for one in bounds))
+        yield Claim("bounded", Or(tuple(more)), evidence)
+
+
+def _any_enabled(transitions: Sequence[str]) -> Formula:
+    enabled: list[Formula] = [Enabled(Name(name)) for name in transitions]
+    return enabled[0] if len(enabled) == 1 else Or(tuple(enabled))
+
+
+def _file_name(*words: str) -> str:
+    return "-".join(re.sub(r"[^\w.]+", "_", word) for word in words)

@@ -1,0 +1,119 @@
+"""Strongly connected parts of directed graphs.
+
+NetworkX and SciPy have these, too, and take longer to import than a small net takes to answer.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Collection, Hashable, Mapping
+from itertools import count
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Node = TypeVar("Node", bound=Hashable)
+
+#: Arcs up to which a graph of numbers is not worth the import of SciPy.
+FEW_ARCS = 20_000
+
+
+def strongly_connected_parts(successors: Mapping[Node, Collection[Node]]) -> list[list[Node]]:
+    """Return the strongly connected parts of a graph, each after those it leads to (Tarjan 1972).
+
+    Examples
+    --------
+    >>> strongly_connected_parts({"a": ["b"], "b": ["c"], "c": ["b"]})
+    [['c', 'b'], ['a']]
+    """
+    parts: list[list[Node]] = []
+    number: dict[Node, int] = {}  # in the order of discovery
+    lowest: dict[Node, int] = {}  # the least number seen from it, of those in no part yet
+    is_apart: set[Node] = set()
+    open_nodes: list[Node] = []
+    numbers = count()
+    for root in successors:
+        if root in number:
+            continue
+        way = [(root, iter(successors[root]))]
+        number[root] = lowest[root] = next(numbers)
+        open_nodes.append(root)
+        while way:
+            node, others = way[-1]
+            for other in others:
+                if other not in number:
+                    number[other] = lowest[other] = next(numbers)
+                    open_nodes.append(other)
+                    way.append((other, iter(successors[other])))
+                    break
+                if other not in is_apart:
+                    lowest[node] = min(lowest[node], number[other])
+            else:
+                way.pop()
+                if way:
+                    lowest[way[-1][0]] = min(lowest[way[-1][0]], lowest[node])
+                if lowest[node] == number[node]:
+                    part = [open_nodes.pop()]
+                    while part[-1] != node:
+                        part.append(open_nodes.pop())
+                    parts.append(part)
+                    is_apart.update(part)
+    return parts
+
+
+def ends(successors: Mapping[Node, Collection[Node]]) -> list[set[Node]]:
+    """Return the strongly connected parts that nothing leaves."""
+    parts = [set(part) for part in strongly_connected_parts(successors)]
+    return [part for part in parts if all(part.issuperset(successors[node]) for node in part)]
+
+
+def has_cycle(successors: Mapping[Node, Collection[Node]]) -> bool:
+    """Whether a graph has a cycle."""
+    return any(
+        len(part) > 1 or part[0] in successors[part[0]] for part in strongly_connected_parts(successors)
+    )
+
+
+def shortest_path(successors: Mapping[Node, Collection[Node]], source: Node, target: Node) -> list[Node]:
+    """Return the nodes of a shortest path, both ends included; there must be one."""
+    before = {target: target} if source == target else {source: source}
+    ahead = deque(before)
+    while target not in before:
+        node = ahead.popleft()
+        for other in successors[node]:
+            if other not in before:
+                before[other] = node
+                ahead.append(other)
+    path = [target]
+    while path[-1] != source:
+        path.append(before[path[-1]])
+    return path[::-1]
+
+
+def numbered_parts(size: int, sources: NDArray[Any], targets: NDArray[Any]) -> tuple[int, NDArray[np.int32]]:
+    """Return how many strongly connected parts a graph of the nodes from 0 on has, and the part of each.
+
+    Parameters
+    ----------
+    size : int
+        How many nodes there are.
+    sources, targets : array
+        Of each arc.
+    """
+    if size + sources.size > FEW_ARCS:
+        from scipy.sparse import csr_matrix
+        from scipy.sparse.csgraph import connected_components
+
+        ones = np.ones(sources.size, dtype=np.int8)
+        matrix = csr_matrix((ones, (sources, targets)), shape=(size, size))
+        number, part = connected_components(matrix, directed=True, connection="strong")
+        return int(number), part
+    successors: dict[int, list[int]] = {node: [] for node in range(size)}
+    for source, target in zip(sources.tolist(), targets.tolist(), strict=True):
+        successors[source].append(target)
+    parts = strongly_connected_parts(successors)
+    part = np.empty(size, dtype=np.int32)
+    for number, nodes in enumerate(parts):
+        part[nodes] = number
+    return len(parts), part

@@ -1,0 +1,28 @@
+"""Blocks: `await` gives the thread back, but not the group, which the answer needs."""
+
+import rclpy
+from battery import Battery
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from spinning import spin
+from std_srvs.srv import Trigger
+
+
+class Monitor(Node):
+    """Asks for the level of the battery, again and again."""
+
+    def __init__(self) -> None:
+        super().__init__("monitor")
+        self.level = self.create_client(Trigger, "level")
+        self.create_timer(0.03, self.on_timer)
+
+    async def on_timer(self) -> None:
+        if self.level.service_is_ready():
+            self.get_logger().info("asks")
+            await self.level.call_async(Trigger.Request())
+            self.get_logger().info("answered")
+
+
+if __name__ == "__main__":
+    rclpy.init()
+    spin({Battery(): SingleThreadedExecutor(), Monitor(): SingleThreadedExecutor()})

@@ -1,0 +1,130 @@
+"""Where callbacks begin and end, and which callback group they are in.
+
+A callback is what happens on a callback page, inner pages included, from the message, request, response or
+tick that begins it to the transition that ends it. Transitions of the kind `start` and `end` say it, and so
+does a place of the kind `end` of the transitions that put tokens there. Where a page says nothing, a
+timer's callback begins with the transitions that nothing of the page goes before, and a callback ends with
+those that nothing of the page comes after; a call goes before what takes its response.
+
+>>> from dineros.metamodel import sym
+>>> from dineros.metamodel.build import flow
+>>> page = sym.CallbackPage(id="OnTimer", kind="timer")
+>>> begin, between = sym.Transition(id="Begin", page=page), sym.Place(id="Between", page=page)
+>>> _ = flow(begin, between, sym.Transition(id="Finish", page=page))
+>>> body = Body(page)
+>>> [each.id for each in body.beginnings()], [each.id for each in body.ends()]
+(['Begin'], ['Finish'])
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator
+
+from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.elements import resolve
+
+
+def calls_of(net: EObject | None) -> list[tuple[pn.Place, pn.Place]]:
+    """Return request and response of each client of a net, and request and place of time-outs."""
+    while net is not None and not isinstance(net, pn.Net):
+        net = net.eContainer()
+    if isinstance(net, sym.SystemModel):
+        services = [channel for channel in net.channels if isinstance(channel, sym.ServiceChannel)]
+        clients = [port for service in services for port in service.clients]
+        told = [(port.request, port.timedOut) for port in clients if port.timedOut is not None]
+        return [*((port.request, port.response) for port in clients), *told]
+    if isinstance(net, rtm.RuntimeModel):
+        places = [each for each in net.eAllContents() if isinstance(each, rtm.Place)]
+        return [(p, port.response) for p in places for port in p.ports if isinstance(port, rtm.ClientPort)]
+    return []
+
+
+class Body:
+    """What happens on a callback page.
+
+    Parameters
+    ----------
+    page : sym.CallbackPage
+        The page, of a system model or a runtime model.
+    calls : sequence of (pn.Place, pn.Place), optional
+        Request and response of each client of the model, where they are known already.
+
+    Attributes
+    ----------
+    transitions : list of pn.Transition
+        Those of the page.
+    """
+
+    def __init__(self, page: sym.CallbackPage, calls: list[tuple[pn.Place, pn.Place]] | None = None) -> None:
+        calls = calls_of(page) if calls is None else calls
+        nodes = list(_nodes(page))
+        self.transitions = [node for node in nodes if isinstance(node, pn.Transition)]
+        self._inside = {node for node in nodes if isinstance(node, pn.Place)}
+        self._changes = {transition: Counter[pn.Node]() for transition in self.transitions}
+        for holder in _pages(page):
+            for arc in holder.arcs:
+                self._join(arc)
+        self._raised = self._where(1)
+        self._lowered = self._where(-1)
+        self.requests = {
+            request
+            for request, response in calls
+            if response in self._inside or (response in self._lowered and request in self._raised)
+        }
+        """Places of requests whose responses the callback waits for."""
+        self._responses = {response for request, response in calls if request in self.requests}
+
+    def _join(self, arc: pn.Arc) -> None:
+        source, target = resolve(arc.source), resolve(arc.target)
+        if isinstance(source, pn.Transition) and source in self._changes:
+            self._changes[source][target] += arc.weight
+        elif isinstance(target, pn.Transition) and target in self._changes and arc.kind == pn.ArcKind.normal:
+            self._changes[target][source] -= arc.weight
+
+    def _where(self, sign: int) -> set[pn.Node]:
+        """Return the places that the page's transitions raise, or lower."""
+        return {place for change in self._changes.values() for place, n in change.items() if n * sign > 0}
+
+    def beginnings(self) -> list[pn.Transition]:
+        """Return the transitions by which a timer's callback begins."""
+        marked = [each for each in self.transitions if _is(each, sym.TransitionKind.start)]
+        later = (self._raised & self._inside) | self._responses
+        return marked or [each for each in self.transitions if not self._changed(each, later, -1)]
+
+    def ends(self) -> list[pn.Transition]:
+        """Return the transitions by which the callback ends; a server's ends with its response instead."""
+        marked = [each for each in self.transitions if _is(each, sym.TransitionKind.end)]
+        last = {p for p in self._inside if isinstance(p, sym.Place) and p.kind == sym.PlaceKind.end}
+        if marked or last:
+            return [each for each in self.transitions if each in marked or self._changed(each, last, 1)]
+        onward = (self._lowered & self._inside) | self.requests
+        return [each for each in self.transitions if not self._changed(each, onward, 1)]
+
+    def continues(self, transition: pn.Transition) -> int:
+        """Return in how many ways the callback goes on after a transition; tokens count."""
+        onward = (self._lowered & self._inside) | self.requests
+        return sum(max(0, self._changes[transition][place]) for place in onward)
+
+    def _changed(self, transition: pn.Transition, places: Collection[pn.Node], sign: int) -> bool:
+        return any(self._changes[transition][place] * sign > 0 for place in places)
+
+
+def _is(transition: pn.Transition, kind: sym.TransitionKind) -> bool:
+    return isinstance(transition, sym.Transition) and transition.kind == kind
+
+
+def _pages(page: pn.Page) -> Iterator[pn.Page]:
+    """Yield a callback page and the pages inside that are part of it."""
+    yield page
+    for inner in page.objects:
+        if isinstance(inner, pn.Page) and not isinstance(inner, sym.CallbackPage):
+            yield from _pages(inner)
+
+
+def _nodes(page: pn.Page) -> Iterator[pn.Node]:
+    for holder in _pages(page):
+        for node in holder.objects:
+            if isinstance(node, pn.Node):
+                yield node

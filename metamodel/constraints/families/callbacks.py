@@ -1,0 +1,186 @@
+"""Nodes that run callbacks: where callbacks begin and end, their groups, what they await."""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.bodies import Body
+from dineros.metamodel.callbacks.groups import callback_page_of, is_awaited, runs_callbacks
+from dineros.metamodel.constraints.constraint import Outcome, constraint
+from dineros.metamodel.constraints.index import Index
+from dineros.metamodel.constraints.wording import describe
+from dineros.metamodel.errors import DinerosError
+
+_BY_CALLBACKS = "set the execution of its node net to callbacks and the middleware of the model to ros2"
+
+
+def _has_executors(index: Index) -> bool:
+    """Tell whether the rules of the model know executors."""
+    return isinstance(index.net, sym.SystemModel) and index.net.middleware == sym.Middleware.ros2
+
+
+def _runs(element: pn.Element | None, index: Index) -> bool:
+    return element is not None and runs_callbacks(index.node_net_of(element))
+
+
+def _body(page: sym.CallbackPage, index: Index) -> Body:
+    return index.once(("body", page), lambda: Body(page, index.once("calls", lambda: _calls(index))))
+
+
+def _calls(index: Index) -> list[tuple[pn.Place, pn.Place]]:
+    return [(port.request, port.response) for port in index.all(sym.ClientPort)]
+
+
+def _is_complete(page: sym.CallbackPage, index: Index) -> bool:
+    """Tell whether all arcs and references of a page lead somewhere."""
+    parts = [part for part in page.eAllContents() if isinstance(part, (pn.Node, pn.Arc))]
+    if any(part in index.incomplete for part in parts):
+        return False
+    return all(index.final(part) is not None for part in parts if isinstance(part, pn.Node))
+
+
+@constraint(
+    "{it} runs callbacks, which the rules of ros1 do not know",
+    fix="set the middleware of the model to ros2, or the execution of the node net to net",
+    guard=lambda node_net, index: runs_callbacks(node_net),
+)
+def callbacks_under_ros2(node_net: sym.NodeNet, index: Index) -> Outcome:
+    """Only the rules of ROS 2 know executors."""
+    return not isinstance(index.net, sym.SystemModel) or _has_executors(index)
+
+
+@constraint(
+    "{it} has no transition that can be told to begin its callback",
+    fix="set the kind of the transition that begins it to start",
+    guard=lambda page, index: page.kind == sym.CallbackKind.timer and _has_executors(index),
+)
+def timer_callback_begins(page: sym.CallbackPage, index: Index) -> Outcome:
+    """A timer's callback begins with a transition of the kind start, or with one that nothing goes before."""
+    if not _is_complete(page, index):
+        return True
+    body = _body(page, index)
+    return not body.transitions or bool(body.beginnings())
+
+
+@constraint(
+    "{it} has no transition that can be told to end its callback",
+    fix="set the kind of the transition that ends it to end",
+    guard=lambda page, index: _runs(page, index) and page.kind != sym.CallbackKind.server,
+)
+def callback_ends(page: sym.CallbackPage, index: Index) -> Outcome:
+    """A callback ends with a transition of the kind end, or with one that nothing comes after."""
+    return not _is_complete(page, index) or bool(_body(page, index).ends())
+
+
+@constraint(
+    "{it} takes messages on {found}, and the node runs callbacks",
+    fix="put its place on a callback page of the kind subscriber",
+    guard=lambda port, index: _runs(port.place, index),
+)
+def subscriber_begins_callback(port: sym.SubscriberPort, index: Index) -> Outcome:
+    """Where a node runs callbacks, messages begin one."""
+    page = callback_page_of(port.place)
+    if page is None:
+        return "no callback page"
+    return page.kind == sym.CallbackKind.subscriber or describe(page)
+
+
+@constraint(
+    "{it} serves on {found}, and the node runs callbacks",
+    fix="use a callback page of the kind server",
+    guard=lambda port, index: _runs(port.page, index),
+)
+def server_begins_callback(port: sym.ServerPort, index: Index) -> Outcome:
+    """Where a node runs callbacks, requests begin one."""
+    page = port.page
+    if not isinstance(page, sym.CallbackPage):
+        return describe(page)
+    return page.kind == sym.CallbackKind.server or describe(page)
+
+
+@constraint(
+    "{it} holds {element.tokens} tokens at the start, which began no callback",
+    fix="let it be empty at the start",
+    guard=lambda place, index: (
+        place.tokens > 0
+        and _runs(place, index)
+        and index.callback_page_of(place) is not None
+        and any(not use.sends for use in index.port_uses.get(place, ()))
+    ),
+)
+def callbacks_begin_later(place: pn.Place, index: Index) -> Outcome:
+    """Where a node runs callbacks, nothing has come to its ports at the start."""
+    return False
+
+
+@constraint(
+    "{it} is in {found} of another node net",
+    fix="use a callback group of its own node net",
+    guard=lambda port, index: port.group is not None,
+)
+def client_group_of_node_net(port: sym.ClientPort, index: Index) -> Outcome:
+    """The group of a client belongs to the node net of the client."""
+    assert port.group is not None
+    return port.group.eContainer() is index.node_net_of(port.response) or describe(port.group)
+
+
+@constraint(
+    "{it} is in {found}, which has no effect",
+    fix=f"{_BY_CALLBACKS}, or do not count on it",
+    severity="warning",
+    guard=lambda page, index: page.group is not None and page.group.eContainer() is index.node_net_of(page),
+)
+def callback_group_has_effect(page: sym.CallbackPage, index: Index) -> Outcome:
+    """The callback group of a callback counts where its node runs callbacks, under the rules of ROS 2."""
+    assert page.group is not None
+    return (_runs(page, index) and _has_executors(index)) or describe(page.group)
+
+
+@constraint(
+    "{it} is in {found}, which has no effect",
+    fix=f"{_BY_CALLBACKS}, or do not count on it",
+    severity="warning",
+    guard=lambda port, index: (
+        port.group is not None and port.group.eContainer() is index.node_net_of(port.response)
+    ),
+)
+def client_group_has_effect(port: sym.ClientPort, index: Index) -> Outcome:
+    """The callback group of a client counts where its node runs callbacks, under the rules of ROS 2."""
+    assert port.group is not None
+    return (_runs(port.response, index) and _has_executors(index)) or describe(port.group)
+
+
+@constraint(
+    "{it} awaits responses, but {found}",
+    fix="take it away",
+    severity="warning",
+    guard=lambda page, index: bool(page.awaits),
+)
+def awaits_has_effect(page: sym.CallbackPage, index: Index) -> Outcome:
+    """A callback that awaits calls a service on its page, and its node runs callbacks."""
+    if not (_runs(page, index) and _has_executors(index)):
+        return DinerosError("its node does not run callbacks", hint=f"{_BY_CALLBACKS}, or take it away")
+    if page in _awaiting(index):
+        return True
+    return DinerosError(
+        "it calls nothing on its page", hint="put request and response of a client there, or take it away"
+    )
+
+
+def _awaiting(index: Index) -> set[sym.CallbackPage | None]:
+    def pages() -> set[sym.CallbackPage | None]:
+        return {callback_page_of(port.request) for port in index.all(sym.ClientPort) if is_awaited(port)}
+
+    return index.once("callback pages that await", pages)
+
+
+@constraint(
+    "{it} awaits one response at a time, but goes on in several ways after {found}",
+    fix="put one call after the other, or let it not await",
+    guard=lambda page, index: bool(page.awaits) and _runs(page, index) and page in _awaiting(index),
+)
+def awaits_in_turn(page: sym.CallbackPage, index: Index) -> Outcome:
+    """A callback that awaits makes one call after the other."""
+    if not _is_complete(page, index):
+        return True
+    body = _body(page, index)
+    return next((describe(each) for each in body.transitions if body.continues(each) > 1), True)

@@ -1,0 +1,88 @@
+"""How services of ROS 2 are asked: how many requests wait, how many a client sends, when it gives up."""
+
+from __future__ import annotations
+
+import math
+
+from dineros.metamodel import sym
+from dineros.metamodel.constraints.constraint import Outcome, constraint
+from dineros.metamodel.constraints.index import Index
+from dineros.metamodel.constraints.wording import describe
+
+
+def _tells_of_time_outs(port: sym.ClientPort, index: Index) -> bool:
+    return port.timedOut is not None
+
+
+@constraint("{it} keeps {element.depth} requests", fix="give it a depth of 1 or more")
+def request_depth_positive(channel: sym.ServiceChannel, index: Index) -> Outcome:
+    """A service keeps 1 request or more."""
+    return channel.depth >= 1
+
+
+@constraint("{it} has {element.outstanding} requests under way at most", fix="let it have 1 or more")
+def outstanding_positive(port: sym.ClientPort, index: Index) -> Outcome:
+    """A client has 1 request under way or more."""
+    return port.outstanding >= 1
+
+
+@constraint("{it} has the time-out {element.timeout}", fix="use a time in seconds above 0, or none")
+def timeout_positive(port: sym.ClientPort, index: Index) -> Outcome:
+    """A client gives up after a positive, finite time."""
+    return port.timeout is None or (port.timeout > 0 and math.isfinite(port.timeout))
+
+
+@constraint(
+    "{it} names the place {element.timedOut.id!r} for time-outs, and waits for ever",
+    fix="give it a time-out, or name no place",
+    guard=_tells_of_time_outs,
+)
+def timed_out_has_timeout(port: sym.ClientPort, index: Index) -> Outcome:
+    """A client that names a place for time-outs has one."""
+    return port.timeout is not None
+
+
+@constraint(
+    "{it} has its request in {found}",
+    fix="put both places into the node net of the client",
+    guard=_tells_of_time_outs,
+)
+def timed_out_in_one_node_net(port: sym.ClientPort, index: Index) -> Outcome:
+    """The place of a client's time-outs belongs to the node net of its requests."""
+    assert port.timedOut is not None
+    asking, told = index.node_net_of(port.request), index.node_net_of(port.timedOut)
+    if asking is told:
+        return True
+    first, second = (describe(net) if net else "no node net" for net in (asking, told))
+    return f"{first} and the place of its time-outs in {second}"
+
+
+@constraint(
+    "{it} has its request {found}",
+    fix="put both places on the same server page, or both outside of it",
+    guard=_tells_of_time_outs,
+)
+def timed_out_in_one_instance(port: sym.ClientPort, index: Index) -> Outcome:
+    """The server instance that asked is the one that is told of a time-out."""
+    assert port.timedOut is not None
+    pages = [index.server_page_of(place) for place in (port.request, port.timedOut)]
+    if pages[0] is pages[1]:
+        return True
+    first, second = (f"on the server page {page.id!r}" if page else "outside" for page in pages)
+    return f"{first} and the place of its time-outs {second}"
+
+
+@constraint(
+    "{it} has {found}, which the rules of ros1 know nothing of",
+    fix="set the model's middleware to ros2, or remove it",
+    severity="warning",
+    guard=lambda port, index: (
+        isinstance(index.net, sym.SystemModel) and index.net.middleware == sym.Middleware.ros1
+    ),
+)
+def calls_of_ros2(port: sym.ClientPort, index: Index) -> Outcome:
+    """Only clients of ROS 2 have several requests under way, or give up."""
+    found = [f"{port.outstanding} requests under way"] if port.outstanding > 1 else []
+    if port.timeout is not None:
+        found.append(f"a time-out of {port.timeout:g} s")
+    return not found or " and ".join(found)

@@ -1,0 +1,162 @@
+"""Callbacks that wait for each other: found exactly where they block, and told as a circle."""
+
+from __future__ import annotations
+
+import networkx as nx
+import pytest
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.callbacks.blocking import blocked
+from dineros.analysis.callbacks.waiting import Circle, Waiting
+from dineros.analysis.model.subject import base_subject
+from dineros.analysis.nets.witness import replay
+from dineros.analysis.questions.check import check
+from dineros.analysis.symbolic.engine import symbolic_state_space
+from dineros.analysis.witnesses.findings import Finding
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import flow
+from dineros.metamodel.constraints import validate
+from docs.examples.callbacks.models import PROGRAMS, asking, node, program, server, service, timer
+from tests.runtime.ros.test_callbacks import BLOCK, KEEPS, LOSES, RUN
+from tests.support.executor_cases import FIGURES, Case, case_model
+from tests.support.reference_executors import ExecutorInterpreter
+
+MONITOR = "callback OnTimer waits for the response of service level to client monitor, which waits for"
+CIRCLES = {
+    "same_group": f"{MONITOR} the default callback group of node net monitor, which callback OnTimer has",
+    "one_thread": f"{MONITOR} the thread of node net monitor, which callback OnTimer has",
+    "reentrant": f"{MONITOR} one of the 2 threads of node net monitor, which callback OnTimer has",
+    "awaiting": f"{MONITOR} the default callback group of node net monitor, which callback OnTimer has",
+    "calling_each_other": "callback OnRoute of server instance 1 waits for the response of service position "
+    "to instance 1 of service route, which waits for the thread of node net planner, which callback OnRoute "
+    "of server instance 1 has",
+}
+
+
+def found(model: sym.SystemModel, *rules: str) -> list[Finding]:
+    return [each for each in check(model, Budget(seconds=60)).findings if each.rule in rules]
+
+
+def circles(model: sym.SystemModel) -> list[Circle | None]:
+    """Return the circles of a model; each is closed where its witness leads."""
+    subject = base_subject(model)
+    waiting, space = Waiting(subject), symbolic_state_space(subject.net)
+    each = list(blocked(subject, space, waiting))
+    assert [waiting.circle(replay(subject.net, one.trace)[-1]) for one in each] == [
+        one.circle for one in each
+    ]
+    return [one.circle for one in each]
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_programs_block_or_lose_where_check_says(name: str) -> None:
+    """What real rclpy does with each program, `tests/runtime/ros/test_callbacks.py` sees."""
+    model = program(name)
+    assert [problem for problem in validate(model) if problem.severity == "error"] == []
+    blocking, losing = found(model, "deadlock", "callback-deadlock", "callback-never-ends"), name == LOSES
+    assert [finding.message for finding in blocking] == ([CIRCLES[name]] if name in BLOCK else [])
+    assert bool(found(model, "queue-overflow")) == losing
+    assert {*BLOCK, *RUN, LOSES, KEEPS} == set(PROGRAMS)
+
+
+@pytest.mark.parametrize("case", [case for case, _ in FIGURES], ids=str)
+def test_an_independent_reading_blocks_alike(case: Case) -> None:
+    """In the graph of the interpreter, a callback waits for ever where no way leads to its end."""
+    model = case_model(case)
+    interpreter = ExecutorInterpreter(model)
+    graph: nx.DiGraph[tuple[int, ...]] = nx.DiGraph()
+    states = [interpreter.start]
+    for state in states:
+        graph.add_node(state)
+        for _, after in interpreter.successors(state):
+            if after not in graph:
+                states.append(after)
+            graph.add_edge(state, after)
+    doomed = False
+    for callback in interpreter._callbacks.values():
+        slots = [slot for slot in (callback.running, callback.awaiting) if slot is not None]
+        ended = {state for state in graph if not any(state[slot] for slot in slots)}
+        doomed |= len(ended.union(*(nx.ancestors(graph, state) for state in ended))) < len(graph)
+    assert bool(circles(model)) == doomed
+    assert None not in circles(model)
+
+
+def test_a_circle_is_found_while_other_nodes_go_on() -> None:
+    model = program("same_group")
+    page = timer(node(model, "clock"), 1.0)
+    page.id = "OnClock"
+    flow(sym.Transition(id="Tick", page=page))
+    assert found(model, "deadlock") == []
+    (finding,) = found(model, "callback-deadlock")
+    assert finding.message == CIRCLES["same_group"]
+    assert finding.elements == ("OnTimer", "Level", "monitor")
+    assert finding.circle[-1] == "the default callback group of node net monitor"
+
+
+def test_two_nodes_that_ask_each_other() -> None:
+    """Each runs alone; both at once wait for each other."""
+    model = sym.SystemModel(id="both", middleware="ros2")
+    pages = {}
+    for name in ("left", "right"):
+        owner = node(model, name)
+        pages[name] = owner, server(owner, name.title(), f"Work{name}")[0], timer(owner, 1.0)
+        pages[name][2].id = f"OnTimer{name}"
+    for name, other in (("left", "right"), ("right", "left")):
+        owner, _, page = pages[name]
+        client = asking(page, f"Of{name}")
+        client.group = sym.CallbackGroup(id=f"answers_{name}")
+        owner.callbackGroups.append(client.group)
+        owner.executor, owner.threads = sym.Executor.multi, 2
+        service(model, other.title(), pages[other][1], client)
+    (circle,) = circles(model)
+    assert [waiter.kind for waiter in circle.waiters] == ["callback", "response", "group"] * 2  # type: ignore[union-attr]
+    assert circle is not None and circle.elements == (
+        "OnTimerleft",
+        "Right",
+        "right",
+        "OnTimerright",
+        "Left",
+        "left",
+    )
+
+
+def test_threads_that_several_callbacks_have() -> None:
+    model = case_model(Case(kind="reentrant", threads=2, timers=2))
+    texts = [str(circle) for circle in circles(model)]
+    assert any(
+        "one of the 2 threads of node net A, which callback OnTimer and callback OnTimer1 have" in t
+        for t in texts
+    )
+
+
+def test_a_callback_that_waits_for_nobody() -> None:
+    """It waits for a token that nothing makes; that is no circle."""
+    model = sym.SystemModel(id="alone", middleware="ros2")
+    page = timer(node(model, "n"), 1.0)
+    never, between = sym.Place(id="Never", page=page), sym.Place(id="Between", page=page)
+    end = sym.Transition(id="End", page=page)
+    flow(sym.Transition(id="Begin", page=page), between, end)
+    flow(never, end)
+    (finding,) = found(model, "callback-never-ends")
+    assert finding.message == "callback OnTimer can begin and never end"
+
+
+def test_a_callback_that_waits_for_one_of_its_group() -> None:
+    """A flag that another callback of the same group would set."""
+    model = sym.SystemModel(id="flag", middleware="ros2")
+    owner = node(model, "n", threads=2)
+    first, second = timer(owner, 1.0), timer(owner, 1.0)
+    second.id = "OnOther"
+    flag, between, go_on = (
+        sym.Place(id="Flag", page=first, capacity=1),
+        sym.Place(id="Between", page=first),
+        sym.Transition(id="GoOn", page=first),
+    )
+    flow(sym.Transition(id="Begin", page=first), between, go_on)
+    flow(flag, go_on)
+    flow(sym.Transition(id="Set", page=second), pn.ReferencePlace(id="Flag@", target=flag, page=second))
+    (circle,) = circles(model)
+    assert str(circle) == (
+        "callback OnTimer waits for callback OnOther, which waits for the default callback group of node net "
+        "n, which callback OnTimer has"
+    )

@@ -1,0 +1,175 @@
+"""Requests that are lost, clients that give up: counts, findings, and what server pages make of them."""
+
+from __future__ import annotations
+
+import pytest
+
+from dineros.analysis.model.subject import base_subject
+from dineros.analysis.model.wording import words
+from dineros.analysis.questions.capacities import suggest_capacities
+from dineros.analysis.questions.check import check
+from dineros.analysis.questions.state_space import state_space
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import flow
+from dineros.transformations.flattening.flatten import flatten
+from dineros.transformations.rules.catalogue import OverflowVariant
+from tests.support.equal_behaviour import compare
+from tests.support.executor_cases import Case, case_model
+from tests.support.ovens import oven
+from tests.support.reference_executors import ExecutorInterpreter
+from tests.support.reference_flattening import PlainNet, plain_net_of
+from tests.support.reference_histories import Interpreter
+
+FIGURES = {
+    "one request each": (oven(3, 1), 611),
+    "two requests each": (oven(2, 2, outstanding=2), 1534),
+    "time-outs": (oven(2, 1, timeout=0.5), 143),
+    "time-outs that are told": (oven(2, 1, timeout=0.5, tells=True), 368),
+}
+
+
+@pytest.mark.parametrize("overflow", ["weighted", "inhibitor"])
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures(name: str, overflow: OverflowVariant) -> None:
+    """Also with time-outs the net is finite."""
+    model, states = FIGURES[name]
+    subject = base_subject(model, overflow=overflow)
+    counts = [state_space(subject.net, engine) for engine in ("explicit", "symbolic")]
+    expected = Interpreter(model).count()
+    assert expected[0] == states
+    assert [each.states for each in counts] == [states, states]
+    assert counts[0].arcs == expected[1]
+
+
+def test_a_difference_is_noticed() -> None:
+    """Every arc of a net with all that the rules make counts."""
+    model = oven(2, 1, timeout=0.5, tells=True)
+    net, interpreter = plain_net_of(flatten(model, "none").net), Interpreter(model)
+    assert compare(net, interpreter, 1000).complete
+    for number in range(len(net.arcs)):
+        altered = PlainNet(net.places, net.transitions, [*net.arcs[:number], *net.arcs[number + 1 :]])
+        found = compare(altered, interpreter, 400)
+        assert found.difference or not found.complete, net.arcs[number]
+
+
+def test_nothing_is_added_where_nothing_can_be_lost() -> None:
+    kept, limited = (flatten(oven(3, depth), "none").net for depth in (3, 10))
+    assert plain_net_of(kept) == plain_net_of(limited)
+    model = oven(3, 3)
+    model.middleware = "ros1"  # type: ignore[assignment]
+    assert plain_net_of(kept) == plain_net_of(flatten(model, "none").net)
+
+
+def test_the_rules_of_ros1_know_nothing_of_it() -> None:
+    plain = oven(3, 10)
+    plain.middleware = "ros1"  # type: ignore[assignment]
+    model = oven(3, 1, timeout=0.5)
+    model.middleware = "ros1"  # type: ignore[assignment]
+    for client in model.channels[0].clients:  # type: ignore[attr-defined]
+        client.outstanding = 4
+    assert plain_net_of(flatten(model, "none").net) == plain_net_of(flatten(plain, "none").net)
+
+
+def test_more_than_ten_clients() -> None:
+    for bakers, loses in ((10, False), (11, True)):
+        trace = flatten(oven(bakers, 10), "none").trace
+        assert len(trace.role("R5", "capacity")) == loses
+        assert len(trace.role("R5Client", "queue.drop")) == bakers * loses
+
+
+def test_a_depth_that_is_enough() -> None:
+    (overflow,) = [found for found in check(oven(3, 2)).findings if found.rule == "queue-overflow"]
+    assert overflow.message == "request history of service /bake can overflow: a request is lost"
+    assert overflow.elements == ("Oven", "Dough")
+    (needed,) = suggest_capacities(oven(3, 2))
+    assert (str(needed.queue), needed.limit, needed.needed) == ("request history of service /bake", 2, 3)
+    assert not suggest_capacities(oven(3, 3))
+    (endless,) = suggest_capacities(oven(2, 1, timeout=0.5, tells=True))
+    assert endless.grows, "a client that gives up asks again and again"
+
+
+def test_what_is_said() -> None:
+    model = oven(2, 1, timeout=0.5)
+    (overflow,) = [found for found in check(model).findings if found.rule == "queue-overflow"]
+    assert overflow.witness is not None
+    assert overflow.witness.steps[-1].text == (
+        "a request is lost: client baker0 of service /bake waits until it gives up"
+    )
+    said = {link.target.id: words(link) for link in flatten(model, "none").trace}
+    assert said["Oven.client.baker0.giveUp.inUse[1]"] == "client baker0 gives up waiting for service /bake"
+    assert said["Oven.client.baker1.lost"] == "lost request of client baker1 of service /bake"
+
+
+def test_certificates() -> None:
+    net = flatten(oven(2, 1, outstanding=3, timeout=0.5), "none").net
+    found = {each.name: (each.value, {term.place.id for term in each.terms}) for each in net.certificate}
+    client = "Oven.client.baker0."
+    assert found[f"{client}ready or 3 requests under way"] == (
+        3,
+        {client + part for part in ("ready", "sent", "lost", "requests", "responses", "inUse[1]")},
+    )
+    assert found["Oven.requests.Load + Oven.requests.Capacity"][0] == 1
+    assert found["Oven.requests.Load counts requests"][1] == {
+        "Oven.requests.Load",
+        "Oven.late.requests",
+        "Oven.client.baker0.requests",
+        "Oven.client.baker1.requests",
+    }
+
+
+def test_clients_on_a_server_page() -> None:
+    """Each instance gives up for itself, and is told for itself."""
+    model = oven(1, 1)
+    net = sym.NodeNet(id="shop", net=model)
+    page = sym.CallbackPage(id="Sell", kind="server", page=net)
+    entry, ask, got, late, exit_ = (
+        sym.Place(id=f"Shop.{id}", page=page) for id in ("entry", "ask", "got", "late", "exit")
+    )
+    flow(entry, sym.Transition(id="Shop.order", page=page), ask)
+    flow(got, sym.Transition(id="Shop.sell", page=page), exit_)
+    flow(late, sym.Transition(id="Shop.sorry", page=page), exit_)
+    server = sym.ServerPort(entry=entry, exit=exit_, page=page)
+    shop = sym.ServiceChannel(id="Shop", service="/shop", instances=2, server=server, model=model)
+    user = sym.NodeNet(id="user", net=model)
+    want, have = sym.Place(id="Want", tokens=2, page=user), sym.Place(id="Have", page=user)
+    shop.clients.append(sym.ClientPort(client="user", request=want, response=have, outstanding=2))
+    oven_ = model.channels[0]
+    assert isinstance(oven_, sym.ServiceChannel)
+    oven_.clients.append(
+        sym.ClientPort(client="shop", request=ask, response=got, outstanding=2, timeout=1.0, timedOut=late)
+    )
+    flattened = flatten(model, "none")
+    (sheet,) = flattened.net.pages
+    arcs = {(arc.source.id, arc.target.id) for arc in sheet.arcs}
+    for number in (1, 2):
+        client = f"Oven.client.Shop[{number}].shop"
+        assert (f"{client}.giveUp.requests", f"Shop[{number}].Shop.late") in arcs
+        ready = next(node for node in sheet.objects if node.id == f"{client}.ready")
+        assert isinstance(ready, pn.Place) and ready.tokens == 2
+    found = compare(plain_net_of(flattened.net), Interpreter(model), 3000)
+    assert found.difference == ""
+
+
+CALLBACKS = [
+    Case(),
+    Case(client="own", threads=2),
+    Case(kind="reentrant", threads=2),
+    Case(client="own", awaits=True),
+    Case(client="own", threads=2, answers=True),
+]
+
+
+@pytest.mark.parametrize("case", CALLBACKS)
+def test_callbacks_that_give_up(case: Case) -> None:
+    """A callback that waits no longer goes on, and no group and thread is blocked for ever."""
+    model = case_model(case)
+    for channel in model.channels:
+        assert isinstance(channel, sym.ServiceChannel)
+        channel.depth = 1
+        for client in channel.clients:
+            client.timeout, client.timedOut = 0.5, client.response
+    interpreter = ExecutorInterpreter(model)
+    assert interpreter.count()[2] == 0
+    for overflow in ("weighted", "inhibitor"):
+        found = compare(plain_net_of(flatten(model, "none", overflow).net), interpreter, 5000)
+        assert (found.difference, found.complete) == ("", True)

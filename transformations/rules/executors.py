@@ -1,0 +1,367 @@
+"""Executors and callback groups of ROS 2 (rules E1 to E7), for nodes that run callbacks.
+
+A callback begins when the executor has a thread for it and no other callback of its exclusive group runs,
+and keeps both until it ends. Which of several that are ready the executor picks is left open: all orders are
+explored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.transformations.language.creation import Fragment, New
+from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language.functions import ancestor, count
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Absent, Index, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.callbacks import (
+    Awaited,
+    Beginnings,
+    BeginsCallback,
+    Callback,
+    Ends,
+    Group,
+    Members,
+    Threads,
+)
+from dineros.transformations.rules.histories import R3
+from dineros.transformations.rules.notation import arc, place, read
+from dineros.transformations.rules.services import S1, S2, S4, instances
+
+
+class Lock(Fragment):
+    """What an exclusive callback group has while none of its callbacks runs.
+
+    Parameters
+    ----------
+    id : str
+        Of its place; may hold placeholders.
+    group : str
+        What it is while the group is free.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"lock": pn.Place}
+    lock: New
+
+    def __init__(self, id: str, group: str) -> None:
+        super().__init__()
+        self.lock = place(id, tokens=1, means=Meaning(group, part="lock", rests=True))
+
+
+class Beginning(Fragment):
+    """A callback begins.
+
+    Parameters
+    ----------
+    move : Expression
+        The transition by which it begins.
+    threads, running : Expression
+        Places of its node's free threads, and of itself.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"move": pn.Transition}
+
+    def __init__(self, move: Expression, threads: Expression, running: Expression) -> None:
+        super().__init__(move=move)
+        self.arcs = [arc(threads, move), arc(move, running)]
+
+
+class Ending(Fragment):
+    """A callback ends; the parameters are those of `Beginning`."""
+
+    roles: Mapping[str, type[EObject]] = {"move": pn.Transition}
+
+    def __init__(self, move: Expression, threads: Expression, running: Expression) -> None:
+        super().__init__(move=move)
+        self.arcs = [arc(running, move), arc(move, threads)]
+
+
+class E1(Rule):
+    """The threads of a node's executor."""
+
+    node = Node(sym.NodeNet, execution="callbacks")
+
+    threads = place(
+        "{node.id}.threads",
+        tokens=Threads(node),
+        means=Meaning("a free thread of node net {node}", part="threads", rests=True),
+    )
+
+    lhs = [node]
+    rhs = [*lhs, threads]
+
+
+class E2(Rule):
+    """An exclusive callback group runs one callback at a time."""
+
+    group = Node(sym.CallbackGroup, kind="exclusive")
+    node = ancestor(group, sym.NodeNet)
+
+    lock = Lock("{node.id}.{group.id}.lock", "free callback group {group} of node net {node}")
+
+    where = [node.execution == "callbacks", count(Members(group)) > 0]
+    lhs = [group]
+    rhs = [*lhs, *lock]
+
+
+class E2Default(Rule):
+    """So does the group of the callbacks and clients that name none."""
+
+    node = Node(sym.NodeNet, execution="callbacks")
+
+    lock = Lock("{node.id}.lock", "free default callback group of node net {node}")
+
+    where = [count(Members(node)) > 0]
+    lhs = [node]
+    rhs = [*lhs, *lock]
+
+
+class E3(Rule):
+    """How often a callback runs."""
+
+    page = Node(sym.CallbackPage)
+    node = Node(sym.NodeNet, execution="callbacks", of=ancestor(page, sym.NodeNet))
+
+    running = place("{page.id}.running", means=Meaning("{callback} runs", part="running"))
+
+    lhs = [page, node]
+    rhs = [*lhs, running]
+
+
+class E3Take(Rule):
+    """A subscriber's callback begins when a message is taken from the reader history."""
+
+    reader = Node(sym.SubscriberPort)
+    page = Node(sym.CallbackPage, of=Callback(reader.place))
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    queue = Made(R3.queue, of=reader)
+    threads = Made(E1.threads, of=node)
+    running = Made(E3.running, of=page)
+
+    beginning = Beginning(queue.leave, threads, running)
+
+    lhs = [reader, page, node, queue, threads, running]
+    rhs = [*lhs, *beginning]
+
+
+class E3Tick(Rule):
+    """A timer's callback begins with its first transition."""
+
+    page = Node(sym.CallbackPage)
+    begin = Node(pn.Transition, of=Beginnings(page))
+    end = Node(pn.Transition, of=Ends(page))
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    threads = Made(E1.threads, of=node)
+    running = Made(E3.running, of=page)
+
+    beginning = Beginning(begin, threads, running)
+
+    absent = [Absent(end, where=[end == begin])]
+    lhs = [page, begin, node, threads, running]
+    rhs = [*lhs, *beginning]
+
+
+class E3Serve(Rule):
+    """A server's callback begins when its instance takes a request."""
+
+    service = Node(sym.ServiceChannel)
+    instance = Index(upto=instances(service))
+    copy = Made(S4.page, of=[service, instance])
+    page = Node(sym.CallbackPage, of=copy)
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    t_call = Made(S2.t_call, of=[service, instance])
+    threads = Made(E1.threads, of=node)
+    running = Made(E3.running, of=page)
+
+    beginning = Beginning(t_call, threads, running)
+
+    lhs = [service, instance, copy, page, node, t_call, threads, running]
+    rhs = [*lhs, *beginning]
+
+
+class E3Once(Rule):
+    """A timer's callback of a single transition begins and ends at once."""
+
+    page = Node(sym.CallbackPage)
+    move = Node(pn.Transition, of=Beginnings(page))
+    end = Node(pn.Transition, of=Ends(page))
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    threads = Made(E1.threads, of=node)
+
+    needs_thread = read(threads, move)
+
+    where = [end == move]
+    lhs = [page, move, end, node, threads]
+    rhs = [*lhs, needs_thread]
+
+
+class E3OnceExclusive(Rule):
+    """Where it is in an exclusive group, none of that group may run."""
+
+    page = Node(sym.CallbackPage)
+    move = Node(pn.Transition, of=Beginnings(page))
+    end = Node(pn.Transition, of=Ends(page))
+    lock = Made(Lock, of=Group(page))
+
+    needs_lock = read(lock.lock, move)
+
+    where = [end == move]
+    lhs = [page, move, end, lock]
+    rhs = [*lhs, needs_lock]
+
+
+class E4(Rule):
+    """A callback ends with the transitions that nothing of it comes after."""
+
+    page = Node(sym.CallbackPage)
+    end = Node(pn.Transition, of=Ends(page))
+    begin = Node(pn.Transition, of=Beginnings(page))
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    threads = Made(E1.threads, of=node)
+    running = Made(E3.running, of=page)
+
+    ending = Ending(end, threads, running)
+
+    absent = [Absent(begin, where=[begin == end])]
+    lhs = [page, end, node, threads, running]
+    rhs = [*lhs, *ending]
+
+
+class E4Reply(Rule):
+    """A server's callback ends with its response."""
+
+    service = Node(sym.ServiceChannel)
+    instance = Index(upto=instances(service))
+    copy = Made(S4.page, of=[service, instance])
+    page = Node(sym.CallbackPage, of=copy)
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    t_return = Made(S2.t_return, of=[service, instance])
+    threads = Made(E1.threads, of=node)
+    running = Made(E3.running, of=page)
+
+    ending = Ending(t_return, threads, running)
+
+    lhs = [service, instance, copy, page, node, t_return, threads, running]
+    rhs = [*lhs, *ending]
+
+
+class E5(Rule):
+    """A response is taken between callbacks, by a thread that is free."""
+
+    client = Node(sym.ClientPort)
+    node = Node(sym.NodeNet, of=ancestor(client.response, sym.NodeNet))
+    t_res = Made(S1.t_res, of=client)
+    threads = Made(E1.threads, of=node)
+
+    needs_thread = read(threads, t_res)
+
+    where = [~BeginsCallback(client), ~Awaited(client)]
+    lhs = [client, node, t_res, threads]
+    rhs = [*lhs, needs_thread]
+
+
+class E5Exclusive(Rule):
+    """Where the client is in an exclusive group, while no callback of that group runs."""
+
+    client = Node(sym.ClientPort)
+    t_res = Made(S1.t_res, of=client)
+    lock = Made(Lock, of=Group(client))
+
+    needs_lock = read(lock.lock, t_res)
+
+    where = [~BeginsCallback(client)]
+    lhs = [client, t_res, lock]
+    rhs = [*lhs, needs_lock]
+
+
+class E6(Rule):
+    """A response that has a callback of its own begins it."""
+
+    client = Node(sym.ClientPort)
+    page = Node(sym.CallbackPage, of=Callback(client.response))
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    t_res = Made(S1.t_res, of=client)
+    threads = Made(E1.threads, of=node)
+    running = Made(E3.running, of=page)
+
+    beginning = Beginning(t_res, threads, running)
+
+    where = [BeginsCallback(client)]
+    lhs = [client, page, node, t_res, threads, running]
+    rhs = [*lhs, *beginning]
+
+
+class E6Exclusive(Rule):
+    """The client's exclusive group must be free, too, where that callback is in another one."""
+
+    client = Node(sym.ClientPort)
+    page = Node(sym.CallbackPage, of=Callback(client.response))
+    t_res = Made(S1.t_res, of=client)
+    lock = Made(Lock, of=Group(client))
+
+    needs_lock = read(lock.lock, t_res)
+
+    where = [BeginsCallback(client), Group(page) != Group(client)]
+    lhs = [client, page, t_res, lock]
+    rhs = [*lhs, needs_lock]
+
+
+class E7(Rule):
+    """How often a callback awaits a response."""
+
+    page = Node(sym.CallbackPage, awaits=True)
+    running = Made(E3.running, of=page)
+
+    awaiting = place("{page.id}.awaiting", means=Meaning("{callback} awaits a response", part="awaiting"))
+
+    lhs = [page, running]
+    rhs = [*lhs, awaiting]
+
+
+class E7Call(Rule):
+    """A callback that awaits gives its thread back when it asks, and takes one when it goes on."""
+
+    client = Node(sym.ClientPort)
+    page = Node(sym.CallbackPage, of=Callback(client.request))
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    t_req = Made(S1.t_req, of=client)
+    t_res = Made(S1.t_res, of=client)
+    threads = Made(E1.threads, of=node)
+    running = Made(E3.running, of=page)
+    awaiting = Made(E7.awaiting, of=page)
+
+    asks = [arc(running, t_req), arc(t_req, threads), arc(t_req, awaiting)]
+    goes_on = [arc(awaiting, t_res), arc(threads, t_res), arc(t_res, running)]
+
+    where = [Awaited(client)]
+    lhs = [client, page, node, t_req, t_res, threads, running, awaiting]
+    rhs = [*lhs, *asks, *goes_on]
+
+
+class E3Exclusive(Rule):
+    """A callback that begins takes the lock of its exclusive group."""
+
+    page = Node(sym.CallbackPage)
+    beginning = Made(Beginning, of=page)
+    lock = Made(Lock, of=Group(page))
+
+    takes = arc(lock.lock, beginning.move)
+
+    lhs = [page, beginning, lock]
+    rhs = [*lhs, takes]
+
+
+class E4Exclusive(Rule):
+    """A callback that ends gives it back."""
+
+    page = Node(sym.CallbackPage)
+    ending = Made(Ending, of=page)
+    lock = Made(Lock, of=Group(page))
+
+    gives = arc(ending.move, lock.lock)
+
+    lhs = [page, ending, lock]
+    rhs = [*lhs, gives]

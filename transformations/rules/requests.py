@@ -1,0 +1,317 @@
+"""Requests of ROS 2: the history of a service, and clients that give up (rules R5 to R7).
+
+A server keeps its last requests until it takes them, whoever sent them. Which one of them a full history
+forgets makes no difference: requests of different clients may arrive in any order, so that each of them can
+be the one that is lost (OMG, Data Distribution Service 1.4, 2015, Sect. 2.2.3.18).
+
+A client that gives up is ready at once; nobody tells the server. So what it asked still takes room in the
+history and an instance's time, as a late request of nobody, and its answer is dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.calls import gives_up, loses_requests
+from dineros.metamodel.records import Drop, Reply, Serve, Transfer
+from dineros.metamodel.records import GiveUp as GiveUpStep
+from dineros.transformations.language.creation import ForAll, Fragment, New, image
+from dineros.transformations.language.datatypes import TRUTH
+from dineros.transformations.language.errors import LANGUAGE
+from dineros.transformations.language.expressions import Expression, Match
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.notation import OverflowQueue, arc, place, transition
+from dineros.transformations.rules.services import S1, S2, S3, S4, instances
+
+LANGUAGE.add(__name__)
+
+HISTORY = "request history of service {service}"
+
+
+class LosesRequests(Expression):
+    """Whether more requests of a service may wait than its history keeps."""
+
+    datatype = TRUTH
+
+    def __init__(self, service: Node) -> None:
+        super().__init__(service)
+        self.service = service
+
+    def evaluate(self, match: Match) -> bool:
+        """Tell whether more may wait."""
+        return loses_requests(match[self.service])
+
+    def __str__(self) -> str:
+        return f"requests of {self.service} can be lost"
+
+
+class GivesUp(LosesRequests):
+    """Whether a client of a service has a time-out."""
+
+    def evaluate(self, match: Match) -> bool:
+        """Tell whether one has."""
+        return gives_up(match[self.service])
+
+    def __str__(self) -> str:
+        return f"a client of {self.service} has a time-out"
+
+
+class RequestQueue(OverflowQueue):
+    """Where the requests of one client enter the history of its service, or are lost; calls take them out.
+
+    Parameters
+    ----------
+    id : str
+        Prefix of the ids of its transitions; may hold placeholders.
+    source : Expression
+        The place of requests that arrive.
+    load, capacity : Expression
+        The places of the history.
+    kept, lost : Expression
+        The places of requests that have entered, and of those that have not.
+    """
+
+    roles: Mapping[str, type[EObject]] = {
+        role: kind for role, kind in OverflowQueue.roles.items() if role != "leave"
+    }
+
+    def __init__(
+        self,
+        id: str,
+        *,
+        source: Expression,
+        load: Expression,
+        capacity: Expression,
+        kept: Expression,
+        lost: Expression,
+    ) -> None:
+        Fragment.__init__(self, load=load, capacity=capacity)
+        enters = Meaning(
+            "{queue} takes the request of {client}",
+            step=Transfer,
+            queue="request",
+            called=HISTORY,
+            part="enter",
+        )
+        drops = Meaning(
+            "a request is lost: {client} of service {service} {waits}",
+            on_server_page="a request to service {service} is lost: {client} {waits}",
+            step=Drop,
+            queue="request",
+            called=HISTORY,
+            part="drop",
+        )
+        self.enter = transition(f"{id}.in", means=enters)
+        self.drop = transition(f"{id}.drop", means=drops)
+        self.arcs = [
+            arc(source, self.enter),
+            arc(capacity, self.enter),
+            arc(self.enter, load),
+            arc(self.enter, kept),
+            arc(source, self.drop),
+            arc(self.drop, lost),
+        ]
+
+
+class R5(Rule):
+    """Request history of each service that can lose requests."""
+
+    service = Node(sym.ServiceChannel)
+
+    load = place(
+        "{service.id}.requests.Load",
+        means=Meaning("{queue}: load", queue="request", called=HISTORY, part="load"),
+    )
+    capacity = place(
+        "{service.id}.requests.Capacity",
+        tokens=service.depth,
+        means=Meaning("{queue}: free capacity", queue="request", called=HISTORY, part="capacity", rests=True),
+    )
+
+    where = [LosesRequests(service)]
+    lhs = [service]
+    rhs = [*lhs, load, capacity]
+
+
+class R5Client(Rule):
+    """A client's requests go through the history; each call that takes one makes room."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    load = Made(R5.load, of=service)
+    capacity = Made(R5.capacity, of=service)
+    t_req = Made(S1.t_req, of=client)
+    requests = Made(S1.requests, of=client)
+    past = Node(pn.Arc, source=t_req, target=requests)
+
+    sent = place(
+        "{service.id}.client.{client.client}.sent",
+        means=Meaning(
+            "request of {client} of service {service} arriving",
+            on_server_page="request of {client} to service {service} arriving",
+        ),
+    )
+    lost = place(
+        "{service.id}.client.{client.client}.lost",
+        means=Meaning(
+            "lost request of {client} of service {service}",
+            on_server_page="lost request of {client} to service {service}",
+        ),
+    )
+    through = arc(t_req, sent)
+    queue = RequestQueue(
+        "{service.id}.client.{client.client}",
+        source=sent,
+        load=load,
+        capacity=capacity,
+        kept=requests,
+        lost=lost,
+    )
+    t_call = Made(S2.t_call, of=client)
+    room = ForAll([t_call], make=[arc(load, t_call), arc(t_call, capacity)])
+
+    lhs = [service, client, load, capacity, t_req, requests, past]
+    rhs = [service, client, load, capacity, t_req, requests, sent, lost, through, *queue, room]
+
+
+class R6(Rule):
+    """Late requests of a service: those in its history whose clients have given up."""
+
+    service = Node(sym.ServiceChannel)
+
+    late = place(
+        "{service.id}.late.requests",
+        means=Meaning("request of a client of service {service} that has given up"),
+    )
+
+    where = [GivesUp(service)]
+    lhs = [service]
+    rhs = [*lhs, late]
+
+
+class R6Instance(Rule):
+    """Each instance may serve a late request; nobody gets its answer."""
+
+    service = Node(sym.ServiceChannel)
+    instance = Index(upto=instances(service))
+    late = Made(R6.late, of=service)
+    load = Made(R5.load, of=service)
+    capacity = Made(R5.capacity, of=service)
+    active = Made(S3.active, of=[service, instance])
+    inactive = Made(S3.inactive, of=[service, instance])
+    page = Made(S4.page, of=[service, instance])
+    entry = Node(pn.Place, of=image(service.server.entry, page))
+    exit = Node(pn.Place, of=image(service.server.exit, page))
+
+    in_use = place(
+        "{service.id}.late.inUse[{instance}]",
+        means=Meaning("instance {instance} of service {service} works for a client that has given up"),
+    )
+    t_call = transition(
+        "{service.id}.late.call[{instance}]",
+        means=Meaning(
+            "instance {instance} of service {service} takes the request of a client that has given up",
+            step=Serve,
+        ),
+    )
+    t_return = transition(
+        "{service.id}.late.return[{instance}]",
+        means=Meaning(
+            "instance {instance} of service {service} answers a client that has given up", step=Reply
+        ),
+    )
+    arcs = [
+        arc(late, t_call),
+        arc(load, t_call),
+        arc(t_call, capacity),
+        arc(inactive, t_call),
+        arc(t_call, entry),
+        arc(t_call, active),
+        arc(t_call, in_use),
+        arc(exit, t_return),
+        arc(active, t_return),
+        arc(in_use, t_return),
+        arc(t_return, inactive),
+    ]
+
+    lhs = [service, instance, late, load, capacity, active, inactive, page, entry, exit]
+    rhs = [*lhs, in_use, t_call, t_return, *arcs]
+
+
+class GiveUp(Fragment):
+    """A client gives a call up and is ready for the next one.
+
+    Parameters
+    ----------
+    id : str
+        Of its transition; may hold placeholders.
+    call : Expression
+        The place of the call.
+    ready : Expression
+        The place of the client's readiness.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"give_up": pn.Transition}
+    give_up: New
+
+    def __init__(self, id: str, call: Expression, ready: Expression) -> None:
+        super().__init__()
+        words = "{client} gives up waiting for service {service}"
+        self.give_up = transition(id, means=Meaning(words, step=GiveUpStep))
+        self.arcs = [arc(call, self.give_up), arc(self.give_up, ready)]
+
+
+class R7(Rule):
+    """A client with a time-out gives up what waits for the server, is lost, or is answered and on its way."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    ready = Made(S1.ready, of=client)
+    requests = Made(S1.requests, of=client)
+    responses = Made(S1.responses, of=client)
+    lost = Made(R5Client.lost, of=client)
+    late = Made(R6.late, of=service)
+
+    waiting = GiveUp("{service.id}.client.{client.client}.giveUp.requests", requests, ready)
+    forgotten = GiveUp("{service.id}.client.{client.client}.giveUp.lost", lost, ready)
+    answered = GiveUp("{service.id}.client.{client.client}.giveUp.responses", responses, ready)
+    goes_on = arc(waiting.give_up, late)
+
+    where = [client.timeout > 0]
+    lhs = [service, client, ready, requests, responses, lost, late]
+    rhs = [*lhs, *waiting, *forgotten, *answered, goes_on]
+
+
+class R7Instance(Rule):
+    """A client with a time-out gives up while an instance works for it, which goes on for nobody."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    instance = Index(upto=instances(service))
+    ready = Made(S1.ready, of=client)
+    in_use = Made(S2.in_use, of=[client, instance])
+    late = Made(R6Instance.in_use, of=[service, instance])
+
+    served = GiveUp("{service.id}.client.{client.client}.giveUp.inUse[{instance}]", in_use, ready)
+    goes_on = arc(served.give_up, late)
+
+    where = [client.timeout > 0]
+    lhs = [service, client, instance, ready, in_use, late]
+    rhs = [*lhs, *served, goes_on]
+
+
+class R7Place(Rule):
+    """A client that gives up tells the node, where it names a place for that."""
+
+    client = Node(sym.ClientPort)
+    told = Node(pn.Place, of=client.timedOut)
+    given = Made(GiveUp, of=client)
+
+    tells = arc(given.give_up, told)
+
+    lhs = [client, told, given]
+    rhs = [*lhs, tells]

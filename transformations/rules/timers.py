@@ -1,0 +1,31 @@
+"""Timers of ROS 2 (rule C1): one that is due waits for its callback, and ticks that are missed are gone."""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.transformations.language.creation import ForAll
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.callbacks import Beginnings
+from dineros.transformations.rules.notation import arc, place, transition
+
+
+class C1(Rule):
+    """A timer is due from its tick on until its callback begins."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    begin = Node(pn.Transition, of=Beginnings(page))
+
+    idle = place(
+        "{page.id}.idle",
+        tokens=1,
+        means=Meaning("the timer of {callback} is not due", part="idle", rests=True),
+    )
+    due = place("{page.id}.due", means=Meaning("the timer of {callback} is due", part="due"))
+    tick = transition("{page.id}.tick", means=Meaning("the timer of {callback} ticks", part="tick"))
+    arcs = [arc(idle, tick), arc(tick, due)]
+    begins = ForAll([begin], make=[arc(due, begin), arc(begin, idle)])
+
+    lhs = [page]
+    rhs = [*lhs, idle, due, tick, *arcs, begins]
