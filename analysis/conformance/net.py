@@ -318,6 +318,7 @@ class ConformanceNet:
         for queue in self._queues[channel]:
             made = self._queue(queue, queue.entrances[0])
             if queue.kind == "subscriber":
+                assert queue.leave is not None, "it is of a topic"
                 role = self.roles[queue.leave]
                 subscribers[role.place or ""] = made
                 nodes[role.place or ""] = role.node or ""
