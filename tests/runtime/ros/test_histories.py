@@ -73,3 +73,12 @@ def test_a_flooded_reader_that_pauses(ros: Ros, reliability: str, executor: str,
     after = taken(ros)
     assert after[0] == before[0]
     assert min(after[1:]) > LETTERS - READER - WRITER  # nobody knows what else was under way
+    lost = sum(record["count"] for record in ros.records("house", "drop"))
+    assert lost == sum(later - earlier - 1 for earlier, later in pairwise([0, *after])) > 0
+    traces = {n: partial(read_trace, files) for n, files in traces_of_runs([ros.folder / "journal"]).items()}
+    verdict = conform(model, traces)
+    assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
+
+
+def taken(ros: Ros) -> list[int]:
+    return [int(record["message"].rpartition("/")[2]) for record in ros.records("house", "take")]
