@@ -175,12 +175,13 @@ class Sheet:
                 for t in condition.transitions
             ):
                 found[atom] = False
-        for atom in found:
-            condition = self.conditions[atom]
+        for part in found:
+            assert isinstance(part, Atom)
+            condition = self.conditions[part]
             places = condition.factors if isinstance(condition, Linear) else self._inputs(condition)
             known = [(place, bound) for place in places if (bound := bounds[place]) is not None]
             cases = [Weighting.of_bound(place, bound.value, bound.weights) for place, bound in known]
-            self.evidence[atom] = Excluded(tuple(cases))
+            self.evidence[part] = Excluded(tuple(cases))
         return found
 
     def _inputs(self, condition: Condition) -> list[int]:
