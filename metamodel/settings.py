@@ -3,13 +3,12 @@
 ==========================================  =========================================================
 ``RedObjects.tokens=2``                     an attribute of the element with that id, or unique name
 ``LeftCell.publisher.SortRed.limit=5``      a port of a channel, by its place (also ``subscriber``)
-``Pick.client.left.timeout=2.5``            a client of a service, by its id
 ``LeftCell.dispatcher.controller.limit=8``  what a node net buffers of a topic; made where it is absent
 ``LeftCell.qos.reliability=bestEffort``     quality of service; made where it is absent
 ``LeftCell.publisher.SortRed.qos.deadline=1``  that of a port; made as its topic's where it is absent
 ``middleware=ros2``                         the rules that flatten a system model
 ``OnTimer.group=calls``                     the callback group of a callback page; made where it is absent
-``Pick.client.left.group=calls``            that of a client of a service, by the client's name
+``Pick.client.left.timeout=2.5``            a client of a service, by its name; its group is set alike
 ``Move.interval.latest=2.5``                firing time of a transition; made where it is absent
 ``SortingToken.field.color.default="red"``  a field of a token type, by its name
 ``TStop.clause=Danger & !RobotIsIdle``      the input clause of a transition; no text removes it

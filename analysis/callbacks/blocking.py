@@ -65,8 +65,8 @@ def blocked(
     """
     sets = SymbolicSets(space, BoundAtoms(subject.net, Constant(True), subject.names), budget)
     known: set[Circle] = set()
-    for begun, callback in waiting.begun():
-        ended = _without(sets, begun)
+    for callback in waiting.callbacks.values():
+        ended = _without(sets, callback.places)
         doomed = sets.complement(sets.some_until(sets.everything, ended))
         is_alone = bool(doomed)
         for marking, trace in _parts(sets, doomed):
@@ -74,10 +74,10 @@ def blocked(
             is_alone &= circle is None
             if circle is not None and circle not in known:
                 known.add(circle)
-                yield Blocked(callback, circle, trace)
+                yield Blocked(callback.waiter, circle, trace)
         if is_alone:
             marking, trace = next(_parts(sets, doomed))
-            yield Blocked(callback, None, trace)
+            yield Blocked(callback.waiter, None, trace)
 
 
 def _without(sets: SymbolicSets, places: tuple[int, ...]) -> int:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
@@ -42,11 +42,14 @@ class Waiter:
         The same in the words of the model.
     element : str
         Id of the callback page, service, callback group or node net.
+    model : EObject
+        The callback page, client or callback group; of a thread and a default group the node net.
     """
 
     kind: Kind
     text: str
     element: str
+    model: EObject = field(compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -84,8 +87,20 @@ class Circle:
 
 
 @dataclass
-class _Callback:
-    """A callback page of a node, or a server instance's copy of it."""
+class Callback:
+    """A callback page of a node, or a server instance's copy of it.
+
+    Attributes
+    ----------
+    waiter : Waiter
+        It, as one that waits.
+    page : sym.CallbackPage
+        Its page.
+    index : int or None
+        Number of the server instance.
+    running, awaiting : int
+        Places of how often it runs, and how often it awaits a response.
+    """
 
     waiter: Waiter
     page: sym.CallbackPage
@@ -99,6 +114,7 @@ class _Callback:
         return (self.running,) if self.awaiting is None else (self.running, self.awaiting)
 
     def has_begun(self, marking: Marking) -> bool:
+        """Tell whether it has begun and not ended."""
         return _any(self.places, marking)
 
 
@@ -122,12 +138,17 @@ class Waiting:
     ----------
     subject : Subject
         What is analysed.
+
+    Attributes
+    ----------
+    callbacks : dict of (page, instance) to Callback
+        All callbacks of nodes that run callbacks.
     """
 
     def __init__(self, subject: Subject) -> None:
         self._subject = subject
         self._net = subject.net
-        self.callbacks: dict[tuple[EObject, int | None], _Callback] = {}
+        self.callbacks: dict[tuple[EObject, int | None], Callback] = {}
         self._resources: dict[int, Waiter] = {}
         for link in subject.links():
             part = "" if link.meaning is None else link.meaning.part
@@ -135,18 +156,13 @@ class Waiting:
                 self._resources[subject.place_index[link.target.id]] = _resource(link, part)
             elif part == "running":
                 page = source_of(link, sym.CallbackPage)
-                waiter = Waiter("callback", _callback_words(page, link.index), page.id)
+                waiter = Waiter("callback", _callback_words(page, link.index), page.id, page)
                 place = subject.place_index[link.target.id]
-                self.callbacks[page, link.index] = _Callback(waiter, page, link.index, place)
+                self.callbacks[page, link.index] = Callback(waiter, page, link.index, place)
         for link in subject.links():
             if link.meaning is not None and link.meaning.part == "awaiting":
                 page = source_of(link, sym.CallbackPage)
                 self.callbacks[page, link.index].awaiting = subject.place_index[link.target.id]
-
-    def begun(self) -> Iterator[tuple[tuple[int, ...], Waiter]]:
-        """Yield each callback, and the places of which one is marked from its beginning to its end."""
-        for callback in self.callbacks.values():
-            yield callback.places, callback.waiter
 
     def circle(self, marking: Marking) -> Circle | None:
         """Return some that wait for each other in a marking, a shortest circle; None where there is none."""
@@ -187,10 +203,15 @@ class Waiting:
             if marking[resource] == 0:
                 yield from ((waiter, holder.waiter) for holder in self._holders(resource, marking))
 
-    def _waits_of(self, callback: _Callback, marking: Marking) -> Iterator[tuple[Waiter, Waiter]]:
+    def _waits_of(self, callback: Callback, marking: Marking) -> Iterator[tuple[Waiter, Waiter]]:
         requests = self._awaited[callback.page]
         for (client, index), call in self._calls.items():
-            if client.request in requests and index == callback.index and _any(call.under_way, marking):
+            if (
+                client.timeout is None
+                and client.request in requests
+                and index == callback.index
+                and _any(call.under_way, marking)
+            ):
                 yield callback.waiter, call.waiter
         begins = self._begins(callback)
         for transition in self._inside[callback.page, callback.index]:
@@ -223,7 +244,7 @@ class Waiting:
             if server is not None and server.has_begun(marking):
                 yield call.waiter, server.waiter
 
-    def _begins(self, callback: _Callback) -> list[int]:
+    def _begins(self, callback: Callback) -> list[int]:
         """Return the transitions by which a callback begins, and ends at once where it is a single one."""
         once = [
             transition
@@ -240,7 +261,7 @@ class Waiting:
     def _missing(self, transition: int, marking: Marking) -> set[int]:
         return {place for place, weight in self._net.pre.row(transition) if marking[place] < weight}
 
-    def _holders(self, resource: int, marking: Marking) -> list[_Callback]:
+    def _holders(self, resource: int, marking: Marking) -> list[Callback]:
         """Return the callbacks that have a thread, or a group."""
         is_thread = self._resources[resource].kind == "thread"
         return [
@@ -317,7 +338,7 @@ class Waiting:
         service = source_of(links[0], sym.ServiceChannel)
         text = f"the response of service {service.service} to {client_words(links[0])}"
         return _Call(
-            Waiter("response", text, service.id),
+            Waiter("response", text, service.id, client),
             client,
             index,
             list(moves[Response].values()),
@@ -339,10 +360,10 @@ def _resource(link: Link, part: str) -> Waiter:
     if part == "threads":
         threads = threads_of(node)
         one = "the thread" if threads == 1 else f"one of the {threads} threads"
-        return Waiter("thread", f"{one} {of}", node.id)
+        return Waiter("thread", f"{one} {of}", node.id, node)
     if isinstance(owner, sym.CallbackGroup):
-        return Waiter("group", f"callback group {owner.name or owner.id} {of}", owner.id)
-    return Waiter("group", f"the default callback group {of}", node.id)
+        return Waiter("group", f"callback group {owner.name or owner.id} {of}", owner.id, owner)
+    return Waiter("group", f"the default callback group {of}", node.id, node)
 
 
 def _callback_words(page: sym.CallbackPage, index: int | None) -> str:

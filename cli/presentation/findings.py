@@ -1,4 +1,4 @@
-"""What a check found, and what capacities queues need: as text, as JSON, for CI; and witnesses as files."""
+"""What a check found: as text, as JSON, for CI; and witnesses as files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from dineros.cli.models import rules_of
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
-    from dineros.analysis.questions.capacities import Capacity
     from dineros.analysis.witnesses.findings import Report
     from dineros.metamodel import pn
 
@@ -64,37 +63,3 @@ def _print_text(report: Report, model: Path, witnesses: bool) -> None:
     faults = sum(finding.severity != "note" for finding in report.findings)
     counts = f"{faults} found, {len(report.proved)} proved, {len(report.unknown)} unknown"
     summarise(f"{model}: {counts}")
-
-
-def say_capacities(
-    found: Sequence[Capacity], model: Path, as_json: bool, witnesses: bool, ending: str = ""
-) -> None:
-    """Print what capacity each queue has, and what it needs; and why there are no more of them, if so."""
-    if as_json:
-        rows = [
-            {
-                "elements": list(capacity.queue.elements),
-                "queue": str(capacity.queue),
-                "limit": capacity.limit,
-                "needed": capacity.needed,
-                "reason": capacity.reason,
-                "grows": capacity.grows,
-                "fix": capacity.fix,
-                "witness": capacity.witness.to_dict() if capacity.witness else None,
-            }
-            for capacity in found
-        ]
-        report = {"model": str(model), "capacities": rows}
-        say_json({**report, "unknown": [f"all other queues: {ending}"]} if ending else report)
-    else:
-        for capacity in found:
-            needed = f"needs {capacity.needed}"
-            if capacity.needed is None:
-                needed = f"{'none' if capacity.grows else 'unknown'}: {capacity.reason}"
-            fix = f"; bounded with {capacity.fix}" if capacity.fix else ""
-            say(f"{capacity.queue}: has {capacity.limit}, {needed}{fix}")
-            if witnesses and capacity.witness:
-                say_witness(capacity.witness)
-        if ending:
-            say(f"unknown: all other queues: {ending}", "magenta")
-        summarise(f"{model}: {counted(len(found), 'queue')}")

@@ -70,6 +70,7 @@ FOLDERS = {
         "properties",
         "callbacks",
         "questions",
+        "suggestions",
         "evidence",
         "conformance",
         "sweeps",

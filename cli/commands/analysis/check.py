@@ -25,8 +25,9 @@ from dineros.cli.presentation.evidence import (
     report_confirmed,
     say_confirmation,
 )
-from dineros.cli.presentation.findings import print_report, say_capacities, write_witnesses
+from dineros.cli.presentation.findings import print_report, write_witnesses
 from dineros.cli.presentation.scheduling import check_on_workers, scheduler_option
+from dineros.cli.presentation.suggestions import say_callback_groups, say_capacities
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     "dineros check sorting.sym.xmi",
     "dineros check sorting.sym.xmi --set RedObjects.tokens=2 --format junit > findings.xml",
     "dineros check sorting.sym.xmi --suggest-capacities",
+    "dineros check robot.sym.xmi --suggest-callback-groups",
     "dineros check sorting.sym.xmi -o report.html",
 )
 @model_argument()
@@ -55,6 +57,11 @@ if TYPE_CHECKING:
     "--suggest-capacities",
     is_flag=True,
     help="Instead, for each queue, the smallest capacity that loses no message.",
+)
+@click.option(
+    "--suggest-callback-groups",
+    is_flag=True,
+    help="Instead, the smallest change of groups and threads after which no callback waits for ever.",
 )
 @click.option(
     "--behaviour",
@@ -86,6 +93,7 @@ def check(
     model: Path,
     format: str,
     suggest_capacities: bool,
+    suggest_callback_groups: bool,
     behaviour: bool,
     witnesses: bool,
     output: Path | None,
@@ -108,16 +116,17 @@ def check(
     from dineros.analysis.witnesses.findings import Report, Unknown
 
     format = "json" if as_json else format
-    if suggest_capacities and format not in ("text", "json"):
-        raise click.UsageError(f"capacities are no findings: there is no --format {format} of them")
-    if suggest_capacities and (output or certificate) is not None:
-        option = "-o" if output is not None else "--certificate"
-        raise click.UsageError(f"capacities are no findings: {option} does not go with --suggest-capacities")
-    if scheduler is not None and suggest_capacities:
-        raise click.UsageError("--scheduler does not go with --suggest-capacities")
+    suggests = "--suggest-capacities" if suggest_capacities else "--suggest-callback-groups"
+    if suggest_capacities or suggest_callback_groups:
+        written = "-o" if output is not None else "--certificate" if certificate is not None else None
+        _refuse_beside(suggests, suggest_capacities and suggest_callback_groups, format, written)
+    if scheduler is not None and (suggest_capacities or suggest_callback_groups):
+        raise click.UsageError(f"--scheduler does not go with {suggests}")
     if certificate is not None:
         refuse_certificates(certificate, also_folder=True)
     net = load_valid(model, settings)
+    if suggest_callback_groups:
+        return _suggest_groups(net, model, format == "json", witnesses)
     if suggest_capacities:
         return _suggest(net, model, format == "json", witnesses)
     run, report = search(), Report()
@@ -169,10 +178,51 @@ def check(
     return status
 
 
+def _refuse_beside(option: str, are_both: bool, format: str, written: str | None) -> None:
+    if are_both:
+        raise click.UsageError("--suggest-capacities does not go with --suggest-callback-groups")
+    what = "capacities" if option == "--suggest-capacities" else "changes"
+    if format not in ("text", "json"):
+        raise click.UsageError(f"{what} are no findings: there is no --format {format} of them")
+    if written is not None:
+        raise click.UsageError(f"{what} are no findings: {written} does not go with {option}")
+
+
 def _status(report: Report) -> int:
     if any(finding.severity != "note" for finding in report.findings):
         return VIOLATED
     return UNKNOWN if any(unknown.may_be_fault for unknown in report.unknown) else HOLDS
+
+
+def _suggest_groups(net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> int:
+    from dineros.analysis.suggestions.callback_groups import Suggestion, suggest_callback_groups
+    from dineros.metamodel import sym
+    from dineros.metamodel.callbacks.groups import runs_callbacks
+    from dineros.metamodel.elements import node_nets
+    from dineros.metamodel.errors import DinerosError, Location
+
+    if not isinstance(net, sym.SystemModel):
+        raise DinerosError("has no callbacks: it is no system model", location=Location(model))
+    if net.middleware != sym.Middleware.ros2 or not any(map(runs_callbacks, node_nets(net))):
+        raise DinerosError(
+            "no node net runs callbacks under the rules of ros2",
+            location=Location(model),
+            hint="set execution=callbacks for node nets that are written by hand, and middleware=ros2",
+        )
+    run, suggestion = search(), Suggestion()
+
+    def so_far(ending: str) -> int:
+        suggestion.reason = ending
+        say_callback_groups(suggestion, net, model, as_json, witnesses)
+        return UNKNOWN
+
+    run.draft(so_far)
+    suggest_callback_groups(net, run.budget(), suggestion)
+    with run.answer():
+        say_callback_groups(suggestion, net, model, as_json, witnesses)
+    if suggestion.is_found and not suggestion.changes:
+        return HOLDS
+    return VIOLATED if suggestion.is_found or suggestion.is_proved else UNKNOWN
 
 
 def _suggest(net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> int:

@@ -10,6 +10,7 @@ import pytest
 from dineros.metamodel.files import save
 from docs.examples.callbacks.models import battery
 from tests.cli.conftest import Run
+from tests.support.commands import is_one_line_of_wrong_use
 
 TWO_THREADS = ("--set", "monitor.executor=multi", "--set", "monitor.threads=2")
 CIRCLE = [
@@ -56,3 +57,52 @@ def test_no_circle_with_a_group_for_the_client(run: Run, path: Path) -> None:
     result = run("check", path, *TWO_THREADS, "--set", "Level.client.monitor.group=calls", "-v")
     assert result.exit_code == 0
     assert "proved: every callback that has begun can end\n" in result.stderr
+
+
+def test_the_smallest_change(run: Run, path: Path) -> None:
+    result = run("check", path, "--suggest-callback-groups")
+    own = "--set Level.client.monitor.group=Level_monitor_group"
+    threads = "--set monitor.executor=multi --set monitor.threads=2"
+    assert result.exit_code == 1
+    assert result.stdout.splitlines()[1:] == [
+        f"change: client monitor of service level in a callback group of its own: {own}",
+        f"change: 2 threads for node net monitor: {threads}",
+        "proved: no callback waits for ever, and no queue overflows that did not before; "
+        "no smaller change is enough",
+        f"{path}: 2 changes, 3 models checked",
+    ]
+    report = json.loads(run("check", path, "--suggest-callback-groups", "--json").stdout)
+    assert (report["found"], report["proved"], report["checked"], report["reason"]) == (True, True, 3, "")
+    assert report["mends"][0]["circle"][0] == CIRCLE[0]
+    made = [
+        part for change in report["changes"] for setting in change["settings"] for part in ("--set", setting)
+    ]
+    assert made == f"{own} {threads}".split()
+    again = run("check", path, "--suggest-callback-groups", *made)
+    assert (again.exit_code, again.stdout.splitlines()[0]) == (0, "proved: no callback waits for ever")
+    assert run("check", path, *made).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        (["--format", "sarif"], "changes are no findings: there is no --format sarif"),
+        (["-o", "out.html"], "-o does not go with --suggest-callback-groups"),
+        (["--suggest-capacities"], "--suggest-capacities does not go with --suggest-callback-groups"),
+    ],
+)
+def test_changes_that_cannot_be_asked_for(run: Run, path: Path, options: list[str], text: str) -> None:
+    assert is_one_line_of_wrong_use(run("check", path, "--suggest-callback-groups", *options), text)
+
+
+def test_only_nodes_that_run_callbacks(run: Run, path: Path) -> None:
+    nodes = ("--set", "monitor.execution=net", "--set", "battery.execution=net")
+    result = run("check", path, "--suggest-callback-groups", *nodes)
+    assert result.exit_code == 2
+    assert "no node net runs callbacks under the rules of ros2" in result.stderr.splitlines()[-1]
+
+
+def test_out_of_time_says_so(run: Run, path: Path) -> None:
+    result = run("check", path, "--suggest-callback-groups", "--timeout", "1e-6")
+    assert result.exit_code == 3
+    assert "time ran out" in result.stdout + result.stderr

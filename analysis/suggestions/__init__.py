@@ -1,0 +1,1 @@
+"""What to change in a model so that a fault is gone, with a proof that it is."""

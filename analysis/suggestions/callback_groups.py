@@ -1,0 +1,181 @@
+"""The smallest change of callback groups and threads after which no callback waits for ever.
+
+Changes are tried in the order of their number. Where a model with some changes still has a circle, only such
+changes are added as may break it: to leave an exclusive group, to make it reentrant and to have more threads
+take nothing away that could happen before, so that without one of those the circle stays; a callback that
+leaves a reentrant group for an exclusive one of its own can only end a run in which it begins. Whatever
+mends the model is therefore found this way, and the smallest first (R. Reiter, *A theory of diagnosis from
+first principles*, Artificial Intelligence 32(1), 1987: hitting sets).
+
+Each model is checked as `check` does: what is suggested is proved.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import count
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.callbacks.waiting import Waiting
+from dineros.analysis.nets.witness import replay
+from dineros.analysis.questions.check import Boundedness, Callbacks, Deadlock, Overflow, check
+from dineros.analysis.suggestions.changes import Changes, against_circle, against_run
+from dineros.analysis.witnesses.findings import Finding, Report
+from dineros.metamodel import sym
+from dineros.metamodel.constraints import validate
+from dineros.metamodel.settings import apply
+from dineros.transformations.language.copying import deep_copy
+
+MOST_CHANGES = 8
+"""Changes together, beyond which the search gives up."""
+
+QUESTIONS = (Boundedness(), Overflow(), Deadlock(), Callbacks())
+WAITS = frozenset({Callbacks.CIRCLE.rule, Callbacks.ENDLESS.rule})
+
+
+@dataclass
+class Suggestion:
+    """What to change.
+
+    Attributes
+    ----------
+    faults : list of Finding
+        What is to be mended: callbacks that can wait for ever.
+    changes : list of (str, tuple of str)
+        Each change in words, and as settings of the model.
+    is_found : bool
+        Whether the changes mend all of it; without faults there are none.
+    is_proved : bool
+        Whether it is proved that no smaller change does; where nothing is found, that none does.
+    tried : int
+        How many models were checked.
+    proved : list of str
+        What is proved of the model with the changes.
+    reason : str
+        Why nothing is found, or why it is not proved that there is nothing smaller.
+    """
+
+    faults: list[Finding] = field(default_factory=list)
+    changes: list[tuple[str, tuple[str, ...]]] = field(default_factory=list)
+    is_found: bool = False
+    is_proved: bool = False
+    tried: int = 0
+    proved: list[str] = field(default_factory=list)
+    reason: str = "not yet searched"
+
+
+def suggest_callback_groups(
+    model: sym.SystemModel, budget: Budget = UNLIMITED, suggestion: Suggestion | None = None
+) -> Suggestion:
+    """Return the smallest change after which no callback waits for ever and no more queues overflow.
+
+    Callbacks and clients may get callback groups of their own, groups may become reentrant, and executors
+    may get more threads; what the callbacks do stays as it is.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model; it is not changed.
+    budget : Budget, optional
+        Of all searches together; its memory is that of each.
+    suggestion : Suggestion, optional
+        Where to put the answer as it comes, for those who want it after an interruption.
+    """
+    suggestion = Suggestion() if suggestion is None else suggestion
+    search = _Search(model, budget.begun(), suggestion)
+    try:
+        search.run()
+    except BudgetExceededError as limit:
+        suggestion.reason = str(limit)
+    return suggestion
+
+
+class _Search:
+    """A search through changes, the fewest first."""
+
+    def __init__(self, model: sym.SystemModel, budget: Budget, suggestion: Suggestion) -> None:
+        self._model = model
+        self._budget = budget
+        self._suggestion = suggestion
+        self._lost: set[tuple[str, ...]] = set()
+        """Elements of the queues that overflow in the model as it is."""
+        self._open = ""
+        """Why some model that was tried is not decided."""
+
+    def run(self) -> None:
+        """Find the changes."""
+        suggestion, order, known = self._suggestion, count(), {Changes()}
+        queue = [(Changes().cost, next(order), Changes())]
+        while queue:
+            (size, *_), _, changes = heapq.heappop(queue)
+            if size > MOST_CHANGES:
+                suggestion.reason = f"no {MOST_CHANGES} changes are enough, and more were not tried"
+                return
+            self._budget.stage(f"{size} changes, {suggestion.tried} models")
+            self._budget.check_time()
+            made = self._changed(changes)
+            if made is None:
+                continue
+            report = check(made, self._budget, questions=QUESTIONS)
+            suggestion.tried += 1
+            faults = self._faults(report, is_first=not changes.cost[0])
+            if not faults and not report.unknown:
+                self._found(changes, report)
+                return
+            if not faults:
+                self._open = self._open or str(report.unknown[0])
+                continue
+            for more in self._added(changes, faults[0]):
+                if more not in known:
+                    known.add(more)
+                    heapq.heappush(queue, (more.cost, next(order), more))
+        suggestion.is_proved = not self._open
+        suggestion.reason = self._open or "no change of callback groups and threads is enough"
+
+    def _found(self, changes: Changes, report: Report) -> None:
+        suggestion = self._suggestion
+        suggestion.changes = list(changes.steps(self._model))
+        suggestion.proved = report.proved
+        suggestion.is_found, suggestion.is_proved = True, not self._open
+        suggestion.reason = self._open
+
+    def _changed(self, changes: Changes) -> sym.SystemModel | None:
+        """Return the model with some changes; None where it would not be valid any more."""
+        copied, _ = deep_copy(self._model)
+        assert isinstance(copied, sym.SystemModel)
+        for _, settings in changes.steps(self._model):
+            for setting in settings:
+                apply(copied, setting)
+        if changes.cost[0] and any(found.severity == "error" for found in validate(copied)):
+            return None
+        return copied
+
+    def _faults(self, report: Report, is_first: bool) -> list[Finding]:
+        """Return what must not be: callbacks that wait for ever, and losses that were not there before."""
+        waits = [finding for finding in report.findings if finding.rule in WAITS]
+        losses = [finding for finding in report.findings if finding.rule == Overflow.LOSES.rule]
+        if is_first:
+            self._suggestion.faults = waits
+            self._lost = {finding.elements for finding in losses}
+            if report.unknown and not waits:
+                self._suggestion.reason = str(report.unknown[0])
+        return [*waits, *(finding for finding in losses if finding.elements not in self._lost)]
+
+    @staticmethod
+    def _added(changes: Changes, fault: Finding) -> Iterator[Changes]:
+        """Yield these changes with one more that may mend a fault."""
+        witness = fault.witness
+        if witness is None or witness.subject is None:
+            return
+        subject = witness.subject
+        waiting = Waiting(subject)
+        trace = [subject.transition_index[step.transition] for step in witness.steps]
+        markings = replay(subject.net, trace)
+        circle = waiting.circle(markings[-1])
+        if circle is not None:
+            yield from against_circle(changes, circle)
+        callbacks = waiting.callbacks.values()
+        begun = {each.page: None for each in callbacks if any(map(each.has_begun, markings))}
+        yield from against_run(changes, begun)
