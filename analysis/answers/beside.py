@@ -43,6 +43,10 @@ def first_of_two(
         return _Pair(first, others, budget.begun(), is_final, stack).run()
 
 
+LOOK_SECONDS = 0.02
+"""Between two looks at whether those beside know."""
+
+
 class _Pair(Generic[Answer]):
     """The first engine here, the others beside it once they have begun."""
 
@@ -59,6 +63,7 @@ class _Pair(Generic[Answer]):
         self._part = 1 / (1 + len(others))
         self._until = time.process_time() + turns.SHARE
         self._beside: Apart | None = None
+        self._looked = 0.0
         self._is_over = False
         self._theirs: Answer | None = None
 
@@ -89,6 +94,9 @@ class _Pair(Generic[Answer]):
                 # Of threads, only those of the first engine are there, and none of theirs is needed beside.
                 warnings.simplefilter("ignore", DeprecationWarning)
                 self._beside = self._stack.enter_context(Apart(lambda _: self._work_beside()))
+        if (now := time.monotonic()) - self._looked < LOOK_SECONDS:
+            return
+        self._looked = now
         self._look(0.0)
         if self._is_over and self._theirs is not None and self._is_final(self._theirs):
             raise BudgetExceededError("another engine has answered")

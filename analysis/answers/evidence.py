@@ -40,6 +40,12 @@ class Weighting:
     weights: Mapping[int, Fraction]
     factors: tuple[Fraction, ...]
 
+    @classmethod
+    def of_bound(cls, place: int, bound: int, weights: Mapping[int, int]) -> Weighting:
+        """Return why a place never holds more tokens than its bound."""
+        exact = {p: Fraction(weight) for p, weight in weights.items()}
+        return cls((({place: 1}, bound + 1),), exact, (exact[place],))
+
 
 @dataclass(frozen=True)
 class Excluded:

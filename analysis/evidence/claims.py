@@ -1,21 +1,25 @@
-"""What a check finds that no marking does, with what it rests on where structure or induction prove it."""
+"""What a check, or a property file, says that no marking does, where structure or induction prove it."""
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.answers.evidence import Evidence, Inductive, together
+from dineros.analysis.answers.evidence import Evidence, Excluded, Inductive, together
 from dineros.analysis.evidence.certificate import BASE, subject_as
 from dineros.analysis.evidence.proving import Asked, Certificate, certificate_of, proved
 from dineros.analysis.logic.language.syntax import Comparison, Deadlock, Enabled, Formula, Name, Or
 from dineros.analysis.model.queues import queues
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.bounds import place_bounds
+from dineros.analysis.proofs.state_equation import StateEquation
+from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
 from dineros.analysis.witnesses.findings import Report
 from dineros.metamodel import pn
+from dineros.metamodel.errors import DinerosError
 
 
 @dataclass(frozen=True)
@@ -71,6 +75,41 @@ def certificates_of(
     return found, certificate_of(everything, "unreachable", together(claim.evidence for claim in proofs))
 
 
+def property_certificate(
+    asked: Asked, one: Property, names: GroupedNames, answer: PropertyAnswer
+) -> Certificate | None:
+    """Return the certificate of the answer to a property; None where it rests on something else.
+
+    Parameters
+    ----------
+    asked : Asked
+        What the net is; its kind and text are those that the property has for a certificate.
+    one : Property
+    names : GroupedNames
+        Those that the property was read with.
+    answer : PropertyAnswer
+    """
+    evidence, said = answer.evidence, "holds" if answer.value is True else "violated"
+    if answer.value is None or (one.kind != "bound" and evidence is None):
+        return None
+    if one.formula is not None:
+        asked = replace(asked, kind=one.kind, text=str(names.ungrouped(one.formula)))
+    elif one.kind == "bound":
+        factors = Counter(place for name in one.places for place in names.places(name))
+        case = StateEquation(asked.subject.net).excludes([(factors, int(answer.value) + 1)])
+        evidence, said = None if case is None else Excluded((case,)), "unreachable"
+        sums = Counter(Name(asked.subject.net.places[place]) for place in factors.elements())
+        terms = tuple((factor, name) for name, factor in sums.items())
+        more = Comparison(terms, ">=", int(answer.value) + 1)
+        asked = replace(asked, kind="marking", text=str(more))
+    else:
+        asked, said = replace(asked, kind="enabled", text=answer.dead), "unreachable"
+    try:
+        return certificate_of(asked, said, evidence)
+    except DinerosError:  # of an answer that is not about markings alone
+        return None
+
+
 def _asked(subject: Subject, condition: Formula, settings: Sequence[str]) -> Asked:
     return Asked(subject, "marking", str(condition), BASE, "weighted", settings)
 
@@ -84,10 +123,10 @@ def _claims(subject: Subject, report: Report) -> Iterator[Claim]:
     found = queues(subject)
     for queue in found:
         if queue.elements not in losing:
-            yield Claim(_file_name("no-overflow", *queue.elements), _any_enabled(queue.drops))
+            yield Claim(file_name("no-overflow", *queue.elements), _any_enabled(queue.drops))
     drops = {drop for queue in found for drop in queue.drops}
     for name in (name for name in report.dead if name not in drops):
-        yield Claim(_file_name("dead", name), _any_enabled([name]))
+        yield Claim(file_name("dead", name), _any_enabled([name]))
     if "deadlock" not in faults:
         yield Claim("no-deadlock", Deadlock())
 
@@ -110,5 +149,6 @@ def _any_enabled(transitions: Sequence[str]) -> Formula:
     return enabled[0] if len(enabled) == 1 else Or(tuple(enabled))
 
 
-def _file_name(*words: str) -> str:
+def file_name(*words: str) -> str:
+    """Return a name of a file for something that anybody may have named."""
     return "-".join(re.sub(r"[^\w.]+", "_", word) for word in words)

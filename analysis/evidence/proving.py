@@ -113,9 +113,7 @@ def _never(net: CompiledNet, evidence: Excluded | Inductive) -> Iterator[Fact]:
                 yield _fact(net, case)
         return
     for place, (bound, weights) in enumerate(zip(evidence.bounds, evidence.proofs, strict=True)):
-        row: Row = ({place: 1}, bound + 1)
-        exact = {p: Fraction(weight) for p, weight in weights.items()}
-        yield _fact(net, Weighting((row,), exact, (exact[place],)))
+        yield _fact(net, Weighting.of_bound(place, bound, weights))
     for weights in evidence.weightings:
         total = sum(int(net.initial[p]) * weight for p, weight in weights.items())
         for sign in (1, -1):

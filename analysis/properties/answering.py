@@ -117,7 +117,8 @@ class _Work:
 
         def decide(name: str, value: bool, technique: str) -> None:
             for id in ids.get(name, ()):
-                sheet.answer(id, value, technique)
+                is_dead = (name, value) == ("QuasiLiveness", False)
+                sheet.answer(id, value, technique, *(self.whole.proof or ()) if is_dead else ())
 
         self.whole = GlobalQuestions(self.net, decide)
         self.equation = StateEquation(self.net)
@@ -167,9 +168,10 @@ class _Work:
                 return
 
     def _bound(self, clock: Clock) -> None:
-        bounds = [None if bound is None else bound.value for bound in place_bounds(self.net)]
+        proved = place_bounds(self.net)
+        bounds = [None if bound is None else bound.value for bound in proved]
         self.whole.by_bounds(bounds)
-        self.sheet.always.update(self.sheet.constants(bounds))
+        self.sheet.always.update(self.sheet.constants(proved))
         for limits in self.sheet.open_limits().values():
             parts = [bounds[place] for place in limits.factors]
             if None not in parts:
@@ -209,8 +211,8 @@ class _Work:
                 self._follow(rows, own)
                 return part in sheet.known
 
-            if excluded(self.equation, goal, sheet.conditions, own.is_over, reached):
-                sheet.known[part] = not value
+            if found := excluded(self.equation, goal, sheet.conditions, own.is_over, reached):
+                sheet.known[part], sheet.evidence[part] = not value, found
         sheet.settle("state equation")
         self._exclude_atoms(clock)
 
@@ -237,8 +239,9 @@ class _Work:
             if clock.is_over():
                 break
             for value, condition in ((False, simplified(part)), (True, simplified(Not(part)))):
-                if excluded(self.equation, condition, sheet.conditions, clock.is_over, most_traps=0):
-                    sheet.always[part] = value
+                proof = excluded(self.equation, condition, sheet.conditions, clock.is_over, most_traps=0)
+                if proof is not None:
+                    sheet.always[part], sheet.evidence[part] = value, proof
                     break
         sheet.settle("state equation")
 
@@ -314,6 +317,8 @@ class _Work:
                 sheet.look(MarkingMatrix(self.net, np.array(last, dtype=np.int64)), answer.by)
             elif answer.status == "unreachable":
                 sheet.known[part] = not value
+                if answer.evidence is not None:
+                    sheet.evidence[part] = answer.evidence
                 sheet.settle(answer.by)
 
     def _draw(self, clock: Clock) -> None:

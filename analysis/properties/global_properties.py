@@ -11,6 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.evidence import Evidence, Excluded
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.nets.graph_parts import numbered_parts
@@ -43,6 +44,7 @@ class GlobalQuestions:
         self.stable = np.ones(len(net.places), dtype=np.bool_)
         self.bounded = False
         self.decided: dict[str, bool] = {}
+        self.proof: tuple[str, Evidence] | None = None  #: a transition that never fires, and why
         if int(net.initial.max(initial=0)) > 1:
             self.tell("OneSafe", False, "initial marking")
         if not net.changing or any(not row for row in net.changing):
@@ -109,7 +111,9 @@ class GlobalQuestions:
             for t in np.flatnonzero(~self.fired & ~self.dead).tolist():
                 if clock.is_over():
                     return
-                if equation.excludes([({p: 1}, weight) for p, weight in net.pre.row(t)]):
+                case = equation.excludes([({p: 1}, weight) for p, weight in net.pre.row(t)])
+                if case is not None:
+                    self.proof = net.transitions[t], Excluded((case,))
                     self._dead(t, "state equation")
                     break
         if self.is_open("StableMarking"):

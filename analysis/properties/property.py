@@ -11,8 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from dineros.analysis.answers.evidence import Evidence
 from dineros.analysis.logic.language.names import Names
-from dineros.analysis.logic.language.syntax import Formula
+from dineros.analysis.logic.language.syntax import Enabled, Formula, Name, Or
 
 Kind = Literal["ctl", "ltl", "bound", "global"]
 
@@ -61,6 +62,10 @@ class PropertyAnswer:
         What decided: ``structure``, ``state equation``, ``random walk``, ``explicit``, ``symbolic`` ...
     reason : str
         Why nothing is known.
+    evidence : Evidence or None
+        What it rests on, as far as that is structure or induction.
+    dead : str
+        Where a net is not quasi-live by structure: the name of a transition that never fires.
     """
 
     id: str
@@ -68,6 +73,8 @@ class PropertyAnswer:
     seconds: float
     technique: str = ""
     reason: str = ""
+    evidence: Evidence | None = None
+    dead: str = ""
 
 
 class GroupedNames:
@@ -95,6 +102,15 @@ class GroupedNames:
     def members(self, name: str) -> tuple[str, ...]:
         """Return the names that a name stands for."""
         return self._groups.get(name, (name,))
+
+    def ungrouped(self, formula: Formula) -> Formula:
+        """Return a formula without groups: any of their transitions is enabled."""
+        made: dict[Formula, Formula] = {}
+        for part in formula.subformulas():
+            made[part] = part.with_operands(tuple(made[operand] for operand in part.operands))
+            if isinstance(part, Enabled) and len(members := self.members(part.name.text)) > 1:
+                made[part] = Or(tuple(Enabled(Name(member)) for member in members))
+        return made[formula]
 
     def places(self, name: str) -> Sequence[int]:
         """Return the places of a name."""

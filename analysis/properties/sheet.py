@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from dineros.analysis.answers.evidence import Evidence, Excluded, Weighting, together
 from dineros.analysis.logic.language.atoms import BoundAtoms, Condition, Linear, SomeEnabled
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.syntax import TRUE, And, Atom, Constant, Formula
+from dineros.analysis.nets.bounds import Bound
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties.normal_form import folded, goal_of, initially, of_linear, parts_of
 from dineros.analysis.properties.predicates import MarkingMatrix, Markings, is_condition, satisfied, total
@@ -45,6 +47,9 @@ class Sheet:
     answered: Callable[[PropertyAnswer], None]
     known: dict[Formula, bool] = field(default_factory=dict)  #: parts, by their value in the initial marking
     always: dict[Formula, bool] = field(default_factory=dict)  #: conditions that are constant
+    evidence: dict[Formula, Evidence] = field(
+        default_factory=dict
+    )  #: why goals, or conditions, are never met
     answers: dict[str, PropertyAnswer] = field(default_factory=dict)
     formulas: dict[str, Formula] = field(default_factory=dict)
     limits: dict[str, Limits] = field(default_factory=dict)
@@ -65,6 +70,7 @@ class Sheet:
             elif one.formula is not None:
                 formula = of_linear(one.formula) if one.kind == "ltl" else one.formula
                 self.formulas[one.id] = folded(formula, {})
+        self._asked = dict(self.formulas)
         self.conditions = BoundAtoms(self.net, And((TRUE, *self.formulas.values())), self.names).conditions
         self.settle("initial marking")
 
@@ -123,11 +129,21 @@ class Sheet:
             self._initial[part] = None if values[0] is None else bool(values[0])
         return self._initial[part]
 
-    def answer(self, id: str, value: bool | int, technique: str) -> None:
-        """Keep an answer and tell it."""
+    def answer(
+        self, id: str, value: bool | int, technique: str, dead: str = "", evidence: Evidence | None = None
+    ) -> None:
+        """Keep an answer and tell it, with what it rests on where that is known."""
         if id not in self.answers:
-            self.answers[id] = PropertyAnswer(id, value, self.seconds, technique)
-            self.answered(self.answers[id])
+            evidence = self._evidence(id) if id in self.formulas else evidence
+            known = PropertyAnswer(id, value, self.seconds, technique, evidence=evidence, dead=dead)
+            self.answers[id] = known
+            self.answered(known)
+
+    def _evidence(self, id: str) -> Evidence | None:
+        """Return what is known of why parts of a formula are as they are."""
+        parts = dict.fromkeys([*self._asked[id].subformulas(), *self.formulas[id].subformulas()])
+        found = [self.evidence[part] for part in parts if part in self.evidence]
+        return together(found) if found else None
 
     def look(self, markings: Markings, technique: str) -> None:
         """See what some reachable markings decide."""
@@ -143,9 +159,9 @@ class Sheet:
         if found:
             self.settle(technique)
 
-    def constants(self, bounds: Iterable[int | None]) -> dict[Formula, bool]:
+    def constants(self, bounds: Sequence[Bound | None]) -> dict[Formula, bool]:
         """Return atoms that bounds of places make true, or false, in every reachable marking."""
-        most = [np.inf if bound is None else bound for bound in bounds]
+        most = [np.inf if bound is None else bound.value for bound in bounds]
         found: dict[Formula, bool] = {}
         for atom, condition in self.conditions.items():
             if atom in self.always or isinstance(atom, Constant):
@@ -159,7 +175,19 @@ class Sheet:
                 for t in condition.transitions
             ):
                 found[atom] = False
+        for atom, condition in self.conditions.items():
+            if atom not in found:
+                continue
+            places = condition.factors if isinstance(condition, Linear) else self._inputs(condition)
+            known = [(place, bound) for place in places if (bound := bounds[place]) is not None]
+            cases = [Weighting.of_bound(place, bound.value, bound.weights) for place, bound in known]
+            self.evidence[atom] = Excluded(tuple(cases))
         return found
+
+    def _inputs(self, condition: Condition) -> list[int]:
+        """Return the places that transitions of a condition take from."""
+        transitions = sorted(condition.transitions) if isinstance(condition, SomeEnabled) else []
+        return list(dict.fromkeys(place for t in transitions for place, _ in self.net.pre.row(t)))
 
 
 def _decided(condition: Linear, most: Sequence[float]) -> bool | None:

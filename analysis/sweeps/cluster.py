@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -41,21 +41,6 @@ def cluster_figures(jobs: Iterable[Job], address: str) -> Generator[tuple[Job, F
     with closing(cluster_answers(jobs, address)) as answers:
         for job, answer in answers:
             yield job, Figures(**answer)
-
-
-def first_known(
-    parts: Sequence[Part], address: str, is_known: Callable[[dict[str, Any]], bool]
-) -> dict[str, Any]:
-    """Return the first answer of some parts that is known, and end the others; the last one where none is.
-
-    Raises as `cluster_answers`.
-    """
-    answer: dict[str, Any] = {}
-    with closing(cluster_answers(parts, address)) as answers:
-        for _, answer in answers:
-            if is_known(answer):
-                break
-    return answer
 
 
 def cluster_answers(jobs: Iterable[J], address: str) -> Generator[tuple[J, dict[str, Any]], None, None]:

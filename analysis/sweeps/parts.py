@@ -1,13 +1,16 @@
 """Parts of questions for other machines: who answers what, as lines of JSON, and the answers together.
 
 A question about a net goes to several who may answer it: all engines by their own turns, and decision
-diagrams whose orders of levels are searched for from other starts. The first who knows ends the rest. The
-questions of a check go to several, each of whom makes the state space, and are answered side by side.
+diagrams whose orders of levels are searched for from other starts. The first who knows ends the rest. Of a
+conjunction each formula is a question. The questions of a check go to several, each of whom makes the state
+space, and are answered side by side; another one counts again what is to be confirmed. Of property files,
+each gets some of the properties.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -18,12 +21,16 @@ from dineros.analysis.sweeps.grid import parse_model
 if TYPE_CHECKING:
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.nets.compiled import CompiledNet
+    from dineros.analysis.properties.property import GroupedNames, Property
     from dineros.analysis.questions.engines import Question
     from dineros.analysis.witnesses.findings import Finding, Report
     from dineros.metamodel import pn
 
 STARTS = 3
 """Starts of the search for an order that are tried at the same time."""
+
+SHEETS = 8
+"""Workers at most among whom the properties of files are divided: each prepares the net."""
 
 TOGETHER = (
     ("Clauses", "Matching", "Boundedness", "Overflow", "Use"),
@@ -41,10 +48,11 @@ class Part:
     ----------
     model : str
         The model, as XMI.
-    task : {"question", "check"}
+    task : {"question", "check", "properties"}
     asked : dict
         Of a question: kind, text, signals, overflow, may be weak, strong and order; and start, 0 for all
-        engines and else that of the order search. Of a check: questions, and at_any_cost.
+        engines and else that of the order search. Of a check: questions, at_any_cost, and whether to confirm
+        what is counted. Of properties: these, signals, overflow, and seconds for each.
     memory : int or None
         Bytes that engines may take.
     timeout : float or None
@@ -88,7 +96,8 @@ def answer_part(part: Part) -> dict[str, Any]:
     budget = Budget(part.memory or DEFAULT_MEMORY, seconds=part.timeout).begun()
     with watched_memory(budget.memory + OWN_MEMORY):
         model = parse_model(part.model)
-        return (_question if part.task == "question" else _check)(model, part.asked, budget)
+        tasks = {"question": _question, "check": _check, "properties": _properties}
+        return tasks[part.task](model, part.asked, budget)
 
 
 def question_parts(
@@ -99,11 +108,64 @@ def question_parts(
     return [Part(model, "question", {**asked, "start": n}, memory, timeout, work) for n in starts]
 
 
-def check_parts(model: str, at_any_cost: bool, memory: int | None, work: str) -> list[Part]:
-    """Return who is asked which questions of a check."""
+def conjuncts(kind: str, text: str) -> list[str]:
+    """Return the formulas that a formula joins; itself, where it joins none."""
+    from dineros.analysis.logic.language.parser import parse
+    from dineros.analysis.logic.language.syntax import And
+
+    formula = parse(text, kind) if kind in ("ctl", "ltl") else None
+    return [str(one) for one in formula.operands] if isinstance(formula, And) else [text]
+
+
+def all_of(answers: Mapping[str, Outcome], texts: Sequence[str]) -> Outcome | None:
+    """Return the answer to a conjunction by those to its formulas; None where none is known yet."""
+    found = [answers[text] for text in texts if text in answers]
+    violated = next((answer for answer in found if answer.status == "violated"), None)
+    if violated is not None or len(found) < len(texts):
+        return violated
+    by = ", ".join(dict.fromkeys(answer.by for answer in found if answer.by))
+    worst = next((answer for answer in found if answer.status == "unknown"), found[-1])
+    return worst if len(found) == 1 or worst.status == "unknown" else replace(worst, by=by, evidence=None)
+
+
+def check_parts(
+    model: str, at_any_cost: bool, memory: int | None, work: str, is_confirmed: bool = False
+) -> list[Part]:
+    """Return who is asked which questions of a check, and who counts again."""
+    asked: list[dict[str, Any]] = [{"questions": list(names)} for names in TOGETHER]
+    asked += [{"questions": [], "confirm": True}] if is_confirmed else []
+    more = {"at_any_cost": at_any_cost}
+    return [Part(model, "check", {**one, **more}, memory, None, work) for one in asked]
+
+
+def property_parts(
+    model: str, subject: dict[str, Any], properties: Sequence[Property], names: GroupedNames, work: str
+) -> list[Part]:
+    """Return who is asked which properties: neighbours, which are alike, go to others.
+
+    Parameters
+    ----------
+    subject : dict
+        signals and overflow, memory in bytes, and seconds for each property.
+    """
+    told = [
+        {
+            "id": one.id,
+            "kind": one.kind,
+            "formula": None if one.formula is None else str(names.ungrouped(one.formula)),
+            "places": list(one.places),
+            "examination": one.examination,
+        }
+        for one in properties
+    ]
+    count = min(SHEETS, len(told))
+    shares = [told[number::count] for number in range(count)]
+    memory = subject["memory"]
     return [
-        Part(model, "check", {"questions": list(names), "at_any_cost": at_any_cost}, memory, None, work)
-        for names in TOGETHER
+        Part(
+            model, "properties", {**subject, "properties": some}, memory, subject["seconds"] * len(some), work
+        )
+        for some in shares
     ]
 
 
@@ -172,6 +234,11 @@ def _check(model: pn.Net, asked: dict[str, Any], budget: Budget) -> dict[str, An
     wanted = {"Boundedness", *asked["questions"]}
     chosen = [question for question in QUESTIONS if type(question).__name__ in wanted]
     report = check(model, budget, at_any_cost=asked["at_any_cost"], questions=chosen)
+    if asked.get("confirm"):
+        from dineros.analysis.evidence.confirmation import confirm_space
+
+        said = None if report.space is None else confirm_space(report.space, budget).to_dict()
+        return {"findings": [], "proved": [], "unknown": [], "confirmation": said}
     return {
         "findings": [
             {
@@ -192,6 +259,28 @@ def _check(model: pn.Net, asked: dict[str, Any], budget: Budget) -> dict[str, An
             for unknown in report.unknown
         ],
     }
+
+
+def _properties(model: pn.Net, asked: dict[str, Any], budget: Budget) -> dict[str, Any]:
+    from dineros.analysis.logic.language.parser import parse
+    from dineros.analysis.model.subject import subject_of
+    from dineros.analysis.properties.answering import answer_properties
+    from dineros.analysis.properties.property import Property
+
+    subject = subject_of(model, asked["signals"], asked["overflow"])
+    properties = [
+        Property(
+            one["id"],
+            one["kind"],
+            None if one["formula"] is None else parse(one["formula"], one["kind"]),
+            tuple(one["places"]),
+            one["examination"],
+        )
+        for one in asked["properties"]
+    ]
+    found = answer_properties(subject.net, subject.names, properties, asked["seconds"], budget.memory)
+    names = ("id", "value", "seconds", "technique", "reason")
+    return {"answers": [{name: getattr(one, name) for name in names} for one in found]}
 
 
 def _question(model: pn.Net, asked: dict[str, Any], budget: Budget) -> dict[str, Any]:
@@ -228,8 +317,6 @@ def _drawn(
     subject: Subject, question: Question, asked: dict[str, Any], start: int, budget: Budget
 ) -> Outcome:
     """Ask diagrams whose order of levels is searched for from another start."""
-    from dataclasses import replace
-
     from dineros.analysis.logic.ctl.checking import check_ctl
     from dineros.analysis.logic.language.parser import parse
     from dineros.analysis.logic.language.syntax import Enabled, Exists, Finally, Name

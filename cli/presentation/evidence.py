@@ -144,13 +144,18 @@ def confirmed(question: Question, answer: Outcome, budget: Budget) -> tuple[Outc
 
 
 def confirmed_report(report: Report, budget: Budget) -> Confirmation | None:
-    """Have others count the markings that a check rests on, and put into the report what they say."""
-    from dineros.analysis.answers.outcome import Outcome
+    """Have others count the markings that a check rests on."""
     from dineros.analysis.evidence.confirmation import confirm_space
 
-    if report.space is None:
+    return report_confirmed(report, None if report.space is None else confirm_space(report.space, budget))
+
+
+def report_confirmed(report: Report, confirmation: Confirmation | None) -> Confirmation | None:
+    """Put into the report of a check what others say who counted again."""
+    from dineros.analysis.answers.outcome import Outcome
+
+    if confirmation is None:
         return None
-    confirmation = confirm_space(report.space, budget)
     if confirmation.agrees:
         report.proved.append(f"all markings are as {' and '.join(confirmation.by)} found them")
     else:

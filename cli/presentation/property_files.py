@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED
-from dineros.cli.console import say, say_json, summarise
+from dineros.cli.console import say, say_json, summarise, warn
+from dineros.cli.presentation.scheduling import properties_on_workers
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
@@ -18,8 +18,20 @@ if TYPE_CHECKING:
     from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
 
 
-def answer_properties(subject: Subject, model: Path, wanted: Sequence[str], as_json: bool) -> int:
-    """Answer property files, and global questions by name, each as soon as it is; return the exit status."""
+def answer_properties(
+    subject: Subject,
+    model: Path,
+    wanted: Sequence[str],
+    as_json: bool,
+    scheduler: str | None = None,
+    variant: tuple[str, str] = ("none", "weighted"),
+    certificates: tuple[Path, Sequence[str]] | None = None,
+) -> int:
+    """Answer property files, and global questions by name, each as soon as it is; return the exit status.
+
+    Where a scheduler is named, its workers answer; they flatten a system model by the variant of signals and
+    of overflow. Certificates go into a folder; they name how the model was changed.
+    """
     from dineros.analysis.properties import answering
     from dineros.analysis.properties.property import PropertyAnswer
 
@@ -29,7 +41,7 @@ def answer_properties(subject: Subject, model: Path, wanted: Sequence[str], as_j
 
     def tell(answer: PropertyAnswer) -> None:
         found[answer.id] = answer
-        if not as_json:
+        if not as_json and answer.value is not None:
             say(_line(answer))
         run.refresh()
 
@@ -38,7 +50,8 @@ def answer_properties(subject: Subject, model: Path, wanted: Sequence[str], as_j
         answers = [found.get(one.id) or PropertyAnswer(one.id, None, spent, reason=why) for one in properties]
         if as_json:
             rows = [
-                {"kind": one.kind, "status": _status(answer.value), **asdict(answer)}
+                {"kind": one.kind, "status": _status(answer.value)}
+                | {name: getattr(answer, name) for name in ("id", "value", "seconds", "technique", "reason")}
                 for one, answer in zip(properties, answers, strict=True)
             ]
             say_json({"model": str(model), "properties": rows})
@@ -54,9 +67,53 @@ def answer_properties(subject: Subject, model: Path, wanted: Sequence[str], as_j
     run.draft(say_rest)
     budget = run.budget()
     seconds = answering.SECONDS if budget.seconds is None else budget.seconds / max(1, len(properties))
-    answering.answer_properties(subject.net, names, properties, seconds, budget.memory, tell, run.stage)
+    if scheduler is None:
+        answering.answer_properties(subject.net, names, properties, seconds, budget.memory, tell, run.stage)
+    else:
+        run.stage(f"asking the workers of {scheduler}")
+        asked = {"signals": variant[0], "overflow": variant[1]}
+        limits = {"memory": run.limits.memory, "seconds": seconds}
+        properties_on_workers(subject, scheduler, {**asked, **limits}, properties, names, tell)
     with run.answer():
-        return say_rest("time or memory did not suffice")
+        status = say_rest("time or memory did not suffice")
+    if certificates is not None:
+        folder, settings = certificates
+        run.draft(lambda ending: _not_written(folder, ending, status))
+        run.stage("writing certificates")
+        count = _write_certificates(subject, properties, names, found, variant, folder, settings)
+        if not as_json:
+            summarise(f"certificates: {folder}: {count}")
+    return status
+
+
+def _not_written(folder: Path, ending: str, status: int) -> int:
+    warn(f"{folder} is not complete: {ending}")
+    return status or UNKNOWN
+
+
+def _write_certificates(
+    subject: Subject,
+    properties: Sequence[Property],
+    names: GroupedNames,
+    found: Mapping[str, PropertyAnswer],
+    variant: tuple[str, str],
+    folder: Path,
+    settings: Sequence[str],
+) -> int:
+    """Write a certificate of each answer that rests on structure or induction; return how many."""
+    from dineros.analysis.evidence.certificate import write_certificate
+    from dineros.analysis.evidence.claims import file_name, property_certificate
+    from dineros.analysis.evidence.proving import Asked
+
+    asked, count = Asked(subject, "", "", *variant, settings), 0
+    folder.mkdir(exist_ok=True)
+    for one in properties:
+        known = one.id in found
+        certificate = property_certificate(asked, one, names, found[one.id]) if known else None
+        if certificate is not None:
+            write_certificate(certificate, folder / f"{file_name(one.id)}.json")
+            count += 1
+    return count
 
 
 def write_properties(subject: Subject, wanted: Sequence[str], output: Path) -> int:

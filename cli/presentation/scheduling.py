@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 if TYPE_CHECKING:
     from dineros.analysis.answers.outcome import Outcome
+    from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import Subject
+    from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
     from dineros.analysis.witnesses.findings import Report
     from dineros.metamodel import pn
 
@@ -32,6 +34,8 @@ def answer_on_workers(
 ) -> Outcome:
     """Ask all engines, and diagrams from several starts, at the same time; return the first answer.
 
+    Of a conjunction each formula is asked, and what violates one of them ends the others.
+
     Raises
     ------
     FormulaError
@@ -39,15 +43,31 @@ def answer_on_workers(
     SweepError
         The scheduler, or its workers, cannot be reached or used.
     """
-    from dineros.analysis.sweeps.cluster import first_known
-    from dineros.analysis.sweeps.parts import check_names, outcome_of, question_parts
+    from contextlib import closing
+
+    from dineros.analysis.answers.outcome import Outcome
+    from dineros.analysis.sweeps.cluster import cluster_answers
+    from dineros.analysis.sweeps.parts import all_of, check_names, conjuncts, outcome_of, question_parts
     from dineros.metamodel.files.xmi import xmi_bytes
 
     check_names(subject, asked["kind"], asked["text"])
-    model = xmi_bytes(subject.model).decode()
-    parts = question_parts(model, dict(asked), _of_engines(memory), timeout, uuid.uuid4().hex)
-    answer = first_known(parts, address, lambda found: found.get("status", "unknown") != "unknown")
-    return outcome_of(subject.net, answer)
+    model, work = xmi_bytes(subject.model).decode(), uuid.uuid4().hex
+    texts = list(dict.fromkeys(conjuncts(asked["kind"], asked["text"])))
+    parts = [
+        part
+        for text in texts
+        for part in question_parts(model, {**asked, "text": text}, _of_engines(memory), timeout, work)
+    ]
+    known, answer = dict[str, Outcome](), None
+    with closing(cluster_answers(parts, address)) as answers:
+        for part, found in answers:
+            text, said = part.asked["text"], outcome_of(subject.net, found)
+            if known.get(text, Outcome("unknown")).status == "unknown":
+                known[text] = said
+            answer = all_of(known, texts)
+            if answer is not None and answer.status != "unknown":
+                break
+    return answer or Outcome("unknown", reason="no answer")
 
 
 def _of_engines(memory: int | None) -> int | None:
@@ -56,20 +76,67 @@ def _of_engines(memory: int | None) -> int | None:
     return None if memory is None else memory - OWN_MEMORY
 
 
-def check_on_workers(
-    model: pn.Net, address: str, report: Report, *, at_any_cost: bool, memory: int | None
+def properties_on_workers(
+    subject: Subject,
+    address: str,
+    asked: Mapping[str, Any],
+    properties: Sequence[Property],
+    names: GroupedNames,
+    answered: Callable[[PropertyAnswer], None],
 ) -> None:
-    """Put the questions of a check on workers, and their answers into a report; raises as the other."""
+    """Divide properties among workers, and tell their answers as they come; raises as the other."""
     from contextlib import closing
 
+    from dineros.analysis.properties.property import PropertyAnswer
+    from dineros.analysis.sweeps.cluster import cluster_answers
+    from dineros.analysis.sweeps.parts import property_parts
+    from dineros.metamodel.files.xmi import xmi_bytes
+
+    told = {**asked, "memory": _of_engines(asked["memory"])}
+    parts = property_parts(xmi_bytes(subject.model).decode(), told, properties, names, uuid.uuid4().hex)
+    with closing(cluster_answers(parts, address)) as found:
+        for part, answer in found:
+            why = str(answer.get("error") or "no answer")
+            unknown = [{"id": one["id"], "reason": why} for one in part.asked["properties"]]
+            for one in answer.get("answers", unknown):
+                answered(PropertyAnswer(**{"value": None, "seconds": 0.0, **one}))
+
+
+def check_on_workers(
+    model: pn.Net,
+    address: str,
+    report: Report,
+    *,
+    at_any_cost: bool,
+    memory: int | None,
+    is_confirmed: bool = False,
+) -> Confirmation | None:
+    """Put the questions of a check on workers, and their answers into a report; raises as the other.
+
+    Returns
+    -------
+    Confirmation or None
+        What a worker says that counted again, where that is wanted.
+    """
+    from contextlib import closing
+
+    from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import base_subject
     from dineros.analysis.sweeps.cluster import cluster_answers
     from dineros.analysis.sweeps.parts import add_report, check_parts
     from dineros.metamodel.files.xmi import xmi_bytes
 
-    parts = check_parts(xmi_bytes(model).decode(), at_any_cost, _of_engines(memory), uuid.uuid4().hex)
+    text, engines = xmi_bytes(model).decode(), _of_engines(memory)
+    parts = check_parts(text, at_any_cost, engines, uuid.uuid4().hex, is_confirmed)
     with closing(cluster_answers(parts, address)) as found:
         answers = {part.questions: answer for part, answer in found}
-    subject = base_subject(model)
+    subject, said = base_subject(model), None
     for part in parts:  # in their order, whoever was first
-        add_report(report, subject, part, answers[part.questions])
+        answer = answers[part.questions]
+        if not part.asked.get("confirm"):
+            add_report(report, subject, part, answer)
+        elif "findings" in answer:
+            said = answer["confirmation"]
+        else:
+            said = {"agrees": None, "by": (), "reason": str(answer.get("error") or "no answer")}
+    return None if said is None else Confirmation(said["agrees"], tuple(said["by"]), said["reason"])

@@ -47,8 +47,8 @@ PARTS = {
     "sym": {
         "nodes": (
             "TB",
-            "SystemModel NodeNet Execution Executor "
-            "CallbackGroup CallbackGroupKind CallbackPage CallbackKind",
+            "SystemModel NodeNet Execution Executor CallbackGroup CallbackGroupKind "
+            "CallbackPage CallbackKind",
         ),
         "tokens": ("LR", "SystemModel TokenType TokenField FieldKind Place PlaceKind BalloonToken"),
         "signals": ("TB", "NodeNet Transition TransitionKind InputSignal InputClause Disjunction Literal"),

@@ -22,7 +22,7 @@ def test_nothing_is_lost_when_it_is_stopped_and_killed(
     application = APPLICATIONS[name]
     with on_ros() as domain:
         lines: list[dict[str, Any]] = list(
-            stops_and_kills.stress(application, tmp_path, 3, 2, pieces, domain, longest=4.0)
+            stops_and_kills.stress(application, tmp_path, 3, 2, pieces, domain, longest=1.5)
         )
     assert sum("stop" in line for line in lines) == 3
     assert sum(line.get("publish", 0) for line in lines) >= messages
@@ -30,7 +30,7 @@ def test_nothing_is_lost_when_it_is_stopped_and_killed(
 
 def test_the_flooded_case_study_stays_flat(tmp_path: Path) -> None:
     with on_ros() as domain:
-        samples = list(flood.flood(6.0, 400.0, 0.5, tmp_path, domain))
+        samples = list(flood.flood(4.0, 400.0, 0.5, tmp_path, domain))
     assert samples[-1].messages > 100
     assert samples[-1].memory < samples[2].memory + 16
     assert Counter(sample.descriptors for sample in samples[1:]).most_common(1)[0][1] > len(samples) // 2

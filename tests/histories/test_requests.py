@@ -9,6 +9,7 @@ from dineros.analysis.model.wording import words
 from dineros.analysis.questions.capacities import suggest_capacities
 from dineros.analysis.questions.check import check
 from dineros.analysis.questions.state_space import state_space
+from dineros.cli.presentation.traces import witness_builder
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.transformations.flattening.flatten import flatten
@@ -56,7 +57,8 @@ def test_nothing_is_added_where_nothing_can_be_lost() -> None:
     kept, limited = (flatten(oven(3, depth), "none").net for depth in (3, 10))
     assert plain_net_of(kept) == plain_net_of(limited)
     model = oven(3, 3)
-    assert plain_net_of(kept) == plain_net_of(flatten(model, "none", as_run=True).net)
+    model.middleware = "ros1"  # type: ignore[assignment]
+    assert plain_net_of(kept) == plain_net_of(flatten(model, "none").net)
 
 
 def test_the_rules_of_ros1_know_nothing_of_it() -> None:
@@ -172,3 +174,15 @@ def test_callbacks_that_give_up(case: Case) -> None:
     for overflow in ("weighted", "inhibitor"):
         found = compare(plain_net_of(flatten(model, "none", overflow).net), interpreter, 5000)
         assert (found.difference, found.complete) == ("", True)
+
+
+def test_a_lost_request_is_drawn() -> None:
+    """The history is a lane of the service with its depth; the loss is marked in the client's lane."""
+    (overflow,) = [found for found in check(oven(2, 1)).findings if found.rule == "queue-overflow"]
+    assert overflow.witness is not None
+    builder = witness_builder(overflow.witness, "oven", verdict="queue-overflow")
+    history = next(lane for lane in builder.lanes.all if lane.queue == "request")
+    assert (history.group, history.capacity, history.node) == ("services", 1, "oven")
+    last = builder.steps[-1]
+    assert last.node == "oven"
+    assert [builder.lanes.all[mark[0]].id for mark in last.marks if mark[1] == "o"] == ["baker0"]

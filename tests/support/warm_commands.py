@@ -83,6 +83,7 @@ def _ask(path: str, arguments: list[str]) -> int:
 
 def _prepare() -> None:
     """Import what commands import, in the way they do it."""
+    import gc
     import pkgutil
     from importlib import import_module
 
@@ -94,6 +95,8 @@ def _prepare() -> None:
     for package in (commands, analysis):
         for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             import_module(module.name)
+    gc.collect()
+    gc.freeze()  # a fork that looks at all objects copies their memory
 
 
 def _answer(connection: socket.socket) -> None:
@@ -121,6 +124,9 @@ def _answer(connection: socket.socket) -> None:
 
 def _become(asked: dict[str, Any], files: list[int]) -> None:
     """Be the command that was asked for, to the end."""
+    import atexit
+    import threading
+
     from dineros.cli.main import main as dineros
 
     for file, place in zip(files, STANDARD, strict=True):
@@ -131,7 +137,17 @@ def _become(asked: dict[str, Any], files: list[int]) -> None:
     os.environ.update(asked["environment"])
     sys.argv[1:] = asked["arguments"]
     sys.path[0] = asked["folder"]  # as `python -m` has it
-    dineros()  # which exits
+    status: object = 1
+    try:
+        dineros()
+    except SystemExit as ended:
+        status = ended.code
+    finally:  # as `multiprocessing` ends a fork; taking all modules down would copy their memory
+        threading._shutdown()  # type: ignore[attr-defined]
+        atexit._run_exitfuncs()
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        os._exit(status if isinstance(status, int) else 1)
 
 
 if __name__ == "__main__":

@@ -368,7 +368,7 @@ class TraceBuilder:
         client = record.client if isinstance(record, rec.GiveUp) else None
         client = client or self.facts.ports.get((record.channel, record.place or ""), "?")
         lane = self._client_lane(record.channel, client, step.node)
-        step.node = lane.node or step.node
+        step.node = step.node or lane.node
         step.marks.append([lane.index, "o", self._counts[lane.index]])
         asking = self.facts.client_words(client)
         words = f"{asking} gives up waiting for" if gives_up else f"the request of {asking} is lost by"
@@ -387,12 +387,12 @@ class TraceBuilder:
         if queue == "publisher" and place not in self.facts.owner:
             place = prototype(place)  # the instances of a server page share the queue
         before = 0 if self._loads or queue != "subscriber" else self._published.get(channel, 0)
-        limits = self.facts.depths if queue == "request" else self.facts.limits
-        capacity = limits.get((channel, place))
+        asks = queue == "request"
+        capacity = (self.facts.depths if asks else self.facts.limits).get((channel, place))
         lane = self.lanes.make(
-            "queue", channel, queue, place, group="topics", kind="queue", id=place, label=self._name(channel),
-            note=f"{queue} {self.facts.label_of(place)}", node=self.facts.owner_of(place) or place,
-            channel=channel, queue=queue, capacity=capacity,
+            "queue", channel, queue, place, group="services" if asks else "topics", kind="queue", id=place,
+            label=self._name(channel), note=f"{queue} {self.facts.label_of(place)}",
+            node=self.facts.owner_of(place) or place, channel=channel, queue=queue, capacity=capacity,
         )  # fmt: skip
         self._counts.setdefault(lane.index, before)
         return lane

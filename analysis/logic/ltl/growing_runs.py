@@ -2,10 +2,10 @@
 
 Such a net is asked through three smaller ones. Where places that nothing takes from are all that grows, they
 stop where the formula cannot tell more apart, and the answer is exact. Where places with no bound lose what
-is too much, a counterexample has a loop that takes nothing in the net itself: it can be repeated for ever,
-and after some rounds every atom is what it stays, which is computed, so that the formula is evaluated on the
-run by its definition. Where places without a bound are left out, more runs are possible: what holds of all of
-them holds.
+is too much, a counterexample has a loop that takes nothing in the net itself, as has a loop that is met at
+once when the net itself is searched: it can be repeated for ever, and after some rounds every atom is what it
+stays, which is computed, so that the formula is evaluated on the run by its definition. Where places without
+a bound are left out, more runs are possible: what holds of all of them holds.
 
 References
 ----------
@@ -38,6 +38,7 @@ from dineros.analysis.logic.language.limited_names import LimitedNames
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Formula
+from dineros.analysis.logic.ltl.near_lassos import near_lassos
 from dineros.analysis.logic.verdicts.verdict import ReplayError
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping, coverability
@@ -53,6 +54,9 @@ ROOM = (0, 1, 3)
 
 MOST_STATES = 300_000
 """States of the product with a smaller net."""
+
+NEAR_MARKINGS = 2_000
+"""Markings among which loops are looked for that refute the formula as they are."""
 
 MOST_ROUNDS = 10_000
 """Firings of a loop that are replayed at most until atoms stay as they are."""
@@ -130,7 +134,12 @@ class EndlessRuns:
     def decide(self, budget: Budget) -> Outcome | None:
         """Return the answer; None where it is not known."""
         budget = budget.begun()
-        return self._without_counters(budget) or self._refuted(budget) or self._proved(budget)
+        return (
+            self._without_counters(budget)
+            or self._refuted_nearby(budget.share(0.1))
+            or self._refuted(budget)
+            or self._proved(budget)
+        )
 
     def _without_counters(self, budget: Budget) -> Outcome | None:
         compared = compared_tokens(self.net, self.atoms)
@@ -143,6 +152,13 @@ class EndlessRuns:
         if answer.status == "violated":
             return self._shown(small.back(answer.stem), small.back(answer.loop), answer)
         return answer if answer.status == "holds" else None
+
+    def _refuted_nearby(self, budget: Budget) -> Outcome | None:
+        for stem, loop in near_lassos(self.net, NEAR_MARKINGS, budget):
+            shown = self._shown(stem, loop, Outcome("violated"))
+            if shown is not None:
+                return shown
+        return None
 
     def _refuted(self, budget: Budget) -> Outcome | None:
         weights, compared = largest_weights(self.net), compared_tokens(self.net, self.atoms) or {}

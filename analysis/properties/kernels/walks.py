@@ -56,7 +56,6 @@ def fire(net, state, count, t, fired):  # type: ignore[no-untyped-def]
                         enabled[count] = u
                         position[u] = count
                         count += 1
-                        fired[u] = True
                 else:
                     if missing[u] == 0:
                         count -= 1
@@ -65,6 +64,12 @@ def fire(net, state, count, t, fired):  # type: ignore[no-untyped-def]
                         position[last] = position[u]
                         position[u] = -1
                     missing[u] += 1
+    # Only now: between two changes of one firing, transitions may lack nothing that no marking enables.
+    for c in range(change_pointer[t], change_pointer[t + 1]):
+        p = change_place[c]
+        for k in range(pointer[p], pointer[p + 1]):
+            if missing[transition[k]] == 0:
+                fired[transition[k]] = True
     return count
 
 

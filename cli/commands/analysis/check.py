@@ -22,6 +22,7 @@ from dineros.cli.presentation.evidence import (
     confirm_option,
     confirmed_report,
     refuse_certificates,
+    report_confirmed,
     say_confirmation,
 )
 from dineros.cli.presentation.findings import print_report, write_witnesses
@@ -119,8 +120,8 @@ def check(
     if suggest_capacities or suggest_callback_groups:
         written = "-o" if output is not None else "--certificate" if certificate is not None else None
         _refuse_beside(suggests, suggest_capacities and suggest_callback_groups, format, written)
-    if scheduler is not None and (confirm or suggest_capacities or suggest_callback_groups):
-        raise click.UsageError(f"--scheduler goes with neither --confirm nor {suggests}")
+    if scheduler is not None and (suggest_capacities or suggest_callback_groups):
+        raise click.UsageError(f"--scheduler does not go with {suggests}")
     if certificate is not None:
         refuse_certificates(certificate, also_folder=True)
     net = load_valid(model, settings)
@@ -138,10 +139,13 @@ def check(
     run.draft(so_far)
     if scheduler is None:
         check_model(net, run.budget(), report, behaviour, orders_beside(model, no_cache))
+        confirmation = confirmed_report(report, run.budget()) if confirm else None
     else:
         run.stage(f"asking the workers of {scheduler}")
-        check_on_workers(net, scheduler, report, at_any_cost=behaviour, memory=memory)
-    confirmation = confirmed_report(report, run.budget()) if confirm else None
+        said = check_on_workers(
+            net, scheduler, report, at_any_cost=behaviour, memory=memory, is_confirmed=confirm
+        )
+        confirmation = report_confirmed(report, said)
     with run.answer():
         print_report(report, net, model, format, witnesses)
         if confirm:

@@ -24,7 +24,7 @@ from dineros.cli.models import rules_of
 from dineros.cli.options import ModelPath, model_argument
 from dineros.cli.orders import cache_option, orders_beside
 from dineros.cli.presentation.answers import say_unfairness, say_verdict
-from dineros.cli.presentation.evidence import certificate_option, confirm_option
+from dineros.cli.presentation.evidence import certificate_option, confirm_option, refuse_certificates
 from dineros.cli.presentation.property_files import answer_properties, write_formula, write_properties
 from dineros.cli.presentation.scheduling import scheduler_option
 from dineros.cli.quick_start import start_quickly
@@ -115,14 +115,20 @@ def verify(
     from dineros.metamodel.errors import DinerosError
 
     if properties:
-        others = (ltl, ctl, weak, strong, output, certificate, confirm or None, scheduler)
+        others = (ltl, ctl, weak, strong, output, confirm or None)
         if engine == "tina" or any(other not in (None, ()) for other in others):
-            alone = "--ltl, --ctl, --fair, --engine tina, --certificate, --confirm, --scheduler and -o"
+            alone = "--ltl, --ctl, --fair, --engine tina, --confirm and -o"
             raise click.UsageError(f"--properties goes with none of {alone}")
+        if certificate is not None and (scheduler is not None or certificate.suffix == ".json"):
+            raise click.UsageError("of a property file, --certificate is a folder, and no scheduler's matter")
+        if certificate is not None:
+            refuse_certificates(certificate, also_folder=True)
         subject = load_subject(model, settings, signals, overflow)
         if written is not None:
             return write_properties(subject, properties, written)
-        return answer_properties(subject, model, properties, as_json)
+        wanted = None if certificate is None else (certificate, settings)
+        variant = signals, overflow
+        return answer_properties(subject, model, properties, as_json, scheduler, variant, wanted)
     if scheduler is not None and engine == "tina":
         raise click.UsageError("workers of a scheduler do not ask TINA")
     if (ltl is None) == (ctl is None):

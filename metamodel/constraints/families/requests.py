@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from dineros.metamodel import sym
+from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
@@ -86,3 +87,33 @@ def calls_of_ros2(port: sym.ClientPort, index: Index) -> Outcome:
     if port.timeout is not None:
         found.append(f"a time-out of {port.timeout:g} s")
     return not found or " and ".join(found)
+
+
+@constraint(
+    "{it} gives up without a token, and its callback {found} never goes on",
+    fix="name a place for time-outs on that callback page",
+    severity="warning",
+    guard=lambda port, index: port.timeout is not None and _waiting_callback(port, index) is not None,
+)
+def waiting_callback_is_told(port: sym.ClientPort, index: Index) -> Outcome:
+    """Where a node runs callbacks, one that waits for a response is told that the client has given up."""
+    page = _waiting_callback(port, index)
+    return port.timedOut is not None or page is None or repr(page.id)
+
+
+def _waiting_callback(port: sym.ClientPort, index: Index) -> sym.CallbackPage | None:
+    """Return the callback page that waits for a client's response."""
+    page = callback_page_of(port.request)
+    waits = page is callback_page_of(port.response) and runs_callbacks(index.node_net_of(port.request))
+    return page if waits else None
+
+
+@constraint(
+    "{it} names the place {element.timedOut.id!r} for time-outs on {found}, which a time-out does not begin",
+    fix="put the place on the callback page that asks, or on none",
+    guard=lambda port, index: port.timedOut is not None and runs_callbacks(index.node_net_of(port.timedOut)),
+)
+def timed_out_begins_no_callback(port: sym.ClientPort, index: Index) -> Outcome:
+    """Where a node runs callbacks, only the callback that asks is told of a time-out."""
+    page = callback_page_of(port.timedOut)
+    return page is None or page is callback_page_of(port.request) or describe(page)

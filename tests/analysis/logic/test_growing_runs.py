@@ -16,7 +16,10 @@ from dineros.analysis.logic.ltl.growing_runs import EndlessRuns, settled
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.logic.verdicts.verdict import ReplayError
 from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.metamodel import sym
+from tests.analysis.logic.unbounded_lassos import compare
 from tests.analysis.strategies import nets
+from tests.support.unbounded_systems import unbounded_systems
 
 WORK = CompiledNet.build(
     {"on": 1, "work": 0, "hands": 1, "busy": 0, "done": 0},
@@ -111,6 +114,12 @@ def test_answers_agree_with_the_product(net: CompiledNet, formula: str, fair: bo
     if found.status == "violated":
         first, again = settled(net, atoms, found.stem, found.loop)
         assert not holds_on_lasso(tree, first, again, atoms.is_true)
+
+
+@settings(max_examples=3, deadline=None)
+@given(unbounded_systems())
+def test_what_a_lasso_of_a_plain_search_refutes_is_refuted(model: sym.SystemModel) -> None:
+    compare(model, most=300, formulas=4)
 
 
 @settings(max_examples=100, deadline=None)

@@ -18,6 +18,7 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties import answering
 from dineros.analysis.properties.answering import answer_properties
 from dineros.analysis.properties.property import GLOBAL_PROPERTIES, GroupedNames, Property
+from dineros.analysis.properties.walking import Walker
 from tests.analysis.logic.generated import atoms_of, random_ctl, random_ltl, random_net
 
 FEW = Budget(states=3_000)
@@ -131,3 +132,16 @@ def test_an_unbounded_net_is_answered_where_a_part_tells() -> None:
     assert answers["QuasiLiveness"] is True
     assert answers["StableMarking"] is True
     assert np.all([value is not None for name, value in answers.items() if name == "OneSafe"])
+
+
+def test_walks_note_only_what_a_marking_enables() -> None:
+    """Halfway through `back`, both places have what `never` asks for; no marking has."""
+    transitions = [
+        ("go", {"a": 1}, {"b": 1}),
+        ("back", {"b": 1}, {"a": 1}),
+        ("never", {"a": 2, "b": 2}, {"a": 4}),
+        ("late", {"b": 3}, {"b": 3}),
+    ]
+    walker = Walker(CompiledNet.build({"a": 3, "b": 0}, transitions))
+    walker.walk()
+    assert walker.fired.tolist() == [True, True, False, True]

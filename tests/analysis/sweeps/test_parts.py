@@ -3,28 +3,38 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
 import signal
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from case_study.build import build
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.syntax import Enabled, Exists, Finally, Name
 from dineros.analysis.model.subject import base_subject, subject_of
+from dineros.analysis.properties.answering import answer_properties
+from dineros.analysis.properties.property import GLOBAL_PROPERTIES, GroupedNames, Property
 from dineros.analysis.questions.check import check
 from dineros.analysis.sweeps import cluster as clusters
-from dineros.analysis.sweeps.cluster import cluster_answers, first_known
+from dineros.analysis.sweeps.cluster import cluster_answers
 from dineros.analysis.sweeps.parts import (
     TOGETHER,
     Part,
     add_report,
+    all_of,
     answer_part,
     check_parts,
+    conjuncts,
     outcome_of,
+    property_parts,
     question_parts,
 )
 from dineros.analysis.sweeps.workers import PointProcesses
@@ -122,6 +132,39 @@ def test_whoever_is_asked_answers_the_same(kind: str, what: str, status: str) ->
             assert kind != "enabled" or witness.steps[-1].transition == what
 
 
+def test_properties_are_divided_and_answered_the_same() -> None:
+    """Groups of transitions and global questions, too: each part is told all that it needs, as text."""
+    subject = subject_of(talker(), "none")
+    names, net = GroupedNames(subject.names), subject.net
+    group = names.group(net.transitions[:2])
+    properties = [
+        Property("a", "ctl", Exists(Finally(Enabled(Name(group))))),
+        Property("b", "ltl", parse("G F deadlock")),
+        Property("c", "bound", places=("Noted", "Said")),
+        *(Property(name, "global", examination=name) for name in GLOBAL_PROPERTIES),
+    ]
+    told = {"signals": "none", "overflow": "weighted", "memory": None, "seconds": 20.0}
+    parts = property_parts(text(talker()), told, properties, names, "work")
+    assert len(parts) == len(properties)
+    found = {one["id"]: one["value"] for part in parts for one in answer_part(part)["answers"]}
+    assert found == {one.id: one.value for one in answer_properties(net, names, properties)}
+    assert None not in found.values()
+
+
+def test_a_conjunction_is_answered_by_its_formulas() -> None:
+    assert conjuncts("ctl", "AG a >= 1 & EF (b >= 1 & c >= 1)") == [
+        "AG (a >= 1)",
+        "EF ((b >= 1) & (c >= 1))",
+    ]
+    assert conjuncts("marking", "a >= 1 & b >= 1") == ["a >= 1 & b >= 1"]
+    yes, no, open_ = Outcome("holds", by="x"), Outcome("violated"), Outcome("unknown", reason="time")
+    assert all_of({"f": yes}, ["f", "g"]) is None
+    assert all_of({"f": no}, ["f", "g"]) == no
+    assert all_of({"f": open_, "g": yes}, ["f", "g"]) == open_
+    assert all_of({"f": open_, "g": no}, ["f", "g"]) == no
+    assert all_of({"f": yes, "g": Outcome("holds", by="y")}, ["f", "g"]) == Outcome("holds", by="x, y")
+
+
 def test_what_died_is_unknown() -> None:
     died = {"error": "its workers died: KilledWorker"}
     outcome = outcome_of(subject_of(talker(), "none").net, died)
@@ -193,10 +236,8 @@ def test_the_first_who_knows_ends_the_others(cluster: LocalCluster) -> None:
         apply(model, f"{color}Objects.tokens=60")
     hard = question_parts(text(model), asked("ctl", "AG EF (Shown >= 180)"), None, None, "first")[:1]
     began = time.monotonic()
-    answer = first_known(
-        [*hard, *easy], cluster.scheduler_address, lambda found: found.get("status") == "unreachable"
-    )
-    assert answer["status"] == "unreachable"
+    with closing(cluster_answers([*hard, *easy], cluster.scheduler_address)) as answers:
+        assert next(answers)[1]["status"] == "unreachable"
     assert time.monotonic() - began < 120
     deadline = time.monotonic() + 60
     while any(clusters_busy(cluster)):
@@ -219,13 +260,21 @@ def test_the_commands_answer_as_without_workers(cluster: LocalCluster, run: Run,
     for arguments in (
         ("check", model),
         ("verify", model, "--signals", "none", "--ctl", "AG EF Noted >= 1"),
-        ("verify", model, "--signals", "none", "--ltl", "G Noted <= 3"),
+        ("verify", model, "--signals", "none", "--ltl", "G Noted <= 3 & G F Noted >= 0"),
+        ("verify", model, "--signals", "none", "--ctl", "AG Noted <= 3 & AG Noted <= 2"),
         ("find", model, "--signals", "none", "--marking", "Noted >= 3"),
         ("find", model, "--signals", "none", "--marking", "Noted >= 9"),
     ):
         here, there = run(*arguments), run(*arguments, "--scheduler", address)
         assert there.exit_code == here.exit_code, there.stderr
         assert there.stdout.split(":")[0] == here.stdout.split(":")[0]
+    there = run("check", model, "--confirm", "--scheduler", address)
+    assert "confirmed by explicit search" in there.stdout
+    asked = ("--properties", "OneSafe", "--properties", "ReachabilityDeadlock", "--json")
+    here, there = (run("verify", model, *asked, *more) for more in ((), ("--scheduler", address)))
+    assert there.exit_code == here.exit_code == 1, there.stderr
+    values = [[one["value"] for one in json.loads(run.stdout)["properties"]] for run in (here, there)]
+    assert values[0] == values[1] == [False, True]
     wrong = run("verify", model, "--ctl", "AG Nothing >= 1", "--scheduler", address)
     assert wrong.exit_code == 2 and "Nothing" in wrong.stderr
 

@@ -152,3 +152,22 @@ def test_of_a_check_of_a_system_model(run: Run, model: Path, tmp_path: Path) -> 
     for name in written:
         checked = run("certify", model, tmp_path / "all" / name)
         assert checked.exit_code == 0 and f"in {model} {few[0]} {few[1]} without signals" in lines(checked)[0]
+
+
+@uses("cycle")
+def test_of_a_property_file(run: Run, net: Path, tmp_path: Path) -> None:
+    """What few markings decide has none: answers that rest on structure are asked of a net with many."""
+    text = net.read_text().replace("idle (1)", "idle (40)") + "".join(
+        f"pl a{n} (30)\ntr u{n} a{n} -> b{n}\ntr d{n} b{n} -> a{n}\n" for n in range(4)
+    )
+    net.write_text(text + "tr never idle*20 busy*21 -> idle\n")
+    file, folder = tmp_path / "one.xml", tmp_path / "all"
+    formula = "AG (idle + busy <= 40) & !EF (a0 >= 16 & b0 >= 15)"
+    assert run("verify", net, "--ctl", formula, "--write-properties", file).exit_code == 0
+    found = run("verify", net, "--properties", file, "--properties", "QuasiLiveness", "--certificate", folder)
+    assert found.exit_code == 1, found.stderr
+    written = sorted(one.name for one in folder.iterdir())
+    assert len(written) == 2 and "QuasiLiveness.json" in written
+    for name in written:
+        assert run("certify", net, folder / name).exit_code == 0
+    assert "enabled(never) is unreachable" in run("certify", net, folder / "QuasiLiveness.json").stdout

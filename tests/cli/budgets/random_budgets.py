@@ -3,7 +3,8 @@
 ``python -m tests.cli.budgets.random_budgets 200 --seed 1`` prints a line for each run that breaks a promise,
 and last the worst of all. A run is outside the promise that takes more than 1.1 times its time and 2 s, has
 more memory than it may (all its processes together, pages that they share counted once), leaves a process
-behind, or ends in another way than with an answer or as unknown.
+behind, or ends in another way than with an answer or as unknown. With ``--nets FOLDER`` nets of the Model
+Checking Contest are among the models (``NAME.tgz``, as of `benchmarks.contest`).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import os
 import random
 import subprocess
 import sys
+import tarfile
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
@@ -91,13 +93,36 @@ def tangle(draw: random.Random, places: int, transitions: int) -> str:
     return "\n".join(["net tangle", *lines, ""])
 
 
-def commands(draw: random.Random, folder: Path) -> Iterator[tuple[str, ...]]:
+def traced(folder: Path) -> Path:
+    """Return the traces of a simulated run of the case study, recorded once."""
+    made = folder / "traces"
+    if not made.is_dir():
+        model = str(ROOT / "case_study/sorting.sym.xmi")
+        end = ["--until", "Shown >= 3", "--timeout", "5"]
+        command = [sys.executable, "-m", "dineros.cli.main", "run", model, "--simulate", "--seed", "1", *end]
+        subprocess.run([*command, "--trace", str(made)], check=False, capture_output=True)
+    return made
+
+
+def commands(draw: random.Random, folder: Path, contest: Path | None = None) -> Iterator[tuple[str, ...]]:
     """Yield commands without end."""
+    archives = sorted(contest.glob("*.tgz")) if contest else []
     number = 0
     while True:
         number += 1
         net = folder / f"{number}.net"
-        match draw.randrange(5):
+        match draw.randrange(7 if archives else 6):
+            case 5:
+                yield ("conform", str(ROOT / "case_study/sorting.sym.xmi"), str(traced(folder)))
+                continue
+            case 6:
+                archive = draw.choice(archives)
+                with tarfile.open(archive) as files:
+                    files.extractall(folder, filter="data")
+                net = folder / archive.stem / "model.pnml"
+                deadlock = ("verify", str(net), "--properties", "ReachabilityDeadlock")
+                yield draw.choice([("check", str(net)), ("statespace", str(net)), deadlock])
+                continue
             case 0:
                 net.write_text(philosophers(draw.choice([5, 30, 100, 400]), draw), encoding="utf-8")
                 place, transition = "eat0", "put0"
@@ -198,11 +223,13 @@ def is_running(process: int) -> bool:
     return True
 
 
-def random_runs(number: int, seed: int, most_seconds: float = 8.0) -> Iterator[Ran]:
+def random_runs(
+    number: int, seed: int, most_seconds: float = 8.0, contest: Path | None = None
+) -> Iterator[Ran]:
     """Yield measured runs."""
     draw = random.Random(seed)
     with tempfile.TemporaryDirectory() as name:
-        for arguments, _ in zip(commands(draw, Path(name)), range(number), strict=False):
+        for arguments, _ in zip(commands(draw, Path(name), contest), range(number), strict=False):
             seconds = 0.3 * (most_seconds / 0.3) ** draw.random()
             least = 800 if arguments[0] == "sweep" or ".html" in " ".join(arguments) else 322
             yield measured(arguments, seconds, int(least * 4 ** draw.random() ** 3) * MIB)
@@ -213,13 +240,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("number", type=int)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--nets", type=Path, help="folder of nets of the Model Checking Contest")
     parser.add_argument("-v", action="store_true", help="print every run")
     chosen = parser.parse_args()
     os.environ["DINEROS_QUIET_COMPILATION"] = "1"
     runs, outside = 0, 0
     latest = fullest = -1e9
     statuses: dict[int, int] = {}
-    for run in random_runs(chosen.number, chosen.seed):
+    for run in random_runs(chosen.number, chosen.seed, contest=chosen.nets):
         runs += 1
         outside += bool(run.faults)
         latest = max(latest, run.took - run.seconds * (1 + SLACK_PART))

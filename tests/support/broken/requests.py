@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from dineros.metamodel import sym
+from dineros.metamodel.build import flow
 from tests.support.broken.cases import Cases
 from tests.support.broken.small import Small
 
@@ -14,6 +15,7 @@ CLIENT = "client port 'c1' of service channel 'ask'"
 
 def _client(small: Small) -> Any:
     small.net.middleware = "ros2"
+    flow(small["Tick"], sym.Transition(id="AtTick", page=small["clock"]))
     return small["ask"].clients[0]
 
 
@@ -87,3 +89,37 @@ def told_an_instance(small: Small) -> None:
 def calls_under_ros1(small: Small) -> None:
     small["ask"].clients[0].outstanding = 2
     small["ask"].clients[0].timeout = 0.5
+
+
+def _callbacks(small: Small) -> Any:
+    """Return the client of a callback that waits for the response."""
+    net, client = small["talker"], _client(small)
+    page = sym.CallbackPage(id="asks", kind="timer", timer=1.0, page=net)
+    request, response = sym.Place(id="Request", page=page), sym.Place(id="Response", page=page)
+    flow(sym.Transition(id="Begin", page=page), request)
+    flow(response, sym.Transition(id="End", page=page))
+    client.request, client.response, client.timeout = request, response, 1.0
+    net.execution = "callbacks"
+    return client
+
+
+@CASES.breaks(
+    "waiting-callback-is-told",
+    f"{CLIENT} gives up without a token, and its callback 'asks' never goes on",
+    "name a place for time-outs on that callback page",
+)
+def nobody_told(small: Small) -> None:
+    _callbacks(small)
+
+
+@CASES.breaks(
+    "timed-out-begins-no-callback",
+    f"{CLIENT} names the place 'Late' for time-outs on callback page 'later', "
+    "which a time-out does not begin",
+    "put the place on the callback page that asks, or on none",
+)
+def another_callback_told(small: Small) -> None:
+    client = _callbacks(small)
+    later = sym.CallbackPage(id="later", kind="timer", timer=1.0, page=small["talker"])
+    client.timedOut = sym.Place(id="Late", page=later)
+    flow(sym.Transition(id="Also", page=later), client.timedOut, sym.Transition(id="Then", page=later))

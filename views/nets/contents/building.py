@@ -155,6 +155,8 @@ def _end_of_references(node: pn.Node) -> str:
 def _describe_place(place: sym.Place, node: Node) -> None:
     if place.kind != sym.PlaceKind.ordinary:
         node.captions.append(Caption(f"{place.kind} place", "note"))
+    if place.tokenType is not None:
+        node.detail["Token type"] = label(place.tokenType)
     data = [balloon.data for balloon in place.balloons]
     if data:
         more = f" and {len(data) - 3} more" if len(data) > 3 else ""
