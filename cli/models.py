@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.console import note, warn, working
 from dineros.cli.options import invocation
+
+OTHER_QUEUES = (
+    "by the rules of ros1, but what runs on ROS 2 has other queues (check and run it with --middleware ros2)"
+)
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn, sym
@@ -105,26 +109,32 @@ def rules_of(model: pn.Net) -> dict[str, str]:
     return {"middleware": "ros2"} if _is_of_ros2(model) else {}
 
 
-def say_what_runs(model: pn.Net, path: Path) -> None:
-    """Say what of a model its nodes do not do yet."""
-    from dineros.metamodel import sym
-    from dineros.metamodel.elements import places
+def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
+    """Say where what runs on ROS 2 differs from the rules of a model.
 
-    qualities = [part for part in model.eAllContents() if isinstance(part, sym.QualityOfService)]
-    if any(
-        quality.liveliness != sym.Liveliness.automatic
-        or {quality.deadline, quality.lifespan, quality.leaseDuration} != {None}
-        for quality in qualities
-    ):
-        warn(f"{path}: nodes set no deadline, lifespan and liveliness yet: they have those of the middleware")
-    clients = [part for part in model.eAllContents() if isinstance(part, sym.ClientPort)]
+    Parameters
+    ----------
+    models : iterable of pn.Net
+        The system model, or the runtime models of a workspace.
+    path : Path
+        Their file or folder.
+    """
+    from dineros.metamodel import rtm, sym
+
+    models = list(models)
+    ports = (sym.PublisherPort, sym.SubscriberPort, rtm.PublisherPort, rtm.SubscriberPort)
+    by_ros1 = (
+        model
+        for model in models
+        if isinstance(model, (sym.SystemModel, rtm.RuntimeModel)) and model.middleware == sym.Middleware.ros1
+    )
+    if invocation().verbosity < 0:
+        return
+    if any(isinstance(part, ports) for model in by_ros1 for part in model.eAllContents()):
+        warn(f"{path}: {OTHER_QUEUES}")
+    clients = [part for model in models for part in model.eAllContents() if isinstance(part, sym.ClientPort)]
     if any(client.outstanding > 1 or client.timeout is not None for client in clients):
         warn(f"{path}: nodes have one request under way for each client, and ask again instead of giving up")
-    if _is_of_ros2(model) or any(place.capacity is not None for place in places(model)):
-        warn(
-            f"{path}: nodes do not obey capacities and messages in hand yet: "
-            "what is proved of this model need not hold of its runs"
-        )
 
 
 def _is_of_ros2(model: pn.Net) -> bool:

@@ -57,6 +57,8 @@ def begin_within(replay: Replay, checkpoints: Checkpoints) -> None:
         A channel has an existing message type: if its messages had no ids, nobody knows what was under way.
     """
     net = replay.net
+    own = {index for places in net.places_of.values() for index in places.values()}
+    capacity = {bounded: replay.marking[bounded] + replay.marking[free] for bounded, free in net.room.items()}
     for node, checkpoint in checkpoints.items():
         for place, index in net.places_of.get(node, {}).items():
             replay.marking[index] = len(checkpoint.marking.get(place, ()))
@@ -71,6 +73,9 @@ def begin_within(replay: Replay, checkpoints: Checkpoints) -> None:
         elif isinstance(channel, sym.ServiceChannel):
             for client in channel.clients:
                 _begin_call(replay, channel, client, checkpoints)
+    for bounded, free in net.room.items():
+        if bounded in own:
+            replay.marking[free] = capacity[bounded] - replay.marking[bounded]
 
 
 def _begin_topic(replay: Replay, channel: sym.TopicChannel, checkpoints: Checkpoints) -> None:
@@ -78,11 +83,10 @@ def _begin_topic(replay: Replay, channel: sym.TopicChannel, checkpoints: Checkpo
     for publisher in channel.publishers:
         sender, sent = _sender(publisher.place, checkpoints)
         replay.messages.began(channel.id, sender, sent)
-        for place, queue in topic.subscribers.items():
+        for place in topic.subscribers:
             checkpoint = checkpoints.get(topic.node_of[place])
             taken = 0 if checkpoint is None else _last_taken(checkpoint, f"{channel.id}/{place}", sender)
-            replay.messages.began_taking(channel.id, place, sender, taken)
-            replay.marking[queue.source] += sent - taken
+            replay.begin_topic(channel.id, sender, place, taken, sent)
 
 
 def _last_taken(checkpoint: Checkpoint, port: str, sender: str) -> int:

@@ -15,10 +15,11 @@ from dineros.analysis.conformance.pasts import Past, Pasts
 from dineros.analysis.conformance.reasons import step_words
 from dineros.analysis.conformance.replay import Replay
 from dineros.analysis.conformance.settling import settle_waiting
+from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.verdict import Deviation, Verdict
 from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.records import Drop, Header, Publish, Record
+from dineros.metamodel.records import Drop, Header, Publish, Record, Take
 
 Trace = Callable[[], Iterable[Record]]
 """Reads all records of a node, from the first, each time it is called."""
@@ -99,7 +100,11 @@ class _Conformance:
                 raise DinerosError(said, hint="is it the model that was run?")
         self._generous: set[tuple[str, int]] = set()
         self._beginnings = beginnings({node: trace() for node, trace in traces.items()})
-        self._surveys = {node: _survey(net.model.id, node, trace()) for node, trace in traces.items()}
+        self._fates = Fates()
+        self._surveys = {
+            node: _survey(net.model, node, trace(), self._fates) for node, trace in traces.items()
+        }
+        self._fates.are_known = True
 
     def run(self) -> Verdict:
         goals: list[_Goal] = []
@@ -184,7 +189,7 @@ class _Conformance:
         return None
 
     def _merger(self, keep: Collection[tuple[str, str]], draw: Random | None = None) -> Merger:
-        replay = Replay(self._net, keep, [] if self._firings else None)
+        replay = Replay(self._net, keep, [] if self._firings else None, self._fates)
         if self._beginnings:
             begin_within(replay, self._beginnings)
         return Merger(
@@ -240,21 +245,24 @@ def _undecided(goal: _Goal, why: str) -> Deviation:
     return Deviation(found.record, found.step, f"{found.reason} in the orders tried: {why}")
 
 
-def _survey(model: str, node: str, records: Iterable[Record]) -> _Survey:
+def _survey(model: sym.SystemModel, node: str, records: Iterable[Record], fates: Fates) -> _Survey:
     survey = _Survey()
+    has_histories = model.middleware == sym.Middleware.ros2
     published: dict[tuple[str, str], list[int]] = defaultdict(list)
     for position, record in enumerate(records):
-        if isinstance(record, Header) and record.model != model:
-            said = f"is a trace of model {record.model!r}, not of {model!r}"
+        if isinstance(record, Header) and record.model != model.id:
+            said = f"is a trace of model {record.model!r}, not of {model.id!r}"
             raise DinerosError(said, location=record.location)
         if record.node != node:
             said = f"a record of node {record.node!r} in the trace of node {node!r}"
             raise DinerosError(said, location=record.location)
-        if isinstance(record, Publish):
+        if isinstance(record, Take) and has_histories:
+            fates.add(record)
+        elif isinstance(record, Publish):
             published[record.channel, record.place].append(position)
         elif isinstance(record, Drop):
             survey.drops = True
-            if record.queue == "publisher" and not any(record.change.values()):
+            if record.queue == "publisher" and not has_histories and not any(record.change.values()):
                 sent = published[record.channel, record.place or ""]
                 # The model loses the newest message. Which one it was in truth makes no difference to the
                 # numbers.

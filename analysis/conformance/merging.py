@@ -21,7 +21,7 @@ from dineros.analysis.conformance.refusals import Fault, Waiting
 from dineros.analysis.conformance.replay import Replay
 from dineros.metamodel.records import Drop, Publish, Record, Reply, Request, Serve, Stop, Take
 
-_WAKING = (Publish, Request, Serve, Reply)
+_WAKING = (Publish, Take, Drop, Request, Serve, Reply)
 """What a step may wait for."""
 
 
@@ -89,6 +89,11 @@ class Merger:
         told yet.
     draw : Random, optional
         Draws the order of calls whose server does not know whose they are; without it, clocks tell it.
+
+    Attributes
+    ----------
+    forces : bool
+        Whether a message of ROS 2 is lost when nothing else can be done: there is nothing more to come.
     """
 
     def __init__(
@@ -109,6 +114,8 @@ class Merger:
         self._ready: list[tuple[int, float, int, str]] = []
         self._queued: set[str] = set()
         self._pushed = 0
+        self._forced: str | None = None
+        self.forces = True
 
     def advance(self, until: Mapping[str, int] | None = None) -> None:
         """Replay all that can be.
@@ -120,7 +127,7 @@ class Merger:
         """
         for node in self.feeds:
             self._push(node, until)
-        while self._ready:
+        while self._ready or self._force(until):
             _, _, _, node = heapq.heappop(self._ready)
             self._queued.discard(node)
             record = self.feeds[node].head()
@@ -128,7 +135,8 @@ class Merger:
             dropped = isinstance(record, Publish) and self._is_dropped(self.feeds[node], record)
             if dropped is None:
                 continue
-            refusal = self.replay.step(record, dropped)
+            forced, self._forced = self._forced == node, None
+            refusal = self.replay.step(record, dropped, forced)
             if isinstance(refusal, Fault):
                 self.failed[node] = (record, refusal)
                 continue
@@ -138,6 +146,25 @@ class Merger:
             self.feeds[node].pop()
             self._push(node, until)
             self._wake(node, record, until)
+
+    def _force(self, until: Mapping[str, int] | None) -> bool:
+        """Let the oldest step go on that loses a message; return whether there is one."""
+        forcible = [
+            (record.time or 0.0, node)
+            for node, (record, waiting) in self.waiting.items()
+            if waiting.is_forcible and self.forces
+        ]
+        if forcible:
+            self._forced = min(forcible)[1]
+            del self.waiting[self._forced]
+            self._push(self._forced, until)
+        return bool(self._ready)
+
+    def retry(self) -> None:
+        """Try steps again that wait to know whether a message was lost: more may be known now."""
+        for node, (_, waiting) in list(self.waiting.items()):
+            if waiting.is_forcible:
+                del self.waiting[node]
 
     def skip(self, node: str) -> None:
         """Pass over the record at which a node has failed."""

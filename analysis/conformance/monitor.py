@@ -11,10 +11,11 @@ from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.conformance.reasons import step_words
 from dineros.analysis.conformance.replay import Replay
 from dineros.analysis.conformance.settling import settle_waiting
+from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.verdict import Deviation, Verdict
 from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.records import Drop, Publish, Record
+from dineros.metamodel.records import Drop, Publish, Record, Take
 
 
 class Monitor:
@@ -23,7 +24,8 @@ class Monitor:
     A step of a message waits until the message was sent. Records are forgotten once they are replayed, so
     that the monitor does not grow with the run. One thing it cannot do is to take back a message that one
     node took before the publisher's trace says that another one was lost from a full queue: such a loss is
-    `unknown` here, and `conform` decides it afterwards.
+    `unknown` here, and `conform` decides it afterwards. Under the rules of ROS 2, a publisher whose histories
+    are full waits here until its subscribers' records say which messages they took.
 
     Parameters
     ----------
@@ -41,9 +43,12 @@ class Monitor:
 
     def __init__(self, model: sym.SystemModel) -> None:
         self._net = ConformanceNet(model)
-        self._replay = Replay(self._net)
+        self._fates = Fates()
+        self._replay = Replay(self._net, fates=self._fates)
+        self._has_histories = model.middleware == sym.Middleware.ros2
         self._feeds = {node: Feed() for node in self._net.nodes}
         self._merger = Merger(self._replay, self._feeds, takes_last=False, is_dropped=self._is_dropped)
+        self._merger.forces = False
         self._verdict = Verdict()
         self._told: set[str] = set()
         self._finished = False
@@ -77,6 +82,8 @@ class Monitor:
             if feed is None:
                 raise DinerosError(f"the model has no node net {record.node!r}", location=record.location)
             self._heard.add(record.node or "")
+            if isinstance(record, Take) and self._has_histories:
+                self._fates.add(record)
             if record.node not in self._told:
                 feed.add(record)
         return self._advance()
@@ -92,7 +99,7 @@ class Monitor:
 
     def finish(self) -> Verdict:
         """Return the verdict on all records: none will follow."""
-        self._finished = True
+        self._finished = self._fates.are_known = self._merger.forces = True
         self._advance()
         for node in set(self._feeds) - self._heard:
             del self._feeds[node]
@@ -102,6 +109,7 @@ class Monitor:
 
     def _advance(self) -> list[Deviation]:
         found = []
+        self._merger.retry()
         while True:
             self._merger.advance()
             skipped = False

@@ -9,11 +9,13 @@ from functools import cached_property
 from dineros.analysis.model import queues
 from dineros.analysis.model.step_roles import StepRole, step_roles
 from dineros.analysis.model.subject import Subject, subject_of
+from dineros.analysis.model.wording import source_of, topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import node_net_of, node_nets
-from dineros.metamodel.records import Fire, Publish, Reply, Request, Response, Serve, Signal, Take
+from dineros.metamodel.records import Fire, Publish, Reply, Request, Response, Serve, Signal, Take, Transfer
 from dineros.metamodel.records.schema import ServiceStep, Step
+from dineros.transformations.flattening.traces import Link
 
 Key = tuple[object, ...]
 
@@ -71,6 +73,50 @@ class Topic:
     node_of: dict[str, str]
 
 
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """A publisher and a subscriber of a topic of ROS 2 that match.
+
+    Attributes
+    ----------
+    publishers : tuple of str
+        The places of the publisher: on a server page one for each instance.
+    subscriber : str
+        The place of the subscriber.
+    queue : Queue
+        The writer history.
+    lose : int or None
+        The transition that loses a message on the way; None: it is reliable.
+    """
+
+    publishers: tuple[str, ...]
+    subscriber: str
+    queue: Queue
+    lose: int | None
+
+
+@dataclass(frozen=True)
+class HistoryTopic:
+    """A topic channel of ROS 2.
+
+    Attributes
+    ----------
+    pairs : tuple of Pair
+        Publishers and subscribers that match.
+    publishers : dict of str to list of Pair
+        By place of the port.
+    subscribers : dict of str to Queue
+        Reader histories, by place of the port.
+    node_of : dict of str to str
+        Node net of each subscriber's place.
+    """
+
+    pairs: tuple[Pair, ...]
+    publishers: dict[str, list[Pair]]
+    subscribers: dict[str, Queue]
+    node_of: dict[str, str]
+
+
 class ConformanceNet:
     """A system model flattened with fully-enabled signals, and look-up of recorded steps.
 
@@ -82,7 +128,7 @@ class ConformanceNet:
 
     def __init__(self, model: sym.SystemModel) -> None:
         self.model = model
-        self.subject: Subject = subject_of(model, "fully-enabled", as_run=True)
+        self.subject: Subject = subject_of(model, "fully-enabled")
         self.net = self.subject.net
         self.nodes = [node.id for node in node_nets(model)]
         self.pre = [self.net.pre.row(index) for index in range(len(self.net.transitions))]
@@ -223,10 +269,11 @@ class ConformanceNet:
         }
 
     @cached_property
-    def topics(self) -> dict[str, Topic]:
+    def topics(self) -> dict[str, Topic | HistoryTopic]:
         """Topic channels by id."""
+        make = self._topic if self.model.middleware == sym.Middleware.ros1 else self._history_topic
         return {
-            channel.id: self._topic(channel)
+            channel.id: make(channel)
             for channel in self.model.channels
             if isinstance(channel, sym.TopicChannel)
         }
@@ -255,6 +302,65 @@ class ConformanceNet:
             found["subscriber"],
             nodes,
         )
+
+    def _history_topic(self, channel: sym.TopicChannel) -> HistoryTopic:
+        ports = defaultdict(list)  # places of each publisher's port
+        losing = {}
+        for link in self.subject.links():
+            if channel not in link.sources or link.meaning is None or link.target.id not in self.roles:
+                continue
+            role = self.roles[link.target.id]
+            if role.kind is Publish:
+                ports[topic_port(link)].append(role.place or "")
+            elif link.meaning.part == "lose":
+                losing[_ports_of(link)] = self.subject.transition_index[link.target.id]
+        pairs, subscribers, nodes = [], {}, {}
+        for queue in self._queues[channel]:
+            made = self._queue(queue, queue.entrances[0])
+            if queue.kind == "subscriber":
+                assert queue.leave is not None, "it is of a topic"
+                role = self.roles[queue.leave]
+                subscribers[role.place or ""] = made
+                nodes[role.place or ""] = role.node or ""
+            else:
+                writer, reader = _ports_of(queue.link)
+                pairs.append(Pair(tuple(ports[writer]), reader.place.id, made, losing.get((writer, reader))))
+        publishers = {
+            place: [pair for pair in pairs if place in pair.publishers]
+            for places in ports.values()
+            for place in places
+        }
+        return HistoryTopic(tuple(pairs), publishers, subscribers, nodes)
+
+    @cached_property
+    def suppliers(self) -> dict[int, list[int]]:
+        """Steps that nobody records, by the places they supply: ticks of timers, requests that are kept."""
+        silent = []
+        for link in self.subject.links():
+            role = self.roles.get(link.target.id or "") if isinstance(link.target, pn.Transition) else None
+            is_kept = role is not None and role.kind is Transfer and role.queue == "request"
+            is_tick = role is not None and link.meaning is not None and link.meaning.part == "tick"
+            if is_kept or is_tick:
+                silent.append(str(link.target.id))
+        found: dict[int, list[int]] = defaultdict(list)
+        for name in silent:
+            transition = self.subject.transition_index[name]
+            for place, tokens in self.net.delta[transition].items():
+                if tokens > 0:
+                    found[place].append(transition)
+        return found
+
+    @cached_property
+    def room(self) -> dict[int, int]:
+        """The place of free room of each place that has a capacity."""
+        index, flattened = self.subject.place_index, self.subject.flattened
+        links = {link.target: link for link in self.subject.links()}
+        return {
+            index[invariant.terms[0].place.id]: index[free.id]
+            for invariant in (flattened.net.certificate if flattened is not None else ())
+            for free in (invariant.terms[-1].place,)
+            if links[free].role.endswith("free")
+        }
 
     @cached_property
     def _queues(self) -> dict[EObject, list[queues.Queue]]:
@@ -293,6 +399,10 @@ class ConformanceNet:
             and isinstance(link.target, kind)
             and isinstance(original := link.sources[0], pn.Node)
         ]
+
+
+def _ports_of(link: Link) -> tuple[sym.PublisherPort, sym.SubscriberPort]:
+    return source_of(link, sym.PublisherPort), source_of(link, sym.SubscriberPort)
 
 
 def _key(role: StepRole) -> Key:

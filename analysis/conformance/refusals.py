@@ -38,6 +38,8 @@ class Waiting:
         Whether messages without ids are the reason: in another order of other steps, it may be allowed.
     unclear_if_stuck : bool
         Whether that is so if the nodes that it waits for wait, too.
+    is_forcible : bool
+        Whether it is allowed when nothing else can be done: it loses a message then.
     """
 
     reason: str
@@ -45,6 +47,7 @@ class Waiting:
     outside: str = ""
     unclear: bool = False
     unclear_if_stuck: bool = False
+    is_forcible: bool = False
 
 
 Refusal = Fault | Waiting

@@ -9,10 +9,12 @@ from typing import Any
 
 from dineros.analysis.conformance.calls import NamelessCalls, is_nameless
 from dineros.analysis.conformance.messages import Messages
-from dineros.analysis.conformance.net import ConformanceNet
+from dineros.analysis.conformance.net import ConformanceNet, HistoryTopic
 from dineros.analysis.conformance.reasons import why_not
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
-from dineros.analysis.conformance.topic_flow import TopicFlow
+from dineros.analysis.conformance.topics.fates import Fates
+from dineros.analysis.conformance.topics.histories import HistoryFlow
+from dineros.analysis.conformance.topics.queues import TopicFlow
 from dineros.metamodel import sym
 from dineros.metamodel.records import (
     Checkpoint,
@@ -43,6 +45,8 @@ class Replay:
         Channel and place of publishers whose queues should stay as full as they can.
     firings : list of int, optional
         Where to note each firing of the net.
+    fates : Fates, optional
+        What became of messages, for topics with histories.
     """
 
     def __init__(
@@ -50,6 +54,7 @@ class Replay:
         net: ConformanceNet,
         keep: Collection[tuple[str, str]] = (),
         firings: list[int] | None = None,
+        fates: Fates | None = None,
     ) -> None:
         self.net = net
         self.marking: list[int] = net.net.initial.tolist()
@@ -58,12 +63,16 @@ class Replay:
         self.fired = 0
         self._recorded = 0
         self._firings = firings
-        self._flows = {
-            channel: TopicFlow(
-                topic, self.marking, self._fire, {place for other, place in keep if other == channel}
-            )
-            for channel, topic in net.topics.items()
-        }
+        self._flows: dict[str, TopicFlow] = {}
+        self._histories: dict[str, HistoryFlow] = {}
+        known = fates or Fates()
+        for channel, topic in net.topics.items():
+            if isinstance(topic, HistoryTopic):
+                flow = HistoryFlow(net, channel, topic, self.marking, self._fire, known)
+                self._histories[channel] = flow
+            else:
+                kept = {place for other, place in keep if other == channel}
+                self._flows[channel] = TopicFlow(topic, self.marking, self._fire, kept)
         self._nameless_topics: set[str] = set()
         self._calls = {
             channel.id: NamelessCalls(net, channel.id, self.marking, firings)
@@ -101,7 +110,15 @@ class Replay:
         if isinstance(record, Publish):
             self.messages.published(record)
 
-    def step(self, record: Record, dropped: bool = False) -> Refusal | None:
+    def begin_topic(self, channel: str, sender: str, place: str, taken: int, sent: int) -> None:
+        """Put on a topic what a sender had sent, and a subscriber not taken, before the traces begin."""
+        self.messages.began_taking(channel, place, sender, taken)
+        if channel in self._histories:
+            self._histories[channel].begin(sender, place, taken, sent)
+        else:
+            self.marking[self._flows[channel].topic.subscribers[place].source] += sent - taken
+
+    def step(self, record: Record, dropped: bool = False, forced: bool = False) -> Refusal | None:
         """Replay a record; return why it cannot be, and change nothing then.
 
         Parameters
@@ -110,13 +127,18 @@ class Replay:
             The step.
         dropped : bool
             Whether a later record says that this message was lost in the publisher's queue.
+        forced : bool
+            Whether a message may be lost that nothing says to be lost, since nothing else can be done.
         """
         handle = _HANDLERS.get(type(record))
         if handle is None:
             return None
         before = self.fired
         refusal: Refusal | None
-        refusal = handle(self, record, dropped) if isinstance(record, Publish) else handle(self, record)
+        if isinstance(record, Publish):
+            refusal = handle(self, record, dropped, forced)
+        else:
+            refusal = handle(self, record)
         if refusal is None:
             self.steps += isinstance(record, Step)
             self._recorded += min(self.fired - before, _firings_of(record))
@@ -147,11 +169,20 @@ class Replay:
     def _fire_recorded(self, record: Step, transition: int) -> Fault | None:
         """Fire what a record stands for, if it is enabled and the record tells the same change."""
         fault = self._differs(record, transition)
+        if fault is None:
+            self._supply(transition)
         if fault is None and not self._is_enabled(transition):
             fault = Fault(why_not(self.net, transition, self.marking))
         if fault is None:
             self._fire(transition)
         return fault
+
+    def _supply(self, transition: int) -> None:
+        """Let happen what nobody records and a transition needs: the tick of its timer."""
+        for place, weight in self.net.pre[transition]:
+            for other in self.net.suppliers.get(place, ()):
+                if self.marking[place] < weight and self._is_enabled(other):
+                    self._fire(other)
 
     def _differs(self, record: Step, transition: int) -> Fault | None:
         """Compare the change that a record tells with the net's, on the places of its node."""
@@ -216,14 +247,20 @@ class Replay:
             return Fault(f"the transition belongs to node {node}, not {record.node}")
         return self._fire_recorded(record, transition)
 
-    def _publish(self, record: Publish, dropped: bool) -> Refusal | None:
-        flow = self._flows.get(record.channel)
+    def _publish(self, record: Publish, dropped: bool, forced: bool) -> Refusal | None:
         enter = self.net.end(Publish, record.channel, record.place)
-        if flow is None or enter is None:
+        if enter is None:
             return Fault(f"{record.place} is no publisher of topic channel {record.channel!r}")
         refusal = self._at(record, enter) or self.messages.may_publish(record)
+        histories = self._histories.get(record.channel)
+        if refusal is None and histories is not None:
+            refusal = histories.publish(record, enter, forced)
+            if refusal is None:
+                self.messages.published(record)
+            return refusal
         if refusal is not None:
             return refusal
+        flow = self._flows[record.channel]
         queue = flow.topic.publishers[record.place]
         if not self.marking[queue.source]:
             return Fault(f"{record.place} holds no token, 1 needed")
@@ -238,15 +275,16 @@ class Replay:
         return None
 
     def _take(self, record: Take) -> Refusal | None:
-        flow = self._flows.get(record.channel)
         leave = self.net.end(Take, record.channel, record.place)
-        if flow is None or leave is None:
+        if leave is None:
             return Fault(f"{record.place} is no subscriber of topic channel {record.channel!r}")
         refusal = self._at(record, leave) or self.messages.may_take(record)
         if refusal is not None:
             return refusal
-        sender = (record.message or "").split("/")
-        if not flow.take(record.place, sender[-2] if len(sender) > 1 else None):
+        taken = self._take_from(record, leave)
+        if isinstance(taken, Fault):
+            return taken
+        if not taken:
             outside = (
                 f"a program outside of the model publishes on {self.net.names_in_ros[record.channel]}, too"
             )
@@ -261,9 +299,18 @@ class Replay:
         self.messages.taken(record)
         return None
 
+    def _take_from(self, record: Take, leave: int) -> Fault | bool:
+        histories = self._histories.get(record.channel)
+        if histories is not None:
+            return histories.take(record, leave)
+        reason = _without_room(self.net, leave, self.marking)
+        if reason:
+            return Fault(reason)
+        sender = (record.message or "").split("/")
+        return self._flows[record.channel].take(record.place, sender[-2] if len(sender) > 1 else None)
+
     def _drop(self, record: Drop) -> Refusal | None:
-        flow = self._flows.get(record.channel)
-        if flow is None:
+        if record.channel not in self.net.topics:
             return Fault(f"the model has no topic channel {record.channel!r}")
         if record.queue == "restart":
             self.messages.dropped(record)
@@ -271,6 +318,12 @@ class Replay:
                 "the publisher was started again, and had sent more meanwhile than it keeps: "
                 "a larger limit of its queue helps"
             )
+        if record.channel in self._histories:
+            refusal = self._histories[record.channel].drop(record)
+            if refusal is None:
+                self.messages.dropped(record)
+            return refusal
+        flow = self._flows[record.channel]
         if record.queue == "publisher":
             return self._drop_at_publisher(flow, record)
         if record.queue == "subscriber":
@@ -385,6 +438,12 @@ class Replay:
         if role.place != getattr(record, "place", None):
             return Fault(f"the place of the port is {role.place}")
         return self._differs(record, transition)
+
+
+def _without_room(net: ConformanceNet, leave: int, marking: list[int]) -> str:
+    """Return why a message cannot leave a queue for its place; nothing where that has room."""
+    short = {place for place, weight in net.pre[leave] if marking[place] < weight}
+    return why_not(net, leave, marking) if short & set(net.room.values()) else ""
 
 
 _HANDLERS: Mapping[type[Record], Callable[..., Any]] = {

@@ -88,11 +88,10 @@ def subject_of(
     model: pn.Net,
     signals: SignalVariant = "input-enabled",
     overflow: OverflowVariant = "weighted",
-    as_run: bool = False,
 ) -> Subject:
-    """Flatten a system model, with `as_run` as the runtime runs it, and compile it; compile any other net."""
+    """Flatten a system model, and compile it; compile any other net."""
     if isinstance(model, sym.SystemModel):
-        flattened = flatten(model, signals, overflow, as_run=as_run)
+        flattened = flatten(model, signals, overflow)
         return Subject(model, compile_net(flattened.net), flattened)
     return Subject(model, compile_net(bounded(model)))
 

@@ -110,12 +110,11 @@ def application_of(
             )
         parts = tuple(_workspace_models(path))
         return Application(path, None, parts, None, (), _expected(parts, stale_after))
-    from dineros.cli.models import load_system, refuse_invalid, say_what_runs
+    from dineros.cli.models import load_system, refuse_invalid
     from dineros.transformations.flattening.split import split
 
     system = load_system(path, settings)
     refuse_invalid(system, path)
-    say_what_runs(system, path)
     beside = path.with_name("handlers.py")
     if handlers is None and beside.is_file():
         handlers = beside

@@ -98,8 +98,10 @@ class Port:
         Id of the channel; name of the topic or service.
     place : str
         Id of the place that is sent from or received on; a client's and server's `other` is the second one.
-    limit, dispatcher_limit : int or None
-        QoS depth; capacity of the node's dispatcher queue.
+    limit : int or None
+        QoS depth.
+    quality : str
+        The depth and all else that is said of its queue, in words.
     type : str
         The ROS interface.
     client : str or None
@@ -117,7 +119,7 @@ class Port:
     type: str
     other: str | None = None
     limit: int | None = None
-    dispatcher_limit: int | None = None
+    quality: str = ""
     client: str | None = None
     instances: int | None = None
     service: str | None = None

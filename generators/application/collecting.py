@@ -249,6 +249,7 @@ def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
                     place.id,
                     type_,
                     limit=port.limit,
+                    quality=quality_words(port, part.middleware),
                     service=service,
                 )
             case rtm.SubscriberPort():
@@ -259,7 +260,7 @@ def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
                     place.id,
                     port.type or message,
                     limit=port.limit,
-                    dispatcher_limit=port.dispatcherLimit,
+                    quality=quality_words(port, part.middleware),
                 )
             case rtm.ClientPort():
                 type_ = port.type or _service(port.channel, interfaces)
@@ -284,6 +285,26 @@ def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
                     other=port.exit.id,
                     instances=port.instances,
                 )
+
+
+def quality_words(port: rtm.PublisherPort | rtm.SubscriberPort, middleware: sym.Middleware) -> str:
+    """Return what a port says of its queue and its quality of service: ``limit 5, best effort``."""
+    words = [f"limit {port.limit}"]
+    if isinstance(port, rtm.SubscriberPort):
+        if middleware == sym.Middleware.ros1:
+            words.append(f"dispatcher {port.dispatcherLimit}")
+        elif port.inHand is not None:
+            words.append("any number in hand" if port.inHand < 0 else f"{port.inHand} in hand")
+    quality = port.qos
+    if quality is not None:
+        words.append("best effort" if quality.reliability == sym.Reliability.bestEffort else "reliable")
+        if quality.durability == sym.Durability.transientLocal:
+            words.append("transient local")
+        if quality.liveliness == sym.Liveliness.manualByTopic:
+            words.append("liveliness by topic")
+        times = {"deadline": quality.deadline, "lifespan": quality.lifespan, "lease": quality.leaseDuration}
+        words += [f"{name} {seconds:g} s" for name, seconds in times.items() if seconds is not None]
+    return ", ".join(words)
 
 
 def _service(channel: str, interfaces: Interfaces) -> str:

@@ -2,11 +2,13 @@
 
 A transition with an interval fires only when it has been ready for its earliest time without a break; one
 that has been so for its latest time goes before others. The callback of a timer begins at most once in each
-period, and a tick that comes before it has begun is gone (rule C1). Both only delay: every marking is one of
-the net without time.
+period, and a tick that comes before it has begun is gone (rule C1). Ticks come at multiples of the period, as
+those of rclpy: a late one delays no other. Both only delay: every marking is one of the net without time.
 """
 
 from __future__ import annotations
+
+import math
 
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.structure import Structure
@@ -39,7 +41,7 @@ class Timing:
         if not self._is_ticking:
             self._is_ticking = True
             for timer in range(len(self._timers)):
-                self._start_period(timer)
+                self._tick_at(now + self._timers[timer][0], timer)
         for number, (earliest, _) in self._intervals.items():
             if not engine.is_ready(number):
                 self._ready_since.pop(number, None)
@@ -70,12 +72,15 @@ class Timing:
             return False
         return now >= self._ready_since[number] + interval[1]
 
-    def _start_period(self, timer: int) -> None:
+    def _tick_at(self, due: float, timer: int) -> None:
+        period = self._timers[timer][0]
+
         def tick() -> None:
             self._is_due[timer] = True
-            self._start_period(timer)
+            missed = max(0, math.floor((self._loop.clock() - due) / period))
+            self._tick_at(due + (missed + 1) * period, timer)
 
-        self._loop.timers.call_later(self._timers[timer][0], tick)
+        self._loop.timers.call_later(due - self._loop.clock(), tick)
 
 
 def _nothing() -> None:

@@ -53,7 +53,6 @@ def flatten(
     signals: SignalVariant = "input-enabled",
     overflow: OverflowVariant = "weighted",
     extra: Sequence[type[Rule]] = (),
-    as_run: bool = False,
 ) -> Flattened:
     """Flatten a system model by the rules of its middleware; the model itself is not changed.
 
@@ -67,9 +66,6 @@ def flatten(
         How a full queue drops: T5b or T5a.
     extra : sequence of Rule
         Rules to apply after the standard ones; only those about capacities come later.
-    as_run : bool
-        Whether to flatten it as the runtime runs it today, whatever its middleware is: by the paper's rules,
-        without capacities.
 
     Raises
     ------
@@ -82,9 +78,9 @@ def flatten(
     RuleError
         A rule fails.
     """
-    is_ros2 = model.middleware == sym.Middleware.ros2 and not as_run
+    is_ros2 = model.middleware == sym.Middleware.ros2
     middleware: MiddlewareVariant = "ros2" if is_ros2 else "ros1"
-    standard, last = rules_of(signals, overflow, middleware), [] if as_run else CAPACITY_RULES[middleware]
+    standard, last = rules_of(signals, overflow, middleware), CAPACITY_RULES[middleware]
     require_makers([*INSTANCE_RULES, *standard, *extra, *last])
     working, images = deep_copy(model)
     assert isinstance(working, sym.SystemModel)

@@ -11,7 +11,7 @@ import click
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, budget_options, write_witness
 from dineros.cli.console import note, say, say_json, summarise
-from dineros.cli.models import load_system, refuse_invalid, say_what_runs
+from dineros.cli.models import load_system, refuse_invalid, say_rules
 from dineros.cli.options import ModelPath, json_option, middleware_option, model_argument, settings_option
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
@@ -84,7 +84,7 @@ def conform(
     settings = settings or _settings_of(parts.values())
     system = load_system(model, settings)
     refuse_invalid(system, model)
-    say_what_runs(system, model)
+    say_rules(system, model)
     run = search()
 
     def so_far(ending: str) -> int:
@@ -132,7 +132,7 @@ def _broken(system: sym.SystemModel, invariants: Sequence[str], verdict: Verdict
     from dineros.analysis.conformance.invariants import Invariant
     from dineros.analysis.model.subject import subject_of
 
-    subject = subject_of(system, "fully-enabled", as_run=True)
+    subject = subject_of(system, "fully-enabled")
     found = {text: Invariant(text, subject).first_violation(verdict.sequence) for text in invariants}
     return {text: number for text, number in found.items() if number is not None}
 
@@ -191,7 +191,7 @@ def _write(
     from dineros.analysis.witnesses.findings import witness_of
     from dineros.analysis.witnesses.first_cause import blocked_cause
 
-    subject = subject_of(system, "fully-enabled", as_run=True)
+    subject = subject_of(system, "fully-enabled")
     witness = witness_of(subject, [subject.transition_index[name] for name in verdict.sequence])
     if broken:
         asked = f"G ({min(broken, key=lambda text: broken[text])})"

@@ -76,7 +76,6 @@ def generate(
         raise click.UsageError("--templates and --default-templates exclude each other.")
     system = load_system(model, settings)
     refuse_invalid(system, model)
-    say_what_runs(system, model)
     options = generators.Options(
         source=model.name,
         settings=settings,
@@ -97,6 +96,8 @@ def generate(
             if edit.difference:
                 warn(edit.difference.rstrip("\n"))
         raise
+    if not check:
+        say_what_runs([system], model)
     if as_json:
         written = not check and bool(comparison.changes)
         stale = check and comparison.is_stale

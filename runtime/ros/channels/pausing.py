@@ -21,6 +21,7 @@ def pausing_group(is_open: Callable[[], bool]) -> Any:
 
         def can_execute(self, entity: Any) -> bool:
             """Return whether to wait for something."""
-            return (entity is not self.entity or is_open()) and bool(super().can_execute(entity))
+            # In this order: what a callback brings is counted before it ends.
+            return bool(super().can_execute(entity)) and (entity is not self.entity or is_open())
 
     return PausingGroup()

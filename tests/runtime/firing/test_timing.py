@@ -85,6 +85,19 @@ def test_a_timer_callback_fires_once_in_each_period(selected: bool) -> None:
     assert len(fired) == 4
 
 
+def test_late_ticks_delay_no_others_and_missed_ones_do_not_pile_up() -> None:
+    model, clock = tiny({"beat": "-> beats"}), Clock()
+    page = sym.CallbackPage(id="page", kind="timer", timer=1.0, page=model.node)
+    page.objects.append(find(model, "beat", pn.Transition))
+    net, found = Net(model, clock=clock), []
+    with stepped(net) as (node, _):
+        for now in (0.0, 1.4, 1.9, 2.1, 5.7, 5.9, 6.0, 6.5):
+            clock.now = now
+            node.run_until_idle()
+            found.append(net.count("beats"))
+    assert found == [0, 1, 1, 2, 3, 3, 4, 4]
+
+
 def test_a_timer_callback_begins_once_in_each_period_and_goes_on_at_once() -> None:
     """By one of two transitions; what comes after waits for no tick, and no tick is kept for later."""
     node = sym.NodeNet(id="node", name="node")

@@ -1,0 +1,49 @@
+"""What became of published messages, as far as the traces of their subscribers say it."""
+
+from __future__ import annotations
+
+from dineros.metamodel.message_ids import MessageIdError, Numbers, parse_id
+from dineros.metamodel.records import Take
+
+
+class Fates:
+    """Which messages were taken; of those between them, it is known that they were lost.
+
+    What is kept grows with the messages that were lost, not with a run.
+
+    Attributes
+    ----------
+    are_known : bool
+        Whether all takes are there: what was not taken by now is not taken any more.
+    """
+
+    def __init__(self) -> None:
+        self._taken: dict[tuple[str, str, str], Numbers] = {}
+        self.are_known = False
+
+    def add(self, record: Take) -> None:
+        """Note a take."""
+        known = _parsed(record.message or "")
+        if known is not None:
+            key = record.channel, record.place, known[0]
+            self._taken.setdefault(key, Numbers(limit=None)).add(known[1])
+
+    def is_lost(self, channel: str, place: str, message: str) -> bool | None:
+        """Tell whether a subscriber's place never gets a message; None: that is not known yet."""
+        known = _parsed(message)
+        if known is None:
+            return False
+        sender, number = known
+        ranges = (
+            self._taken[channel, place, sender].ranges() if (channel, place, sender) in self._taken else []
+        )
+        if not ranges or ranges[-1][1] < number:
+            return False if self.are_known else None
+        return number not in self._taken[channel, place, sender]
+
+
+def _parsed(message: str) -> tuple[str, int] | None:
+    try:
+        return parse_id(message)
+    except MessageIdError:
+        return None

@@ -1,0 +1,243 @@
+"""Silent steps of topics with histories (rules R1 to R4): as late as possible, and lost is what never came.
+
+A publisher waits for nobody, so that its message must go somewhere: where its writer history is full, the
+oldest one goes on to the reader, or is lost. It is lost there if its subscriber is known never to have taken
+it; if both histories are full, too, but only when nothing else can be done, since the subscriber may have
+taken a message before. What a subscriber's trace says to be lost, and was not yet, is lost where it can be.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from dineros.analysis.conformance.net import ConformanceNet, HistoryTopic, Pair
+from dineros.analysis.conformance.reasons import why_not
+from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
+from dineros.analysis.conformance.topics.fates import Fates
+from dineros.metamodel.records import Drop, Publish, Take
+
+
+@dataclass(frozen=True)
+class _Here:
+    """How many messages a pair holds: those that arrive, and those in the history."""
+
+    arriving: int
+    load: int
+
+    @property
+    def all(self) -> int:
+        return self.arriving + self.load
+
+
+class HistoryFlow:
+    """Moves messages of one topic.
+
+    Parameters
+    ----------
+    net : ConformanceNet
+        The net.
+    channel : str
+        Id of the topic channel.
+    topic : HistoryTopic
+        The topic.
+    marking : list of int
+        The marking that `fire` changes.
+    fire : callable
+        Fires an enabled transition.
+    fates : Fates
+        What became of messages.
+    """
+
+    def __init__(
+        self,
+        net: ConformanceNet,
+        channel: str,
+        topic: HistoryTopic,
+        marking: list[int],
+        fire: Callable[[int], None],
+        fates: Fates,
+    ) -> None:
+        self.topic = topic
+        self._net = net
+        self._channel = channel
+        self._marking = marking
+        self._fire = fire
+        self._fates = fates
+        self._under_way: dict[Pair, dict[str, None]] = {pair: {} for pair in topic.pairs}
+        self._untold: Counter[str] = Counter()  # losses of each subscriber that its trace has not told yet
+
+    def publish(self, record: Publish, transition: int, forced: bool) -> Refusal | None:
+        """Write a message into the histories; `forced`: lose an older one where both are full."""
+        pairs = self.topic.publishers[record.place]
+        for pair in pairs:
+            refusal = self._make_way(pair, forced)
+            if refusal is not None:
+                return refusal
+        reason = why_not(self._net, transition, self._marking)
+        if reason:
+            return Fault(reason)
+        self._fire(transition)
+        for pair in pairs:
+            if record.message:
+                self._under_way[pair][record.message] = None
+        return None
+
+    def _make_way(self, pair: Pair, forced: bool) -> Waiting | None:
+        marking, queue, reader = self._marking, pair.queue, self.topic.subscribers[pair.subscriber]
+        if marking[queue.source] < 1:
+            return None
+        if marking[queue.capacity] > 0:
+            self._fire(queue.enter)
+            return None
+        victim = self._victim(pair)
+        has_way = marking[reader.source] < 1 or marking[reader.capacity] > 0
+        if victim is None and has_way and (forced or self._are_decided(pair)):
+            self._pass_on(pair)
+            self._fire(queue.enter)
+        elif victim is not None or (forced and not has_way):
+            self._fire(queue.drop)
+            self._forget(pair, victim)
+            self._untold[pair.subscriber] += 1
+        else:
+            reason = f"the {queue.text} has no room, and nothing says that it has lost a message"
+            return Waiting(reason, (self.topic.node_of[pair.subscriber],), is_forcible=True)
+        return None
+
+    def _victim(self, pair: Pair) -> str | None:
+        """Return a message under way that never comes."""
+        found = (id for id in self._under_way[pair] if self._fate(pair, id))
+        return next(found, None)
+
+    def _fate(self, pair: Pair, message: str) -> bool | None:
+        return self._fates.is_lost(self._channel, pair.subscriber, message)
+
+    def _are_decided(self, pair: Pair) -> bool:
+        return all(self._fate(pair, message) is not None for message in self._under_way[pair])
+
+    def _forget(self, pair: Pair, message: str | None) -> None:
+        under_way = self._under_way[pair]
+        if message not in under_way:
+            message = self._victim(pair) or next(iter(under_way), None)
+        if message is not None:
+            del under_way[message]
+
+    def _pass_on(self, pair: Pair) -> None:
+        """Take a message from a writer history to where messages arrive at the reader."""
+        reader = self.topic.subscribers[pair.subscriber]
+        if self._marking[reader.source] >= 1:
+            self._fire(reader.enter)
+        if self._marking[pair.queue.load] < 1:
+            self._fire(pair.queue.enter)
+        self._fire(pair.queue.leave)
+
+    def take(self, record: Take, leave: int) -> Fault | bool:
+        """Let a subscriber take a message; False: none is under way."""
+        sender = (record.message or "").rpartition("/")[0].rpartition("/")[2]
+        if not self._fill(record.place, 1, sender):
+            return False
+        reason = why_not(self._net, leave, self._marking)
+        if reason:
+            return Fault(reason)
+        self._fire(leave)
+        if record.message:
+            for pair in self._pairs_to(record.place):
+                if sender in pair.publishers:
+                    self._forget(pair, record.message)
+        return True
+
+    def drop(self, record: Drop) -> Refusal | None:
+        """Lose messages that a subscriber's trace says to be lost, but for those that were before."""
+        place = record.place or ""
+        if record.queue != "subscriber":
+            return Fault(f"a topic of ROS 2 has no {record.queue} queue")
+        if self.topic.node_of.get(place) != record.node:
+            return Fault(f"{place!r} is no subscriber of topic channel {record.channel!r}")
+        rest = max(0, record.count - self._untold[place])
+        most = self._most_losses(place)
+        if rest > most:
+            reader = self.topic.subscribers[place]
+            writers = tuple(self._net.publishing_nodes(record.channel))
+            return Waiting(f"the {reader.text} has lost {record.count}, at most {most} can be lost", writers)
+        self._untold[place] -= record.count - rest
+        for _ in range(rest):
+            self._lose(place)
+        return None
+
+    def _most_losses(self, place: str) -> int:
+        """Return how many messages to a subscriber can be lost now."""
+        reader, marking = self.topic.subscribers[place], self._marking
+        lost, at_reader = 0, marking[reader.source] + marking[reader.load]
+        for pair in self._pairs_to(place):
+            here = self._here(pair)
+            if pair.lose is not None:
+                lost += here.all
+            else:
+                overflows = here.arriving >= 1 and here.load >= pair.queue.limit
+                lost += overflows
+                at_reader += here.all - overflows
+        return lost + max(0, at_reader - reader.limit)
+
+    def _lose(self, place: str) -> None:
+        reader, marking = self.topic.subscribers[place], self._marking
+        for pair in self._pairs_to(place):
+            here = self._here(pair)
+            if pair.lose is not None and here.all >= 1:
+                if here.load < 1:
+                    self._fire(pair.queue.enter)
+                self._fire(pair.lose)
+            elif pair.lose is None and here.arriving >= 1 and here.load >= pair.queue.limit:
+                self._fire(pair.queue.drop)
+            else:
+                continue
+            self._forget(pair, None)
+            return
+        self._fill(place, reader.limit, "")
+        if marking[reader.source] < 1:
+            self._pass_on(next(pair for pair in self._pairs_to(place) if self._here(pair).all >= 1))
+        self._fire(reader.drop)
+        pairs = sorted(self._pairs_to(place), key=lambda pair: self._victim(pair) is None)
+        self._forget(pairs[0], None)
+
+    def _fill(self, place: str, load: int, publisher: str) -> bool:
+        """Fill a reader history up to a load, first with what a publisher's place sent; False: too little."""
+        reader, marking = self.topic.subscribers[place], self._marking
+        pairs = sorted(self._pairs_to(place), key=lambda pair: publisher not in pair.publishers)
+        while marking[reader.load] < load:
+            if marking[reader.source] < 1:
+                pair = next((pair for pair in pairs if self._here(pair).all >= 1), None)
+                if pair is None:
+                    return False
+                self._pass_on(pair)
+            self._fire(reader.enter)
+        return True
+
+    def _here(self, pair: Pair) -> _Here:
+        """Return what a pair holds; what is owed where traces begin within the run is less than nothing."""
+        return _Here(max(0, self._marking[pair.queue.source]), self._marking[pair.queue.load])
+
+    def _pairs_to(self, place: str) -> list[Pair]:
+        return [pair for pair in self.topic.pairs if pair.subscriber == place]
+
+    def begin(self, sender: str, place: str, taken: int, sent: int) -> None:
+        """Put what is between a sender and a subscriber where traces begin; what does not fit is lost."""
+        publisher = sender.rpartition("/")[2]
+        for pair in (pair for pair in self._pairs_to(place) if publisher in pair.publishers):
+            marking, reader, count = self._marking, self.topic.subscribers[place], sent - taken
+            if count < 0:  # it comes when the sender's trace has got there
+                marking[pair.queue.source] += count
+                marking[self._net.room[pair.queue.source]] -= count
+                return
+            for queue in (reader, pair.queue):
+                held = min(count, marking[queue.capacity])
+                marking[queue.load] += held
+                marking[queue.capacity] -= held
+                count -= held
+                if count and marking[queue.source] < 1:
+                    marking[queue.source] += 1
+                    marking[self._net.room[queue.source]] -= 1
+                    count -= 1
+            self._untold[place] += count
+            first = taken + count + 1
+            self._under_way[pair] |= {f"{sender}/{number}": None for number in range(first, sent + 1)}

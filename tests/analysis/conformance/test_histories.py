@@ -1,0 +1,163 @@
+"""Runs under the rules of ROS 2: what nodes record is a behaviour of the net; what it forbids is found."""
+
+from __future__ import annotations
+
+import random
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from dineros.analysis.conformance import Monitor, Verdict, conform
+from dineros.analysis.model.subject import subject_of
+from dineros.analysis.nets.witness import replay
+from dineros.metamodel import sym
+from dineros.metamodel.elements import transitions
+from dineros.metamodel.records import Drop, Fire, Record, Take, read_trace, traces_of_runs
+from dineros.runtime.application.simulation import LocalApplication
+from dineros.runtime.journal import JournalRecorder
+from dineros.transformations.flattening.split import split
+from tests.analysis.conformance.brute_force import TooLargeError, is_behaviour
+from tests.analysis.conformance.test_conform import mutated
+from tests.histories.test_figures import periodic
+from tests.support.chatty_systems import chatty_systems
+from tests.support.history_models import history_models
+
+COMMON = settings(deadline=None, suppress_health_check=list(HealthCheck))
+MODELS = st.one_of(history_models(chatty_systems()), history_models())
+SEEDS = st.integers(0, 2**20)
+Traces = Mapping[str, Sequence[Record]]
+
+
+def recorded(model: sym.SystemModel, seed: int, steps: int) -> dict[str, list[Record]]:
+    """Return the traces of a run in one process, with signals that change."""
+    with tempfile.TemporaryDirectory() as folder:
+        application = LocalApplication(
+            split(model), seed=seed, recorder=partial(JournalRecorder, Path(folder))
+        )
+        application.open()
+        draw = random.Random(seed)
+        signals = [(net, name) for net in application.nets.values() for name in net.structure.signals]
+        for _ in range(steps):
+            if signals and draw.random() < 0.2:
+                net, name = draw.choice(signals)
+                net.signal(name).set(draw.random() < 0.5)
+            application.step()
+        application.close()
+        return {node: list(read_trace(parts)) for node, parts in traces_of_runs([Path(folder)]).items()}
+
+
+def verdict_on(model: sym.SystemModel, traces: Traces, firings: bool = False) -> Verdict:
+    return conform(model, {node: partial(iter, records) for node, records in traces.items()}, firings=firings)
+
+
+def skewed(traces: Traces, seed: int) -> dict[str, list[Record]]:
+    """Let each node have a clock of its own."""
+    draw = random.Random(seed)
+    return {
+        node: [replace(record, time=shift + speed * (record.time or 0)) for record in records]
+        for node, records in traces.items()
+        for shift, speed in [(draw.uniform(-9, 9), draw.choice([1, 1, 0.1, 7, -1]))]
+    }
+
+
+def small(model: sym.SystemModel, draw: random.Random) -> sym.SystemModel:
+    """Let histories be so shallow that they lose messages."""
+    for channel in model.channels:
+        if isinstance(channel, sym.TopicChannel):
+            for port in (*channel.publishers, *channel.subscribers):
+                port.limit = draw.choice([1, 1, 2, 3])
+    for transition in transitions(model):
+        transition.overrides.clear()
+    return model
+
+
+@given(MODELS, SEEDS)
+@settings(COMMON, max_examples=40)
+def test_runs_conform(model: sym.SystemModel, seed: int) -> None:
+    model = small(model, random.Random(seed))
+    traces = skewed(recorded(model, seed, 150), seed)
+    verdict = verdict_on(model, traces, firings=True)
+    assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
+    subject = subject_of(model, "fully-enabled")
+    replay(subject.net, [subject.transition_index[name] for name in verdict.sequence])
+    monitor, draw = Monitor(model), random.Random(seed)
+    rest = {node: list(records) for node, records in traces.items()}
+    while any(rest.values()):  # records come in pieces, each node's in their order
+        node = draw.choice([node for node, records in rest.items() if records])
+        size = draw.randint(1, 20)
+        assert monitor.add(rest[node][:size]) == []
+        del rest[node][:size]
+    assert (monitor.finish().status, monitor.waiting) == ("conforms", {})
+
+
+@given(MODELS, SEEDS)
+@settings(COMMON, max_examples=25)
+def test_mutated_traces_against_all_orders(model: sym.SystemModel, seed: int) -> None:
+    """What no order of the net allows is never said to conform; what one does, only for what was lost."""
+    draw = random.Random(seed)
+    model = small(model, draw)
+    run = recorded(model, seed, 40)
+    for _ in range(3):
+        traces = mutated(run, draw)
+        if traces is None:
+            continue
+        verdict = verdict_on(model, skewed(traces, seed))
+        try:
+            allowed = is_behaviour(model, traces, limit=5000)
+        except TooLargeError:
+            continue
+        if not allowed:
+            assert verdict.status != "conforms"
+        elif verdict.status == "violated":
+            assert all("lost" in found.reason for found in verdict.violations), verdict
+
+
+class TestWhatIsNotAllowed:
+    """Runs of a publisher that sends at any time, and of a logger, with something made up."""
+
+    def edited(self, edit: Callable[[list[Record]], object]) -> tuple[str, list[str]]:
+        model = periodic(2)
+        traces = recorded(model, 3, 300)
+        edit(traces["logger"])
+        verdict = verdict_on(model, traces)
+        return verdict.status, [found.reason for found in verdict.violations]
+
+    def test_it_is_a_run_with_losses(self) -> None:
+        seen: Counter[type[Record]] = Counter()
+        assert self.edited(lambda records: seen.update(map(type, records))) == ("conforms", [])
+        assert seen[Drop] > 5
+        assert seen[Take] > 20
+
+    def test_more_is_in_hand_than_may_be(self) -> None:
+        def take_too_early(records: list[Record]) -> None:
+            takes = [number for number, record in enumerate(records) if isinstance(record, Take)]
+            at = next(n for n in takes[5:] if isinstance(records[n - 1], Fire) and n - 2 in takes)
+            records[at - 1], records[at] = records[at], records[at - 1]
+
+        assert self.edited(take_too_early) == (
+            "violated",
+            ["free room at Heard holds no token, 1 needed"],
+        )
+
+    def test_more_is_lost_than_was_there(self) -> None:
+        def lose_more(records: list[Record]) -> None:
+            at = next(number for number, record in enumerate(records) if isinstance(record, Drop))
+            records[at] = replace(records[at], count=10_000)  # type: ignore[call-arg]
+
+        status, reasons = self.edited(lose_more)
+        assert status == "violated"
+        assert "has lost 10000, at most" in reasons[0]
+
+    def test_a_loss_is_not_told(self) -> None:
+        def tell_nothing(records: list[Record]) -> None:
+            records[:] = [record for record in records if not isinstance(record, Drop)]
+
+        status, reasons = self.edited(tell_nothing)
+        assert status == "violated"
+        assert "lost, and no full queue dropped it" in reasons[0]

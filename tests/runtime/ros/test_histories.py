@@ -1,0 +1,84 @@
+"""Histories of the real middleware: a slow reader pauses; what arrives is an outcome of the net."""
+
+from __future__ import annotations
+
+from functools import partial
+from itertools import pairwise
+
+import pytest
+
+from dineros.analysis.conformance import conform
+from dineros.metamodel import sym
+from dineros.metamodel.files import save
+from dineros.metamodel.records import read_trace, traces_of_runs
+from dineros.transformations.flattening.split import split
+from tests.runtime.ros.conftest import Ros
+from tests.runtime.ros.post import post
+
+LETTERS, WRITER, READER = 120, 2, 3
+WAITS = """
+import time
+from pathlib import Path
+def configure(net):
+    @net.handler("TRead", thread=True)
+    def read(firing):
+        while not Path("open").exists():
+            time.sleep(0.01)
+"""
+
+
+def flooded(reliability: str, executor: str) -> sym.SystemModel:
+    """Return the post office under the rules of ROS 2, with many letters and shallow histories."""
+    model = post(LETTERS)
+    model.middleware = "ros2"  # type: ignore[assignment]
+    letters = model.channels[0]
+    model.channels.remove(model.channels[2])
+    assert isinstance(letters, sym.TopicChannel)
+    letters.publishers[0].limit = WRITER
+    letters.subscribers[0].limit = READER
+    letters.qos = sym.QualityOfService(reliability=reliability, lifespan=60.0, deadline=100.0)
+    (house,) = (page for page in model.pages if page.id == "house")
+    assert isinstance(house, sym.NodeNet)
+    house.executor, house.threads = executor, 3  # type: ignore[assignment]
+    return model
+
+
+@pytest.mark.parametrize(
+    ("reliability", "executor", "type"),
+    [
+        ("reliable", "single", None),
+        ("bestEffort", "multi", None),
+        ("reliable", "single", "std_msgs/msg/Float64"),  # its messages' ids come beside them
+    ],
+)
+def test_a_flooded_reader_that_pauses(ros: Ros, reliability: str, executor: str, type: str | None) -> None:
+    model = flooded(reliability, executor)
+    if type is not None:
+        model.channels[0].type = type
+        mapping = sym.FieldMapping(part="message", messageField="data", tokenField="weight")
+        model.channels[0].mappings.append(mapping)
+    for part in split(model):
+        save(part, ros.folder / f"{part.node.id}.rtm.xmi")
+    house = ros.node("house", handlers=WAITS)
+    office = ros.node("office", {"expected_subscribers.Letters": 1, "signals.Open": True})
+    ros.wait(lambda: len(ros.records("office", "publish")) == LETTERS, "sending all letters")
+    ros.wait(lambda: taken(ros), "taking a letter")
+    before = taken(ros)
+    assert len(before) == 1  # one in hand; all others stay in the middleware
+    (ros.folder / "open").touch()
+    ros.wait(lambda: taken(ros)[-1] == LETTERS, "taking the last letter")
+    assert house.interrupt() == 0
+    assert office.interrupt() == 0
+
+    after = taken(ros)
+    assert after[0] == before[0]
+    assert min(after[1:]) > LETTERS - READER - WRITER  # nobody knows what else was under way
+    lost = sum(record["count"] for record in ros.records("house", "drop"))
+    assert lost == sum(later - earlier - 1 for earlier, later in pairwise([0, *after])) > 0
+    traces = {n: partial(read_trace, files) for n, files in traces_of_runs([ros.folder / "journal"]).items()}
+    verdict = conform(model, traces)
+    assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
+
+
+def taken(ros: Ros) -> list[int]:
+    return [int(record["message"].rpartition("/")[2]) for record in ros.records("house", "take")]
