@@ -162,7 +162,7 @@ class Sheet:
     def constants(self, bounds: Sequence[Bound | None]) -> dict[Formula, bool]:
         """Return atoms that bounds of places make true, or false, in every reachable marking."""
         most = [np.inf if bound is None else bound.value for bound in bounds]
-        found: dict[Atom, bool] = {}
+        found: dict[Formula, bool] = {}
         for atom, condition in self.conditions.items():
             if atom in self.always or isinstance(atom, Constant):
                 continue
@@ -175,13 +175,14 @@ class Sheet:
                 for t in condition.transitions
             ):
                 found[atom] = False
-        for decided in found:
-            condition = self.conditions[decided]
+        for atom, condition in self.conditions.items():
+            if atom not in found:
+                continue
             places = condition.factors if isinstance(condition, Linear) else self._inputs(condition)
             known = [(place, bound) for place in places if (bound := bounds[place]) is not None]
             cases = [Weighting.of_bound(place, bound.value, bound.weights) for place, bound in known]
-            self.evidence[decided] = Excluded(tuple(cases))
-        return {**found}
+            self.evidence[atom] = Excluded(tuple(cases))
+        return found
 
     def _inputs(self, condition: Condition) -> list[int]:
         """Return the places that transitions of a condition take from."""
