@@ -1,7 +1,7 @@
 """Take generated models through all commands: ``python -m tests.whole_chain --models 200 --seed 1``.
 
-Half of them are whole, half are broken somewhere. It prints how often each command ended how, what models were
-refused for, and ends with 1 where something went wrong; such models are kept in ``build/whole_chain``.
+Half of them are whole, half are broken somewhere. It prints how often each command ended how, and what models
+were refused for, and ends with 1 where something went wrong; such models are kept in ``build/whole_chain``.
 """
 
 from __future__ import annotations
@@ -53,11 +53,11 @@ def main() -> int:
         @given(st.one_of(strategies))
         def every(model: sym.SystemModel) -> None:
             totals["models"] += 1
-            passage = take_through(model, empty(Path(place) / "model"), arguments.seed)
+            passage = take_through(model, empty(Path(place) / "model"), totals["models"])
             totals.update(passage.counts())
             if passage.is_valid:
                 totals.update(features_of_model(model))
-            refused.update({f"{step}: {_shape(said)}": 1 for step, said in passage.said.items()})
+            refused.update({_shape(said) for said in passage.said.values()})
             if passage.faults:
                 path = FAULTS / f"{arguments.seed}-{totals['models']}"
                 shutil.copytree(Path(place) / "model", path, dirs_exist_ok=True)
@@ -74,8 +74,8 @@ def main() -> int:
 
 def _shape(said: str) -> str:
     """Return what a refusal says, without names and numbers."""
-    first = said.strip().splitlines()[0] if said.strip() else ""
-    return re.sub(r"'[^']*'|\d+", "_", first.rpartition("model.sym.xmi:")[2] or first)[:150]
+    text = re.sub(r".*model\.[a-z.]+: *(\d+: *)?|; and \d+ more errors", "", said)
+    return re.sub(r"'[^']*'|\d+", "_", text)[:160]
 
 
 if __name__ == "__main__":

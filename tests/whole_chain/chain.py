@@ -20,6 +20,7 @@ from tests.fuzz.judging import ACCEPTED, REFUSED, Outcome, judge, refused_or, ru
 
 FOUND, UNKNOWN = 1, 3
 BUDGET = ("--timeout", "3", "--memory", "600M")
+_PATHS = ("lifecycle",)
 _NOTES = (
     ": warning: ",
     ": by the rules of ros2: ",
@@ -27,6 +28,17 @@ _NOTES = (
     OTHER_QUEUES,
     RUNS_AS_NET,
 )
+FURTHER: list[list[str]] = [
+    ["check", "--suggest-callback-groups", "--no-cache", *BUDGET],
+    ["check", "--suggest-capacities", "--no-cache", *BUDGET],
+    ["check", "--witnesses", "--no-cache", *BUDGET],
+    ["statespace", "--no-cache", *BUDGET],
+    ["find", "--marking", "deadlock", *BUDGET],
+    ["verify", "--ctl", "AG EF deadlock", "--no-cache", *BUDGET],
+    ["generate", "-o", "lifecycle", "--lifecycle"],
+    ["check", "--middleware", "ros1", "--no-cache", *BUDGET],
+]
+"""Of these, each model goes through one."""
 
 
 @dataclass
@@ -38,7 +50,7 @@ class Passage:
     statuses : dict
         The exit status of each command, by a name of its own.
     said : dict
-        What commands that refused the model said.
+        The last line of commands that refused the model.
     faults : list of str
         What must not happen.
     """
@@ -61,6 +73,8 @@ def take_through(model: sym.SystemModel, folder: Path, seed: int = 1) -> Passage
 
 
 class _Chain:
+    """A model on its way."""
+
     def __init__(self, folder: Path, seed: int) -> None:
         self.folder = folder
         self.seed = seed
@@ -76,27 +90,37 @@ class _Chain:
         self._formats()
         self._command("check", "check", self.path, "--no-cache", *BUDGET)
         self._generated()
+        further = FURTHER[self.seed % len(FURTHER)]
+        self._command(" ".join(further[:2]), further[0], self.path, *self._in_folder(further[1:]))
         self._run("simulate", "--simulate", "--timeout", "3")
         if self.passage.statuses["run simulate"] != REFUSED:
             self._run("simulate", "--simulate", "--timeout", "2", "--resume")
             self._run("local", "--local", "--timeout", "0.3")
+            self._command("trace", "trace", self.folder / "traces simulate", "-o", self.folder / "run.svg")
         return self.passage
+
+    def _in_folder(self, options: list[str]) -> list[object]:
+        """Return options, whose paths stand in the folder."""
+        return [self.folder / each if each in _PATHS else each for each in options]
 
     def _formats(self) -> None:
         """What PNML has of the model is as valid, and stays as it is from then on."""
-        pnml, back, again = (self.folder / name for name in ("model.pnml", "back.sym.xmi", "again.pnml"))
+        pnml, back = self.folder / "model.pnml", self.folder / "back.sym.xmi"
         if self._command("convert", "convert", self.path, "-o", pnml) == REFUSED:
             if pnml.exists():
                 self._fault("convert", "there is a file though it was refused")
             return
-        # PNML puts references between pages where arcs cross them: a model may be mended by that.
+        # PNML is read as it should be, with arcs on the page of their ends: a model may be mended by that.
         if self._command("validate PNML", "validate", pnml) != ACCEPTED and self.passage.is_valid:
             self._fault("convert", "what was valid is not valid as PNML")
         if self._command("convert back", "convert", pnml, "-o", back) == REFUSED:
             self._fault("convert back", "what was written as PNML cannot be read")
-        elif self._command("convert again", "convert", back, "-o", again) == REFUSED:
-            self._fault("convert again", "what was read from PNML cannot be written")
-        elif again.read_bytes() != pnml.read_bytes():
+            return
+        for source, target in ((back, "again.pnml"), (self.folder / "again.pnml", "again.sym.xmi")):
+            if self._command("convert again", "convert", source, "-o", self.folder / target) == REFUSED:
+                self._fault("convert again", "what was read from PNML cannot be written and read")
+                return
+        if (self.folder / "again.sym.xmi").read_bytes() != back.read_bytes():
             self._fault("convert again", "the model is another one")
 
     def _generated(self) -> None:
@@ -143,12 +167,10 @@ class _Chain:
         if verdict.status is not None:
             self.passage.statuses[step] = verdict.status
         if verdict.status == REFUSED:
-            self.passage.said[step] = said[-1]
             refusals = list(_refusals(said[-1]))
+            self.passage.said[step] = refusals[-1] if refusals else ""
             if len(refusals) != 1:
                 self._fault(step, f"is refused in {len(refusals)} lines: {said[-1]}")
-            elif step == "check" and self.passage.is_valid:
-                self.passage.said[step] = refusals[0]
         return verdict.status
 
     def _fault(self, step: str, text: str) -> None:
