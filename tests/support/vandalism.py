@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -12,7 +12,7 @@ from dineros.metamodel import pn
 from dineros.metamodel.base import EObject, features_of
 from dineros.metamodel.errors import DinerosError
 
-NASTY = [
+NASTY: list[object] = [
     None,
     "",
     " ",
@@ -35,7 +35,7 @@ def everything(net: pn.Net) -> list[EObject]:
     return [net, *net.eAllContents()]
 
 
-def vandalise(draw: Callable[..., Any], net: pn.Net, values: list[Any] = NASTY) -> None:
+def vandalise(draw: Callable[..., Any], net: pn.Net, values: Sequence[object] = NASTY) -> None:
     """Do one thing to a model that the typed API lets through.
 
     Classes are equally likely, so that what a model has few of is hit as often as its arcs.
@@ -55,7 +55,7 @@ def vandalise(draw: Callable[..., Any], net: pn.Net, values: list[Any] = NASTY) 
     elif hasattr(feature.eType, "eLiterals"):
         value = draw(st.sampled_from([str(each) for each in feature.eType.eLiterals]))
     else:
-        value = draw(st.sampled_from(values))
+        value = draw(st.sampled_from(list(values)))
     with suppress(DinerosError):  # what the typed API refuses cannot be in a model
         setattr(element, feature.name, value)
 

@@ -12,7 +12,7 @@ from tests.support.executor_models import executor_models
 from tests.support.history_models import history_models
 from tests.support.vandalism import vandalise
 
-VALUES = [None, "", " ", "x y", "../up", "\u2028", "Ä", "class", "{", "a" * 300]
+VALUES: list[object] = [None, "", " ", "x y", "../up", "\u2028", "Ä", "class", "{", "a" * 300]
 VALUES += [-1, 0, 1, 2, 40, 2**31 - 1, 2**70, -0.5, 1e-9, 1e300, float("nan"), float("inf"), True, False]
 
 
