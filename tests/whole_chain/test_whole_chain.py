@@ -1,4 +1,4 @@
-"""A few generated models, always the same, go through all commands; `python -m tests.whole_chain` takes hundreds."""
+"""A few generated models, always the same, on their way; `python -m tests.whole_chain` takes hundreds."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_whole_models(tmp_path: Path, model: sym.SystemModel, seed: int) -> None
 
 
 @given(broken_models(), SEEDS)
-@settings(FEW, max_examples=8)
+@settings(FEW, max_examples=4)
 def test_broken_models(tmp_path: Path, model: sym.SystemModel, seed: int) -> None:
     assert take_through(model, empty(tmp_path / "model"), seed).faults == []
 
