@@ -136,6 +136,12 @@ def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
     clients = [part for model in models for part in model.eAllContents() if isinstance(part, sym.ClientPort)]
     if any(client.outstanding > 1 or client.timeout is not None for client in clients):
         warn(f"{path}: nodes have one request under way for each client, and ask again instead of giving up")
+    nodes = [part for model in models for part in model.eAllContents() if isinstance(part, sym.NodeNet)]
+    if by_hand := [node.id for node in nodes if node.execution == sym.Execution.callbacks]:
+        shown = ", ".join(by_hand[:3]) + (f" and {len(by_hand) - 3} more" if len(by_hand) > 3 else "")
+        warn(
+            f"{path}: written by hand, says the model: {shown}; here their nets run, which wait for no executor"
+        )
 
 
 def say_what_is_by_hand(models: Iterable[pn.Net], path: Path) -> None:

@@ -166,9 +166,12 @@ class Waiting:
 
     def circle(self, marking: Marking) -> Circle | None:
         """Return some that wait for each other in a marking, a shortest circle; None where there is none."""
+        waits = list(self._waits(marking))
+        if not waits:
+            return None
         import networkx as nx  # takes a while to import
 
-        graph: nx.DiGraph[Waiter] = nx.DiGraph(list(self._waits(marking)))
+        graph: nx.DiGraph[Waiter] = nx.DiGraph(waits)
         begun = {each.waiter for each in self.callbacks.values() if each.has_begun(marking)}
         circles: list[tuple[Waiter, ...]] = []
         for part in nx.strongly_connected_components(graph):

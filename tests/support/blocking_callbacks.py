@@ -6,14 +6,20 @@ import networkx as nx
 
 from dineros.metamodel import sym
 from tests.support.reference_executors import ExecutorInterpreter
+from tests.support.reference_histories import TooManyStatesError
 
 
-def some_waits_for_ever(model: sym.SystemModel) -> bool:
-    """Tell whether from some state on no way leads to the end of a callback."""
+def some_waits_for_ever(model: sym.SystemModel, most: int = 100_000) -> bool:
+    """Tell whether from some state on no way leads to the end of a callback.
+
+    Raises `TooManyStatesError` where there are more states than `most`.
+    """
     interpreter = ExecutorInterpreter(model)
     graph: nx.DiGraph[tuple[int, ...]] = nx.DiGraph()
     states = [interpreter.start]
     for state in states:
+        if len(states) > most:
+            raise TooManyStatesError
         graph.add_node(state)
         for _, after in interpreter.successors(state):
             if after not in graph:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import HealthCheck, assume, given, settings
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks.blocking import blocked
@@ -15,10 +16,13 @@ from dineros.analysis.witnesses.findings import Finding
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.constraints import validate
+from dineros.metamodel.errors import DinerosError
 from docs.examples.callbacks.models import PROGRAMS, asking, node, program, server, service, timer
 from tests.runtime.ros.test_callbacks import BLOCK, KEEPS, LOSES, RUN
 from tests.support.blocking_callbacks import some_waits_for_ever
 from tests.support.executor_cases import FIGURES, Case, case_model
+from tests.support.executor_models import executor_models
+from tests.support.reference_histories import TooManyStatesError
 
 MONITOR = "callback OnTimer waits for the response of service level to client monitor, which waits for"
 CIRCLES = {
@@ -64,6 +68,17 @@ def test_an_independent_reading_blocks_alike(case: Case) -> None:
     model = case_model(case)
     assert bool(circles(model)) == some_waits_for_ever(model)
     assert None not in circles(model)
+
+
+@settings(max_examples=20, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+@given(executor_models())
+def test_generated_models_block_alike(model: sym.SystemModel) -> None:
+    try:
+        subject, waits = base_subject(model), some_waits_for_ever(model, most=400)
+    except (DinerosError, TooManyStatesError):
+        assume(False)
+    found = list(blocked(subject, symbolic_state_space(subject.net), Waiting(subject)))
+    assert bool(found) == waits
 
 
 def test_a_circle_is_found_while_other_nodes_go_on() -> None:

@@ -20,21 +20,23 @@ def draw_channels(model: sym.SystemModel, view: ViewModel) -> None:
         counts = {}
     for channel in model.channels:
         if isinstance(channel, sym.TopicChannel):
-            _topic(channel, view)
+            _topic(channel, view, model.middleware == sym.Middleware.ros2)
         elif isinstance(channel, sym.ServiceChannel):
             _service(channel, view, counts.get(channel, channel.instances))
 
 
 def draw_ports(model: rtm.RuntimeModel, view: ViewModel) -> None:
     """Add the channels that the places of a run-time model send to and receive from."""
+    histories = model.middleware == sym.Middleware.ros2
     for place in elements.places(model):
         for port in place.ports if isinstance(place, rtm.Place) else []:
             if isinstance(port, rtm.PublisherPort):
                 node = _channel(view, port.channel, "topic", port.topic, "topic", port.type)
-                _line(view, "publish", place.id, node.id, f"queue {port.limit}")
+                _line(view, "publish", place.id, node.id, _queue(port, histories))
             elif isinstance(port, rtm.SubscriberPort):
                 node = _channel(view, port.channel, "topic", port.topic, "topic", port.type)
-                _line(view, "subscribe", node.id, place.id, _queues(port.dispatcherLimit, port.limit))
+                queues = _queues(port, None if histories else port.dispatcherLimit)
+                _line(view, "subscribe", node.id, place.id, queues)
             elif isinstance(port, rtm.ClientPort):
                 node = _channel(view, port.channel, "service", port.service, "service", port.type)
                 _line(view, "request", place.id, node.id, port.client)
@@ -48,7 +50,7 @@ def draw_ports(model: rtm.RuntimeModel, view: ViewModel) -> None:
                     _line(view, "return", exit_.id, node.id, "")
 
 
-def _topic(channel: sym.TopicChannel, view: ViewModel) -> None:
+def _topic(channel: sym.TopicChannel, view: ViewModel, histories: bool) -> None:
     node = _channel(view, channel.id, "topic", label(channel), "topic", channel.type)
     node.position = position_of(channel)
     if channel.topic != node.label:
@@ -56,11 +58,12 @@ def _topic(channel: sym.TopicChannel, view: ViewModel) -> None:
     if channel.qos is not None:
         node.detail["Quality of service"] = f"{channel.qos.reliability}, {channel.qos.durability}"
     for publisher in channel.publishers:
-        _join(view, "publish", publisher.place, channel, f"queue {publisher.limit}")
+        _join(view, "publish", publisher.place, channel, _queue(publisher, histories))
     limits: dict[sym.NodeNet | None, int] = {found.node: found.limit for found in channel.dispatchers}
     for subscriber in channel.subscribers:
         limit = limits.get(elements.node_net_of(subscriber.place), DISPATCHER_LIMIT)
-        _join(view, "subscribe", channel, subscriber.place, _queues(limit, subscriber.limit))
+        queues = _queues(subscriber, None if histories else limit)
+        _join(view, "subscribe", channel, subscriber.place, queues)
 
 
 def _service(channel: sym.ServiceChannel, view: ViewModel, instances: int | None) -> None:
@@ -103,8 +106,19 @@ def _line(view: ViewModel, kind: EdgeKind, source: str, target: str, text: str) 
     view.edges.append(Edge(f"{kind} {source} {target}", source, target, kind, text))
 
 
-def _queues(dispatcher: int, queue: int) -> str:
-    return f"dispatcher {dispatcher}, queue {queue}"
+def _queue(port: sym.TopicPort | rtm.PublisherPort | rtm.SubscriberPort, histories: bool) -> str:
+    """Return the queue of a port in words: a history under the rules of ROS 2."""
+    if not histories:
+        return f"queue {port.limit}"
+    best_effort = port.qos is not None and port.qos.reliability == sym.Reliability.bestEffort
+    return f"history {port.limit}{', best effort' if best_effort else ''}"
+
+
+def _queues(port: sym.SubscriberPort | rtm.SubscriberPort, dispatcher: int | None) -> str:
+    """Return what a message waits in before it is taken; ROS 2 has no dispatcher."""
+    if dispatcher is None:
+        return _queue(port, histories=True)
+    return f"dispatcher {dispatcher}, {_queue(port, histories=False)}"
 
 
 def _instances(number: int) -> str:

@@ -64,6 +64,10 @@ def test_limits_that_differ_are_shown() -> None:
     channel.dispatchers.append(sym.Dispatcher(node=elements.node_nets(model)[1], limit=5))
     labels = [edge.label for edge in view_of(model).edges if edge.kind in ("publish", "subscribe")]
     assert labels == ["queue 3", "dispatcher 5, queue 4"]
+    model.middleware = sym.Middleware.ros2
+    channel.subscribers[0].qos = sym.QualityOfService(reliability="bestEffort")
+    labels = [edge.label for edge in view_of(model).edges if edge.kind in ("publish", "subscribe")]
+    assert labels == ["history 3", "history 4, best effort"]
 
 
 def test_nodes_say_what_they_hold() -> None:
