@@ -12,6 +12,7 @@ from dineros.cli.options import invocation
 OTHER_QUEUES = (
     "by the rules of ros1, but what runs on ROS 2 has other queues (check and run it with --middleware ros2)"
 )
+RUNS_AS_NET = "of nodes with the execution callbacks the net runs, where no callback waits for another"
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn, sym
@@ -141,6 +142,29 @@ def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
         warn(
             f"{path}: written by hand, says the model: {shown}; here their nets run, which wait for no executor"
         )
+
+
+def say_what_is_by_hand(models: Iterable[pn.Net], path: Path) -> None:
+    """Say which nodes are written by hand in the model, and run as nets all the same.
+
+    Parameters
+    ----------
+    models : iterable of pn.Net
+        The system model, or the runtime models of a workspace.
+    path : Path
+        Their file or folder.
+    """
+    from dineros.metamodel import sym
+    from dineros.metamodel.elements import node_nets
+
+    by_hand = [
+        str(node.id)
+        for model in models
+        for node in node_nets(model)
+        if node.execution == sym.Execution.callbacks
+    ]
+    if by_hand and invocation().verbosity >= 0:
+        warn(f"{path}: {RUNS_AS_NET} ({', '.join(by_hand)})")
 
 
 def _is_of_ros2(model: pn.Net) -> bool:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -120,6 +122,9 @@ class HistoryTopic:
 class ConformanceNet:
     """A system model flattened with fully-enabled signals, and look-up of recorded steps.
 
+    Traces are our engine's, which runs the net of every node: executors and callback groups of nodes that are
+    written by hand are not part of it.
+
     Parameters
     ----------
     model : sym.SystemModel
@@ -128,7 +133,8 @@ class ConformanceNet:
 
     def __init__(self, model: sym.SystemModel) -> None:
         self.model = model
-        self.subject: Subject = subject_of(model, "fully-enabled")
+        with _run_as_nets(model):
+            self.subject: Subject = subject_of(model, "fully-enabled")
         self.net = self.subject.net
         self.nodes = [node.id for node in node_nets(model)]
         self.pre = [self.net.pre.row(index) for index in range(len(self.net.transitions))]
@@ -415,3 +421,16 @@ def _key(role: StepRole) -> Key:
     if role.kind in (Serve, Reply):
         return role.kind, role.channel, role.client, role.instance
     return role.kind, role.channel, role.queue, role.stage, role.node, role.place
+
+
+@contextmanager
+def _run_as_nets(model: sym.SystemModel) -> Iterator[None]:
+    """Give all node nets of a model the execution of our engine, for a while."""
+    by_hand = [node for node in node_nets(model) if node.execution == sym.Execution.callbacks]
+    for node in by_hand:
+        node.execution = sym.Execution.net
+    try:
+        yield
+    finally:
+        for node in by_hand:
+            node.execution = sym.Execution.callbacks

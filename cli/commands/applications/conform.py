@@ -11,7 +11,7 @@ import click
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, budget_options, write_witness
 from dineros.cli.console import note, say, say_json, summarise
-from dineros.cli.models import load_system, refuse_invalid, say_rules
+from dineros.cli.models import load_system, refuse_invalid, say_rules, say_what_is_by_hand
 from dineros.cli.options import ModelPath, json_option, middleware_option, model_argument, settings_option
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
@@ -85,6 +85,7 @@ def conform(
     system = load_system(model, settings)
     refuse_invalid(system, model)
     say_rules(system, model)
+    say_what_is_by_hand([system], model)
     run = search()
 
     def so_far(ending: str) -> int:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from dineros.cli.console import say_json, warn, working
-from dineros.cli.models import load_system, refuse_invalid, say_what_runs
+from dineros.cli.models import load_system, refuse_invalid, say_what_is_by_hand, say_what_runs
 from dineros.cli.options import command, json_option, middleware_option, model_argument, settings_option
 from dineros.cli.presentation.workspaces import say_comparison
 
@@ -97,6 +97,7 @@ def generate(
                 warn(edit.difference.rstrip("\n"))
         raise
     if not check:
+        say_what_is_by_hand([system], model)
         say_what_runs([system], model)
     if as_json:
         written = not check and bool(comparison.changes)

@@ -96,7 +96,7 @@ def run(
     status: 1 where a step was not allowed, 2 where a node could not go on, 3 where time was over before
     --until held.
     """
-    from dineros.cli.models import say_what_runs
+    from dineros.cli.models import say_what_is_by_hand, say_what_runs
     from dineros.cli.presentation.runs import say_run, say_run_as_json
     from dineros.cli.running.applications import application_of
     from dineros.cli.running.ros import RosOptions
@@ -109,6 +109,7 @@ def run(
         raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
     application = application_of(model, settings, handler_file, stale_after)
     is_on_ros = not (local or simulate)
+    say_what_is_by_hand(application.models, model)
     if is_on_ros:
         say_what_runs(application.models, model)
     options = Options(

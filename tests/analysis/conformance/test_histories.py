@@ -17,8 +17,8 @@ from dineros.analysis.conformance import Monitor, Verdict, conform
 from dineros.analysis.model.subject import subject_of
 from dineros.analysis.nets.witness import replay
 from dineros.metamodel import sym
-from dineros.metamodel.elements import transitions
-from dineros.metamodel.records import Drop, Fire, Record, Take, read_trace, traces_of_runs
+from dineros.metamodel.elements import node_nets, transitions
+from dineros.metamodel.records import Drop, Fire, Record, Response, Take, read_trace, traces_of_runs
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder
 from dineros.transformations.flattening.split import split
@@ -26,6 +26,7 @@ from tests.analysis.conformance.brute_force import TooLargeError, is_behaviour
 from tests.analysis.conformance.test_conform import mutated
 from tests.histories.test_figures import periodic
 from tests.support.chatty_systems import chatty_systems
+from tests.support.executor_cases import Case, case_model
 from tests.support.history_models import history_models
 
 COMMON = settings(deadline=None, suppress_health_check=list(HealthCheck))
@@ -94,6 +95,17 @@ def test_runs_conform(model: sym.SystemModel, seed: int) -> None:
         assert monitor.add(rest[node][:size]) == []
         del rest[node][:size]
     assert (monitor.finish().status, monitor.waiting) == ("conforms", {})
+
+
+def test_what_runs_of_nodes_written_by_hand_is_their_net(tmp_path: Path) -> None:
+    """There no callback waits: the timer's goes on where on an executor it would wait for ever."""
+    model = case_model(Case())
+    with LocalApplication(split(model), seed=1, recorder=partial(JournalRecorder, tmp_path)) as application:
+        application.run(lambda _: False, timeout=1.0)
+    traces = {node: list(read_trace(parts)) for node, parts in traces_of_runs([tmp_path]).items()}
+    assert sum(isinstance(record, Response) for record in traces["A"]) > 1
+    assert verdict_on(model, traces).status == "conforms"
+    assert [node.execution for node in node_nets(model)] == [sym.Execution.callbacks] * 2
 
 
 @given(MODELS, SEEDS)

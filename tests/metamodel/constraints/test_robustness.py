@@ -1,58 +1,14 @@
 """No model, however broken, makes a constraint fail instead of reporting."""
 
-from collections.abc import Callable
-from contextlib import suppress
-from typing import Any
-
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dineros.metamodel import pn
-from dineros.metamodel.base import EObject, features_of
 from dineros.metamodel.constraints import validate
-from dineros.metamodel.errors import DinerosError
 from tests.support.broken.small import flat, plain, runtime, system
+from tests.support.vandalism import vandalise
 
 MAKERS = [plain, system, runtime, flat]
-NASTY = [
-    None,
-    "",
-    " ",
-    "\x00",
-    "{",
-    "[1",
-    "a & ",
-    "a" * 300,
-    -1,
-    0,
-    2**70,
-    float("nan"),
-    float("inf"),
-    True,
-    "list",
-]
-
-
-def everything(net: pn.Net) -> list[EObject]:
-    return [net, *net.eAllContents()]
-
-
-def vandalise(draw: Callable[..., Any], net: pn.Net) -> None:
-    """Do one thing to a model that the typed API lets through."""
-    element = draw(st.sampled_from(everything(net)))
-    feature: Any = draw(st.sampled_from([*features_of(type(element)).values()]))
-    values = getattr(element, feature.name)
-    if feature.many:
-        if len(values) and draw(st.booleans()):
-            values.remove(draw(st.sampled_from(list(values))))
-        return
-    if hasattr(feature, "containment"):
-        others = [other for other in everything(net) if not feature.containment and not feature.container]
-        value: object = draw(st.sampled_from([None, *others]))
-    else:
-        value = draw(st.sampled_from(NASTY))
-    with suppress(DinerosError):  # what the typed API refuses cannot be in a model
-        setattr(element, feature.name, value)
 
 
 @settings(max_examples=100)
