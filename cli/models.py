@@ -136,10 +136,29 @@ def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
     clients = [part for model in models for part in model.eAllContents() if isinstance(part, sym.ClientPort)]
     if any(client.outstanding > 1 or client.timeout is not None for client in clients):
         warn(f"{path}: nodes have one request under way for each client, and ask again instead of giving up")
-    nodes = [part for model in models for part in model.eAllContents() if isinstance(part, sym.NodeNet)]
-    if by_hand := [node.id for node in nodes if node.execution == sym.Execution.callbacks]:
-        shown = ", ".join(by_hand[:3]) + (f" and {len(by_hand) - 3} more" if len(by_hand) > 3 else "")
-        warn(f"{path}: {shown} are written by hand; here their nets run instead, which wait for no executor")
+
+
+def say_what_is_by_hand(models: Iterable[pn.Net], path: Path) -> None:
+    """Say which nodes are written by hand in the model, and run as nets all the same.
+
+    Parameters
+    ----------
+    models : iterable of pn.Net
+        The system model, or the runtime models of a workspace.
+    path : Path
+        Their file or folder.
+    """
+    from dineros.metamodel import sym
+    from dineros.metamodel.elements import node_nets
+
+    by_hand = [
+        str(node.id)
+        for model in models
+        for node in node_nets(model)
+        if node.execution == sym.Execution.callbacks
+    ]
+    if by_hand and invocation().verbosity >= 0:
+        warn(f"{path}: {RUNS_AS_NET} ({', '.join(by_hand)})")
 
 
 def _is_of_ros2(model: pn.Net) -> bool:
