@@ -12,7 +12,7 @@ from dineros.cli.options import invocation
 OTHER_QUEUES = (
     "by the rules of ros1, but what runs on ROS 2 has other queues (check and run it with --middleware ros2)"
 )
-RUNS_AS_NET = "of nodes with the execution callbacks the net runs, where no callback waits for another"
+BY_HAND = "written by hand, says the model: "
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn, sym
@@ -136,12 +136,6 @@ def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
     clients = [part for model in models for part in model.eAllContents() if isinstance(part, sym.ClientPort)]
     if any(client.outstanding > 1 or client.timeout is not None for client in clients):
         warn(f"{path}: nodes have one request under way for each client, and ask again instead of giving up")
-    nodes = [part for model in models for part in model.eAllContents() if isinstance(part, sym.NodeNet)]
-    if by_hand := [node.id for node in nodes if node.execution == sym.Execution.callbacks]:
-        shown = ", ".join(by_hand[:3]) + (f" and {len(by_hand) - 3} more" if len(by_hand) > 3 else "")
-        warn(
-            f"{path}: written by hand, says the model: {shown}; here their nets run, which wait for no executor"
-        )
 
 
 def say_what_is_by_hand(models: Iterable[pn.Net], path: Path) -> None:
@@ -164,7 +158,8 @@ def say_what_is_by_hand(models: Iterable[pn.Net], path: Path) -> None:
         if node.execution == sym.Execution.callbacks
     ]
     if by_hand and invocation().verbosity >= 0:
-        warn(f"{path}: {RUNS_AS_NET} ({', '.join(by_hand)})")
+        shown = ", ".join(by_hand[:3]) + (f" and {len(by_hand) - 3} more" if len(by_hand) > 3 else "")
+        warn(f"{path}: {BY_HAND}{shown}; here their nets run, which wait for no executor")
 
 
 def _is_of_ros2(model: pn.Net) -> bool:
