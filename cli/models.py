@@ -12,7 +12,7 @@ from dineros.cli.options import invocation
 OTHER_QUEUES = (
     "by the rules of ros1, but what runs on ROS 2 has other queues (check and run it with --middleware ros2)"
 )
-RUNS_AS_NET = "of nodes with the execution callbacks the net runs, where no callback waits for another"
+BY_HAND = "written by hand, says the model: "
 
 if TYPE_CHECKING:
     from dineros.metamodel import pn, sym
@@ -158,7 +158,8 @@ def say_what_is_by_hand(models: Iterable[pn.Net], path: Path) -> None:
         if node.execution == sym.Execution.callbacks
     ]
     if by_hand and invocation().verbosity >= 0:
-        warn(f"{path}: {RUNS_AS_NET} ({', '.join(by_hand)})")
+        shown = ", ".join(by_hand[:3]) + (f" and {len(by_hand) - 3} more" if len(by_hand) > 3 else "")
+        warn(f"{path}: {BY_HAND}{shown}; here their nets run, which wait for no executor")
 
 
 def _is_of_ros2(model: pn.Net) -> bool:
