@@ -63,6 +63,9 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with what the examples start from: the model, witnesses, a recorded run, a workspace."""
     folder = tmp_path_factory.mktemp("desk")
     (folder / "sorting.sym.xmi").write_bytes((ROOT / "case_study/sorting.sym.xmi").read_bytes())
+    (folder / "robot.sym.xmi").write_bytes(
+        (ROOT / "docs/examples/callbacks/sensor_mended.sym.xmi").read_bytes()
+    )
     (folder / "our_templates").mkdir()
     for command in (
         "find sorting.sym.xmi --enabled TPick -o pick.jsonl",
@@ -89,7 +92,8 @@ def test_every_example_runs(example: str, desk: Path, tmp_path: Path, warm: Path
     result = subprocess.run(
         ["bash", "-c", example], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
     )
-    assert (result.returncode, without_line(result.stderr)) == (0, "")
+    said = [line for line in result.stderr.splitlines(keepends=True) if ": by the rules of ros" not in line]
+    assert (result.returncode, without_line("".join(said))) == (0, "")
 
 
 def test_version(run: Run) -> None:
