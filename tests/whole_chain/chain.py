@@ -20,7 +20,7 @@ from dineros.metamodel.files import save
 from tests.fuzz.judging import ACCEPTED, REFUSED, Outcome, judge, refused_or, run_command
 
 FOUND, UNKNOWN = 1, 3
-BUDGET = ("--timeout", "3", "--memory", "600M")
+BUDGET = ("--timeout", "3", "--memory", "4G")  # more than a test process may hold already
 _PATHS = ("lifecycle",)
 _NOTES = (
     ": warning: ",

@@ -70,9 +70,12 @@ def test_an_independent_reading_blocks_alike(case: Case) -> None:
     assert None not in circles(model)
 
 
-@settings(max_examples=20, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+@settings(max_examples=15, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(executor_models())
 def test_generated_models_block_alike(model: sym.SystemModel) -> None:
+    for part in model.eAllContents():
+        if isinstance(part, sym.Transition):
+            part.clause = None  # the interpreter leaves them out; `check` knows those that can never be true
     try:
         subject, waits = base_subject(model), some_waits_for_ever(model, most=400)
     except (DinerosError, TooManyStatesError):
