@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from dineros.metamodel import pn, sym
@@ -80,3 +83,24 @@ def timer_and_logger(counter: bool = False, dispatcher: int | None = None) -> sy
     if dispatcher is not None:
         topic.dispatchers.append(sym.Dispatcher(node=logger, limit=dispatcher))
     return model
+
+
+def each_of(count: int, examine: Callable[[sym.SystemModel], str]) -> None:
+    """Examine so many models, always the same, and print what is said of each."""
+    number = 0
+
+    @settings(
+        max_examples=count,
+        deadline=None,
+        derandomize=True,
+        database=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(unbounded_systems())
+    def one(model: sym.SystemModel) -> None:
+        nonlocal number
+        number += 1
+        print(f"{number}: {examine(model)}", flush=True)
+
+    one()

@@ -27,15 +27,11 @@ from dineros.metamodel.records import (
     Signal,
     Start,
     Take,
-    read_trace,
-    traces_of_runs,
 )
 from dineros.metamodel.records.schema import Step
 from dineros.metamodel.settings import apply
-from dineros.runtime.application.simulation import LocalApplication
-from dineros.runtime.journal import JournalRecorder
-from dineros.transformations.flattening.split import split
 from tests.analysis.conformance.brute_force import TooLargeError, is_behaviour
+from tests.analysis.conformance.recording import recorded
 from tests.support.calling_systems import calling_systems
 from tests.support.chatty_systems import chatty_systems
 from tests.support.reference_runs import ReferenceRun
@@ -138,22 +134,9 @@ def case_study(*changes: str) -> sym.SystemModel:
 class TestTheEngine:
     """Traces that the runtime records."""
 
-    def record(self, model: sym.SystemModel, folder: Path, seed: int, steps: int) -> dict[str, list[Record]]:
-        application = LocalApplication(split(model), seed=seed, recorder=partial(JournalRecorder, folder))
-        application.open()
-        draw = random.Random(seed)
-        signals = [(net, name) for net in application.nets.values() for name in net.structure.signals]
-        for _ in range(steps):
-            if signals and draw.random() < 0.2:
-                net, name = draw.choice(signals)
-                net.signal(name).set(draw.random() < 0.5)
-            application.step()
-        application.close()
-        return {node: list(read_trace(parts)) for node, parts in traces_of_runs([folder]).items()}
-
-    def test_the_case_study_conforms(self, tmp_path: Path) -> None:
+    def test_the_case_study_conforms(self) -> None:
         model = case_study("RedObjects.tokens=3")
-        traces = self.record(model, tmp_path, 4, 3000)
+        traces = recorded(model, 4, 3000)
         verdict = verdict_on(model, skewed(traces, 4))
         assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
         assert verdict.steps > 300
@@ -162,15 +145,11 @@ class TestTheEngine:
     @given(st.one_of(chatty_systems(), calling_systems(circles=True)), SEEDS)
     @settings(COMMON, max_examples=50)
     def test_small_queues_and_calls(self, model: sym.SystemModel, seed: int) -> None:
-        import tempfile
+        verdict = verdict_on(model, recorded(model, seed, 120))
+        assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
 
-        with tempfile.TemporaryDirectory() as folder:
-            traces = self.record(model, Path(folder), seed, 120)
-            verdict = verdict_on(model, traces)
-            assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
-
-    def test_another_model_than_was_run(self, tmp_path: Path) -> None:
-        traces = self.record(case_study(), tmp_path, 4, 500)
+    def test_another_model_than_was_run(self) -> None:
+        traces = recorded(case_study(), 4, 500)
         verdict = verdict_on(case_study("RedObjects.tokens=2"), traces)
         assert verdict.status == "violated"
         assert str(verdict.violations[0]) == "checkpoint: RedObjects holds 1 tokens, in the model 2"

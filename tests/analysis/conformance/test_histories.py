@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import tempfile
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -23,6 +22,7 @@ from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder
 from dineros.transformations.flattening.split import split
 from tests.analysis.conformance.brute_force import TooLargeError, is_behaviour
+from tests.analysis.conformance.recording import recorded
 from tests.analysis.conformance.test_conform import mutated
 from tests.histories.test_figures import periodic
 from tests.support.chatty_systems import chatty_systems
@@ -33,24 +33,6 @@ COMMON = settings(deadline=None, suppress_health_check=list(HealthCheck))
 MODELS = st.one_of(history_models(chatty_systems()), history_models())
 SEEDS = st.integers(0, 2**20)
 Traces = Mapping[str, Sequence[Record]]
-
-
-def recorded(model: sym.SystemModel, seed: int, steps: int) -> dict[str, list[Record]]:
-    """Return the traces of a run in one process, with signals that change."""
-    with tempfile.TemporaryDirectory() as folder:
-        application = LocalApplication(
-            split(model), seed=seed, recorder=partial(JournalRecorder, Path(folder))
-        )
-        application.open()
-        draw = random.Random(seed)
-        signals = [(net, name) for net in application.nets.values() for name in net.structure.signals]
-        for _ in range(steps):
-            if signals and draw.random() < 0.2:
-                net, name = draw.choice(signals)
-                net.signal(name).set(draw.random() < 0.5)
-            application.step()
-        application.close()
-        return {node: list(read_trace(parts)) for node, parts in traces_of_runs([Path(folder)]).items()}
 
 
 def verdict_on(model: sym.SystemModel, traces: Traces, firings: bool = False) -> Verdict:

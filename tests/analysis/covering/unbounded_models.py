@@ -8,15 +8,13 @@ from __future__ import annotations
 import sys
 import time
 
-from hypothesis import HealthCheck, Phase, given, settings
-
 from dineros.analysis.model.queues import queues
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.questions.check import check
 from dineros.analysis.witnesses.findings import Report
 from dineros.metamodel import sym
 from tests.analysis.covering.plain import can_fire_by_karp_miller, plain_search
-from tests.support.unbounded_systems import unbounded_systems
+from tests.support.unbounded_systems import each_of
 
 MOST = 100_000
 
@@ -48,32 +46,16 @@ def compare(model: sym.SystemModel, report: Report, most: int) -> None:
         assert "whether the net is bounded" not in open_questions
 
 
-def main(count: int) -> None:
-    """Compare so many models, always the same."""
-    number = 0
-
-    @settings(
-        max_examples=count,
-        deadline=None,
-        derandomize=True,
-        database=None,
-        phases=[Phase.generate],
-        suppress_health_check=list(HealthCheck),
-    )
-    @given(unbounded_systems())
-    def one(model: sym.SystemModel) -> None:
-        nonlocal number
-        number += 1
-        began = time.perf_counter()
-        report = check(model)
-        took = time.perf_counter() - began
-        compare(model, report, MOST)
-        found = ", ".join(sorted({finding.rule for finding in report.findings}))
-        unknown = "; ".join(str(unknown) for unknown in report.unknown if unknown.may_be_fault)
-        print(f"{number}: {took:.1f} s, {found}; unknown: {unknown or 'nothing'}", flush=True)
-
-    one()
+def examine(model: sym.SystemModel) -> str:
+    """Check a model, compare, and say what was found."""
+    began = time.perf_counter()
+    report = check(model)
+    took = time.perf_counter() - began
+    compare(model, report, MOST)
+    found = ", ".join(sorted({finding.rule for finding in report.findings}))
+    unknown = "; ".join(str(unknown) for unknown in report.unknown if unknown.may_be_fault)
+    return f"{took:.1f} s, {found}; unknown: {unknown or 'nothing'}"
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 40)
+    each_of(int(sys.argv[1]) if len(sys.argv) > 1 else 40, examine)

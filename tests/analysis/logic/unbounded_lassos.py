@@ -11,15 +11,13 @@ import sys
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from hypothesis import HealthCheck, Phase, given, settings
-
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel import sym
-from tests.support.unbounded_systems import unbounded_systems
+from tests.support.unbounded_systems import each_of
 
 MOST_MARKINGS, SECONDS = 3_000, 30.0
 Marking = tuple[int, ...]
@@ -99,26 +97,6 @@ def hash_of(text: str) -> int:
     return sum(ord(letter) * (number + 7) ** 3 for number, letter in enumerate(text)) % 1009
 
 
-def main(count: int) -> None:
-    """Compare so many models, always the same."""
-    number = 0
-
-    @settings(
-        max_examples=count,
-        deadline=None,
-        derandomize=True,
-        database=None,
-        phases=[Phase.generate],
-        suppress_health_check=list(HealthCheck),
-    )
-    @given(unbounded_systems())
-    def one(model: sym.SystemModel) -> None:
-        nonlocal number
-        number += 1
-        print(f"{number}: {len(compare(model))} formulas refuted", flush=True)
-
-    one()
-
-
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 40)
+    number = int(sys.argv[1]) if len(sys.argv) > 1 else 40
+    each_of(number, lambda model: f"{len(compare(model))} formulas refuted")
