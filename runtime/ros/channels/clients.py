@@ -145,10 +145,11 @@ class Clients:
 
     def _send(self, client: _Client, call: _Call) -> None:
         request = client.requests.encode(call.message)
-        if client.announcer is not None:
-            client.announcer.announce(call.message.id, request)
         call.look = 0.0
-        future = client.entity.call_async(request)
+        if client.announcer is None:
+            future = client.entity.call_async(request)
+        else:
+            future = client.announcer.send(call.message.id, request, client.entity.call_async)
         call.attempts.append(future)
         if len(call.attempts) > KEPT_ATTEMPTS:
             client.entity.remove_pending_request(call.attempts.pop(1))

@@ -16,7 +16,7 @@ import base64
 import json
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.json_text import decode_json
@@ -25,6 +25,8 @@ from dineros.runtime.nets.ports import Message
 from dineros.runtime.ros.channels.quality import companion_depth, companion_quality
 from dineros.runtime.ros.channels.recognition import Recognition, content_of
 from dineros.runtime.ros.conversion.messages import Codec
+
+Result = TypeVar("Result")
 
 MESSAGES, REQUESTS = "_messages", "_requests"
 """Last part of the names of companions, of topics and of services."""
@@ -49,18 +51,19 @@ class Announcement(NamedTuple):
         Its id.
     content : bytes
         The message, serialised.
-    is_alone : bool
-        Whether nothing follows on the topic itself: it was sent there before.
+    number : int
+        Which message of its sender it is on the topic or service itself, from 1; 0: nothing follows there, it
+        was sent before.
     """
 
     id: str
     content: bytes
-    is_alone: bool
+    number: int
 
     def text(self) -> str:
         """Return it as JSON."""
         content = base64.b64encode(self.content).decode()
-        return json.dumps({"id": self.id, "content": content, "alone": self.is_alone})
+        return json.dumps({"id": self.id, "content": content, "number": self.number})
 
 
 def read_announcement(text: str) -> Announcement:
@@ -73,8 +76,8 @@ def read_announcement(text: str) -> Announcement:
     """
     try:
         match decode_json(text):
-            case {"id": str(id), "content": str(content), "alone": bool(is_alone)}:
-                return Announcement(id, base64.b64decode(content, validate=True), is_alone)
+            case {"id": str(id), "content": str(content), "number": int(number)} if number is not True:
+                return Announcement(id, base64.b64decode(content, validate=True), number)
     except (DinerosError, ValueError):
         pass
     raise AnnouncementError("no id and content of a message are announced")
@@ -99,10 +102,21 @@ class Announcer:
 
         self._node, self._interface, self._serialise = node, String, serialize_message
         self._publisher = node.create_publisher(String, name, companion_quality(companion_depth(limit)))
+        self._sent = 0
 
-    def announce(self, id: str, ros_message: Any, *, is_alone: bool = False) -> None:
-        """Say that a message is about to be sent, or, `is_alone`, that it was."""
-        announcement = Announcement(id, self._serialise(ros_message), is_alone)
+    def send(self, id: str, ros_message: Any, send: Callable[[Any], Result]) -> Result:
+        """Announce a message, and send it."""
+        self._announce(id, ros_message, self._sent + 1)
+        result = send(ros_message)
+        self._sent += 1  # as the middleware counts: what it refuses has no number
+        return result
+
+    def send_again(self, id: str, ros_message: Any) -> None:
+        """Say what was sent before: to those who hear announcements."""
+        self._announce(id, ros_message, 0)
+
+    def _announce(self, id: str, ros_message: Any, number: int) -> None:
+        announcement = Announcement(id, self._serialise(ros_message), number)
         self._publisher.publish(self._interface(data=announcement.text()))
 
     def close(self) -> None:
@@ -111,10 +125,9 @@ class Announcer:
 
 
 class Arrival(NamedTuple):
-    """A message of the topic or service itself: when it was sent, and what `Listener` hands on with it."""
+    """A message of the topic or service itself, and what `Listener` hands on with it."""
 
     message: Message
-    sent: int
     more: Any
 
 
@@ -192,24 +205,36 @@ class Listener:
 
     def _hear(self, announcement: Any, info: Mapping[str, Any]) -> None:
         try:
-            id, content, is_alone = read_announcement(announcement.data)
+            id, content, number = read_announcement(announcement.data)
             parse_id(id)
             data = self._decode(self._deserialise(content, self._interface)).data
         except Exception as error:  # anybody can say anything, and ROS raises what it likes
             self._refused(error)
             return
-        self._announced(Message(id, data), info, is_alone)
-        if not is_alone:
-            self._recognition.announced(content_of(data), int(info["source_timestamp"]), id)
+        self._announced(Message(id, data), info, not number)
+        if number:
+            self._recognition.announced(content_of(data, number), int(info["source_timestamp"]), id)
 
-    def arrived(self, ros_message: Any, sent: int, more: Any) -> None:
-        """Take a message of the topic or service itself, sent at a time in nanoseconds."""
-        arrival = Arrival(self._decode(ros_message), sent, more)
+    def arrived(self, ros_message: Any, sent: int, number: int, more: Any) -> None:
+        """Take a message of the topic or service itself.
+
+        Parameters
+        ----------
+        ros_message : object
+            The message.
+        sent : int
+            When it was sent, in nanoseconds.
+        number : int
+            Which one of its sender it is, from 1.
+        more : object
+            What comes with it.
+        """
+        arrival = Arrival(self._decode(ros_message), more)
         if self._recognition.is_idle and not self._subscription.get_publisher_count():
             self._strange(arrival.message, more)  # nobody announces anything here
             return
-        content = content_of(arrival.message.data)
-        self._catch_up()  # an older announcement of equal content must not take the place of its own
+        content = content_of(arrival.message.data, number)
+        self._catch_up()  # that of a sender that was killed must not take the place of its own
         if not self._recognition.recognise(content, sent, arrival):
             self._recognition.hold(content, sent, arrival)
             self._look_later()

@@ -1,8 +1,8 @@
 """Which messages of an existing ROS type were announced with an id, and which a stranger sent.
 
-Whoever announces a message sends it right afterwards. Both tell when they were sent, by the clock of their
-sender: messages of equal content that are far apart are different ones, and those close together can stand
-for each other, whoever sent them.
+Whoever announces a message says which of its messages it is, as the middleware counts, and sends it right
+afterwards. Both tell when they were sent, by the clock of their sender: messages of equal content and number
+that are far apart are different ones, and those close together, of two senders, can stand for each other.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ HELD_LIMIT = 1024
 Item = TypeVar("Item")
 
 
-def content_of(data: Data) -> bytes:
-    """Return what is equal for messages of equal content."""
-    return hashlib.blake2b(json.dumps(data, sort_keys=True).encode(), digest_size=16).digest()
+def content_of(data: Data, number: int) -> bytes:
+    """Return what is equal for messages of equal content that have the same number, each of its sender."""
+    return hashlib.blake2b(json.dumps([number, data], sort_keys=True).encode(), digest_size=16).digest()
 
 
 class _Announcement(NamedTuple):

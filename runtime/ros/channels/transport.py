@@ -233,7 +233,8 @@ class RclpyTransport:
                 more: Any = info
                 if not self._has_histories:
                     more = counter.lost_before("", info["publication_sequence_number"], publishers)
-                listener.arrived(ros_message, int(info["source_timestamp"]), more)
+                sequence = int(info["publication_sequence_number"])
+                listener.arrived(ros_message, int(info["source_timestamp"]), sequence, more)
 
         return take
 
@@ -315,7 +316,8 @@ class RclpyTransport:
             if listener is None:
                 requested(requests.decode(request), answer)
             elif self._is_open:
-                listener.arrived(request, int(header.source_timestamp), answer)
+                number = int(header.request_id.sequence_number)
+                listener.arrived(request, int(header.source_timestamp), number, answer)
 
         # The executor calls this with what the callback returned, expecting the response at once. An async
         # callback would keep this executor busy until its response is there (rclpy before 7.1.9).
@@ -345,16 +347,17 @@ class RclpyTransport:
         """Publish a message; ROS overwrites the oldest of a full queue, and the subscribers see the gap."""
         outlet = self._publishers[port.channel, port.place]
         ros_message = outlet.encode(message)
-        if outlet.announcer is not None:
-            outlet.announcer.announce(message.id, ros_message)
-        outlet.publisher.publish(ros_message)
+        if outlet.announcer is None:
+            outlet.publisher.publish(ros_message)
+        else:
+            outlet.announcer.send(message.id, ros_message, outlet.publisher.publish)
         return True
 
     def publish_again(self, port: PublisherPort, message: Message) -> None:
         """Publish a message that was published before, for those who can tell by its id."""
         outlet = self._publishers[port.channel, port.place]
         if outlet.announcer is not None:
-            outlet.announcer.announce(message.id, outlet.encode(message), is_alone=True)
+            outlet.announcer.send_again(message.id, outlet.encode(message))
         elif outlet.has_ids:
             outlet.publisher.publish(outlet.encode(message))
 

@@ -355,8 +355,8 @@ def test_forged_announcements_do_no_harm(plain: Ros) -> None:
         "from rclpy.serialization import serialize_message\n"
         "def told(id, message):\n"
         "    content = base64.b64encode(serialize_message(message)).decode()\n"
-        "    return String(data=json.dumps({'id': id, 'content': content, 'alone': False}))\n"
-        'garbage = [\'\', \'{}\', \'[\' * 10000, \'{"id": "a/b/1", "content": "AAEAAP8=", "alone": true}\']\n'
+        "    return String(data=json.dumps({'id': id, 'content': content, 'number': 1}))\n"
+        'garbage = [\'\', \'{}\', \'[\' * 10000, \'{"id": "a/b/1", "content": "AAEAAP8=", "number": 0}\']\n'
         "garbage = [String(data=text) for text in garbage]\n"
         "kept = QoSProfile(depth=99, durability=DurabilityPolicy.TRANSIENT_LOCAL)\n"
         "words, word = publisher(String, '/words/_messages', kept), Int64(data=3)\n"

@@ -38,11 +38,11 @@ class Bench:
             clock=lambda: self.now,
         )
 
-    def announce(self, content: str, sent: int, id: str) -> None:
-        self.recognition.announced(content_of({"text": content}), sent, id)
+    def announce(self, content: str, sent: int, id: str, number: int = 1) -> None:
+        self.recognition.announced(content_of({"text": content}, number), sent, id)
 
-    def arrive(self, content: str, sent: int, item: str = "") -> None:
-        key = content_of({"text": content})
+    def arrive(self, content: str, sent: int, item: str = "", number: int = 1) -> None:
+        key = content_of({"text": content}, number)
         if not self.recognition.recognise(key, sent, item or content):
             self.recognition.hold(key, sent, item or content)
 
@@ -107,6 +107,26 @@ def test_strangers_keep_their_order(contents: list[str], patiences: list[int]) -
     assert not bench.recognition.is_waiting
 
 
+@given(st.lists(st.booleans(), max_size=9), st.integers(0, 3), st.randoms(use_true_random=False))
+def test_a_flood_of_equal_messages(is_lost: list[bool], gap: int, draw: Random) -> None:
+    """Times say nothing in a flood, nor does the order of arrival: each message bears its own id."""
+    bench = Bench()
+    announcements = [partial(bench.announce, "a", 0, f"n/p/{n}", n) for n in range(1, len(is_lost) + 1)]
+    arrivals = [
+        partial(bench.arrive, "a", gap, str(number), number)
+        for number, lost in enumerate(is_lost, 1)
+        if not lost
+    ]
+    ways: list[Way] = [list(announcements), list(arrivals)]
+    while waiting := [way for way in ways if way]:
+        draw.choice(waiting).pop(0)()
+    bench.wait()
+    assert not bench.strangers
+    assert {(item, id) for item, id in bench.ids} == {
+        (str(number), f"n/p/{number}") for number, lost in enumerate(is_lost, 1) if not lost
+    }
+
+
 def test_where_nobody_announces_nothing_waits() -> None:
     bench = Bench(lambda: 0.0)
     bench.arrive("a", 1)
@@ -136,7 +156,7 @@ def test_what_is_kept_is_bounded() -> None:
 
 
 def test_announcements_are_read_as_they_are_written() -> None:
-    for announcement in (Announcement("n@r/p/1", b"\x00\x01\xff", False), Announcement("", b"", True)):
+    for announcement in (Announcement("n@r/p/1", b"\x00\x01\xff", 7), Announcement("", b"", 0)):
         assert read_announcement(announcement.text()) == announcement
 
 
@@ -154,9 +174,10 @@ def test_announcements_are_read_as_they_are_written() -> None:
         '{"id": 1, "content": ""}',
         '{"id": "a/b/1", "content": null}',
         '{"id": "a/b/1", "content": ""}',
-        '{"id": "a/b/1", "content": "?", "alone": true}',
-        '{"id": "a/b/1", "content": "\u00fc", "alone": true}',
-        '{"id": "a/b/1", "content": "", "alone": 1}',
+        '{"id": "a/b/1", "content": "?", "number": 1}',
+        '{"id": "a/b/1", "content": "\u00fc", "number": 1}',
+        '{"id": "a/b/1", "content": "", "number": true}',
+        '{"id": "a/b/1", "content": "", "number": 1.0}',
     ],
 )
 def test_what_announces_nothing_is_refused(said: str) -> None:
