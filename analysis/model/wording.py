@@ -56,8 +56,11 @@ def client_words(link: Link) -> str:
         return f"client {client.client}"
     pages = server_pages(client.channel.model)
     caller = serving(client.request, pages)
-    assert caller is not None
-    words = f"instance {link.client_index} of service {caller.service}"
+    if isinstance(caller, sym.ActionChannel):
+        words = f"slot {link.client_index} of action {caller.action}"
+    else:
+        assert caller is not None
+        words = f"instance {link.client_index} of service {caller.service}"
     beside = [other for other in client.channel.clients if serving(other.request, pages) is caller]
     return words if len(beside) == 1 else f"client {client.client} of {words}"
 

@@ -117,22 +117,24 @@ def _literal(variant: str) -> str:
 
 
 def _instantiate(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
-    """Apply S4 to one service after the other, callers first, and take out what was copied.
+    """Apply A6 to each action and S4 to one service after the other, callers first; take out what was copied.
 
     So a service has all the clients of its callers' instances before its own instances are counted.
     """
     prototypes = []
     pages = server_pages(working)
     on_page: dict[pn.Page, dict[sym.ServiceChannel, list[sym.ClientPort]]] = {page: {} for page in pages}
-    for called in pages.values():
+    for called in services(working):
         for client in called.clients:
             caller = serving(client.request, pages)
             if caller is not None:
                 on_page[caller.server.page].setdefault(called, []).append(client)
-    for channel in callers_first(working):
+    channels: list[Served] = [*actions(working), *callers_first(working)]
+    for channel in channels:
         page = channel.server.page
-        for rule in INSTANCE_RULES if on_page[page] else (services.S4,):
-            engine.apply(rule, {rule.service: channel})
+        rule, of_clients = INSTANCE_RULES[type(channel)]
+        for each in (rule, of_clients) if on_page[page] else (rule,):
+            engine.apply(each, {each.served: channel})
         for called, clients in on_page[page].items():
             for client in clients:
                 called.clients.remove(client)
@@ -151,10 +153,11 @@ def _instantiate(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
 def _override_instances(working: sym.SystemModel, engine: Engine) -> None:
     """Let the instances of a transition take its place in priorities."""
     instances: dict[EObject, list[pn.Transition]] = {}
-    for application in engine.applications_of(services.S4):
-        for original, copied in engine.images[application.made["page"]].items():
-            if isinstance(copied, pn.Transition):
-                instances.setdefault(original, []).append(copied)
+    for rule, _ in INSTANCE_RULES.values():
+        for application in engine.applications_of(rule):
+            for original, copied in engine.images[application.made["page"]].items():
+                if isinstance(copied, pn.Transition):
+                    instances.setdefault(original, []).append(copied)
     for transition in transitions(working):
         for lower in list(transition.overrides):
             transition.overrides.extend(instances.get(lower, ()))

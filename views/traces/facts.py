@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.calls import copy_id, instance_counts, server_pages, serving
+from dineros.metamodel.calls import Served, copy_id, instance_counts, server_pages, services, serving
 from dineros.metamodel.elements import label, node_net_of, node_nets, nodes, resolve
 
 _INSTANCE = re.compile(r"^(?P<channel>.+?)\[(?P<number>[0-9]+)\]\.(?P<element>.+)$")
@@ -124,7 +124,7 @@ def facts_of(model: pn.Net | None) -> Facts:
     for channel in model.channels if isinstance(model, sym.SystemModel) else ():
         _add_channel(facts, channel)
     pages = server_pages(model)
-    for service in pages.values():
+    for service in services(model):
         for client in service.clients:
             _add_client(facts, service, client, serving(client.request, pages), counts)
     return facts
@@ -138,11 +138,11 @@ def _clause(clause: sym.InputClause) -> Clause:
     return Clause(clause.text, disjunctions)
 
 
-def _replicas(model: pn.Net, counts: dict[sym.ServiceChannel, int]) -> dict[int, dict[str, list[str]]]:
+def _replicas(model: pn.Net, counts: dict[Served, int]) -> dict[int, dict[str, list[str]]]:
     """Return the ids of the transitions of server pages in their instances, by the page's identity."""
     found: dict[int, dict[str, list[str]]] = {}
     for channel in model.channels if isinstance(model, sym.SystemModel) else ():
-        if not isinstance(channel, sym.ServiceChannel) or channel.server is None:
+        if not isinstance(channel, (sym.ServiceChannel, sym.ActionChannel)) or channel.server is None:
             continue
         instances = counts[channel]
         stack = [channel.server.page]
@@ -178,8 +178,8 @@ def _add_client(
     facts: Facts,
     channel: sym.ServiceChannel,
     client: sym.ClientPort,
-    caller: sym.ServiceChannel | None,
-    counts: dict[sym.ServiceChannel, int],
+    caller: Served | None,
+    counts: dict[Served, int],
 ) -> None:
     """Add a client; one on a server page is there for each instance."""
     for place in filter(None, (client.request, client.response)):
