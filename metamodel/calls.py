@@ -11,8 +11,8 @@ An action has slots for goals in the same way; no server page has clients of act
 
 from __future__ import annotations
 
-from graphlib import CycleError, TopologicalSorter
 from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from typing import TypeAlias
 
 from dineros.metamodel import pn, rtm, sym

@@ -1,9 +1,9 @@
 """The clients of actions of a node: goals that are sent, canceled, and end.
 
 A goal is sent again until it is answered, with the same id, and its result is asked for again after a
-restart. A request to cancel is of the oldest goal that is accepted and not asked to be canceled before.
-Where the client has no goal under way any more, the request comes too late and is gone; while one waits for
-its answer, so does the request.
+restart. A request to cancel is of the oldest goal that is accepted and not asked to be canceled before. Where
+all are being canceled, or none is under way any more, the request is gone; while one waits for its answer, so
+does the request.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from dineros.runtime.channels.goals import (
     GoalEnded,
     GoalFailed,
     GoalUnknown,
-    action_transport,
     goal_id,
 )
 from dineros.runtime.channels.services import LONGEST_RESEND_DELAY, RESEND_DELAY
 from dineros.runtime.channels.traffic import SendError, Traffic
+from dineros.runtime.channels.transport import action_transport
 from dineros.runtime.nets.ports import OUTCOMES, ActionClientPort, Data, Message, OutcomeKind
 from dineros.runtime.nets.tokens import Token
 from dineros.runtime.scheduling.timers import Timer
@@ -44,6 +44,8 @@ class GoalUnderWay:
         Whether the server has accepted it.
     is_canceled : bool
         Whether the server is asked to cancel it.
+    is_canceling : bool
+        Whether the server has said that it will.
     heard : int
         Number of the feedback that came last.
     attempts : int
@@ -61,6 +63,7 @@ class GoalUnderWay:
     is_canceled: bool = False
     heard: int = 0
     attempts: int = 1
+    is_canceling: bool = False
     timer: Timer | None = None
     ended: tuple[OutcomeKind, Data] | None = None
     is_refused: bool = False
@@ -139,7 +142,7 @@ class ActionClient:
         self._look_at_cancels()
 
     def send_cancel(self) -> None:
-        """Ask to cancel the oldest goal that may be, by the oldest token; without any goal the token goes.
+        """Ask to cancel the oldest goal that may be, by the oldest token; where there is none, that is gone.
 
         Raises
         ------
@@ -149,7 +152,9 @@ class ActionClient:
         traffic, port = self._traffic, self.port
         assert self._cancel is not None
         goal = self._cancelable()
-        if goal is not None:
+        if goal is None:
+            goal = next((each for each in self.goals.values() if each.is_canceling), None)
+        else:
             try:
                 action_transport(traffic.joined).cancel_goal(port, goal.message.id)
             except Exception as error:
@@ -169,10 +174,11 @@ class ActionClient:
         return next((g for g in self.goals.values() if g.is_accepted and not g.is_canceled), None)
 
     def _look_at_cancels(self) -> None:
-        """Let requests to cancel depart while there is a goal for them, or none at all."""
+        """Let requests to cancel depart where no answer has to be waited for."""
         if self._cancel is None:
             return
-        is_held = bool(self.goals) and self._cancelable() is None
+        goals = self.goals.values()
+        is_held = bool(goals) and self._cancelable() is None and not any(each.is_canceling for each in goals)
         if is_held is not self._is_cancel_held:
             self._is_cancel_held = is_held
             engine = self._traffic.engine
@@ -198,9 +204,10 @@ class ActionClient:
                 self._failed(goal, reason)
             case GoalUnknown():
                 self._unknown(goal)
-            case CancelAnswered(is_accepted=False):
-                self._emit("tooLate", event.goal)
-                goal.is_canceled = False
+            case CancelAnswered(is_accepted=is_accepted):
+                goal.is_canceled = goal.is_canceling = is_accepted
+                if not is_accepted:
+                    self._emit("tooLate", event.goal)
                 self._look_at_cancels()
             case GoalEnded(outcome=outcome, data=data):
                 self._accepted(goal)

@@ -10,15 +10,16 @@ from __future__ import annotations
 import logging
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 
 from dineros.runtime.channels.goals import (
     CancelArrived,
     GoalArrived,
     KnownGoal,
     ServerEvent,
-    action_transport,
 )
 from dineros.runtime.channels.traffic import SendError, Traffic
+from dineros.runtime.channels.transport import action_transport
 from dineros.runtime.firing.cancels import CancelRequest
 from dineros.runtime.nets.ports import ActionServerPort, Check, Data, Message, OutcomeKind
 
@@ -248,8 +249,10 @@ class ActionServer:
         traffic, port, place = self._traffic, self.port, slot.exits[outcome]
         assert slot.goal is not None
         engine, goal = traffic.engine, slot.goal
-        while slot.feedback is not None and engine.first_departure + slot.departures["feedback"] in engine.due:
+        told = slot.departures.get("feedback")
+        while told is not None and engine.first_departure + told in engine.due:
             self.send_feedback(slot)
+        noted = self._unheeded(slot)
         data = engine.oldest(place).data
         try:
             self._check(place, data)
@@ -258,13 +261,26 @@ class ActionServer:
             raise SendError(f"cannot send a result of {port.action}: {error}") from error
         token = engine.take(place)
         self.keep(goal.id, outcome, data)
-        at = port.outcomes[outcome][slot.number]
-        self._emit("finish", slot, at, token.id, -1, outcome=outcome)
+        at, change = port.outcomes[outcome][slot.number], {}
+        if noted is not None and slot.cancel is not None:
+            engine.take(slot.cancel)
+            change = {port.cancels[slot.number]: -1}
+        self._emit("finish", slot, at, token.id, -1, change, outcome=outcome, unheeded=noted)
         for name, departure in slot.departures.items():
             if name != "canceled" or slot.is_canceling:
                 engine.hold_departure(departure)
         slot.goal, slot.is_canceling = None, False
         self.serve()
+
+    def _unheeded(self, slot: Slot) -> int | None:
+        """Return the request to cancel that the work on a goal has left: the next goal must not take it."""
+        engine, place = self._traffic.engine, slot.cancel
+        if place is None or not engine.count(place):
+            return None
+        free = self._traffic.engine.free_tokens(place)
+        if not free:
+            raise SendError(f"a goal of {self.port.action} cannot end while a handler works on its cancel")
+        return free[0].id
 
     def keep(self, goal: str, outcome: OutcomeKind, data: Data) -> None:
         """Keep a result for a client that asks for it later."""
@@ -278,7 +294,14 @@ class ActionServer:
             check(data)
 
     def _emit(
-        self, event: str, slot: Slot, place: str, token: int, change: int, **fields: object
+        self,
+        event: str,
+        slot: Slot,
+        place: str,
+        token: int,
+        gained: int,
+        more: Mapping[str, int] = MappingProxyType({}),
+        **fields: object,
     ) -> None:
         observer = self._traffic.observer
         if observer.is_observing:
@@ -290,6 +313,6 @@ class ActionServer:
                 place=place,
                 token=token,
                 message=slot.goal.id,
-                change={place: change},
+                change={place: gained, **more},
                 **fields,
             )

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from functools import partial
 from typing import Any, cast
 
-from dineros.metamodel.errors import DinerosError
 from dineros.runtime.channels.action_clients import ActionClient, GoalUnderWay
 from dineros.runtime.channels.action_servers import ActionServer, Slot
 from dineros.runtime.channels.goals import ActionEvent, CancelArrived, GoalArrived
-from dineros.runtime.channels.traffic import Traffic
+from dineros.runtime.channels.traffic import Traffic, known_port
 from dineros.runtime.channels.transport import Transport, check_of
 from dineros.runtime.firing.cancels import CancelRequest
 from dineros.runtime.journal.recording import Checkpoint, PendingGoal, SlotGoal
@@ -103,7 +102,7 @@ class Actions:
 
     def checks(self, transport: Transport) -> dict[int, Check]:
         """Return what checks the data that comes onto places whose tokens are sent: place -> check."""
-        found = [(client.goal, check_of(transport, port, "goal")) for port, client in self.clients.items()]
+        found = [(client.goal, check_of(transport, port)) for port, client in self.clients.items()]
         for port, server in self.servers.items():
             result, feedback = check_of(transport, port, "result"), check_of(transport, port, "feedback")
             for slot in server.slots:
@@ -179,7 +178,7 @@ class Actions:
         """
         clients = {f"{port.channel}/{port.client}": each for port, each in self.clients.items()}
         for key, goals in checkpoint.get("goals", {}).items():
-            client = _known(clients, key, "client of an action")
+            client = known_port(clients, key, "client of an action")
             for each in goals:
                 client.goals[each["message"]] = GoalUnderWay(
                     Message(each["message"], each["data"]),
@@ -191,30 +190,22 @@ class Actions:
         places = self._traffic.engine.structure.places
         slots = {places[slot.entry]: slot for server in self.servers.values() for slot in server.slots}
         for entry, kept in checkpoint.get("slots", {}).items():
-            slot = _known(slots, entry, "slot at")
+            slot = known_port(slots, entry, "slot at")
             history = [(int(str(number)), cast("Any", data)) for number, data in kept["feedback"]]
             goal = Message(kept["message"], kept["data"])
             slot.server.restore(slot, goal, kept["canceling"], kept["sent"], history)
         servers = {port.channel: each for port, each in self.servers.items()}
         for channel, results in checkpoint.get("results", {}).items():
-            server = _known(servers, channel, "action")
+            server = known_port(servers, channel, "action")
             for id, result in results.items():
                 server.keep(id, result["outcome"], result["data"])
 
 
 def _slots_of_transitions(structure: Structure, servers: Collection[ActionServer]) -> dict[int, Slot]:
     slots = {(server.port.channel, slot.number + 1): slot for server in servers for slot in server.slots}
+    owners = enumerate(zip(structure.channels, structure.instances, strict=True))
     return {
         transition: slot
-        for transition, (channel, number) in enumerate(zip(structure.channels, structure.instances, strict=True))
-        if channel is not None and number is not None and (slot := slots.get((channel, number))) is not None
+        for transition, (channel, number) in owners
+        if (slot := slots.get((channel or "", number or 0))) is not None
     }
-
-
-def _known[T](table: Mapping[str, T], key: str, kind: str) -> T:
-    if key not in table:
-        raise DinerosError(
-            f"the node cannot go on: the model has no {kind} {key!r}",
-            hint="go on with the model of the first run, or start anew",
-        )
-    return table[key]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Collection, Mapping
-from typing import TypeVar, cast
+from typing import cast
 
-from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.message_ids import Senders
 from dineros.metamodel.token_data import Value
+from dineros.runtime.channels.actions import Actions, action_departures
 from dineros.runtime.channels.services import Client, Instance, Server
 from dineros.runtime.channels.topics import Publisher, Subscriber
-from dineros.runtime.channels.traffic import SendError, Traffic
+from dineros.runtime.channels.traffic import SendError, Traffic, known_port
 from dineros.runtime.channels.transport import Answer, Transport, check_of
 from dineros.runtime.firing.observing import Observer
 from dineros.runtime.journal.recording import Checkpoint, PendingRequest
@@ -30,18 +30,18 @@ from dineros.runtime.nets.structure import Structure
 from dineros.runtime.scheduling.loop import Loop
 
 LOG = logging.getLogger("dineros.runtime")
-T = TypeVar("T")
 RETRY_DELAY = 1.0
 
 
 def departures_of(structure: Structure) -> list[int]:
-    """Return the places whose tokens depart: of publishers, clients, server instances."""
+    """Return the places whose tokens depart: of publishers, clients, server instances, actions."""
     number = {id: index for index, id in enumerate(structure.places)}
     ports = structure.ports
     return [
         *(number[place] for port in ports.publishers for place in port.places),
         *(number[port.request] for port in ports.clients),
         *(number[place] for port in ports.servers for place in port.exits),
+        *(number[place] for place in action_departures(ports)),
     ]
 
 
@@ -60,6 +60,11 @@ class Exchange:
         Goes into the ids of messages after the node's id.
     request_timeout : float, optional
         Seconds after which a request is sent again.
+
+    Attributes
+    ----------
+    actions : Actions
+        Its clients and servers of goals.
     """
 
     def __init__(
@@ -94,11 +99,13 @@ class Exchange:
                 instance = Instance(server, number, places[entry], places[exit_], departure)
                 server.instances.append(instance)
                 self._instances.append(instance)
-        self._senders: list[Publisher | Client | Instance] = [
+        callers: list[Publisher | Client | Instance] = [
             *self._publishers,
             *self._clients.values(),
             *self._instances,
         ]
+        self.actions = Actions(traffic, len(callers))
+        self._senders = [*(each.send for each in callers), *self.actions.senders]
 
     @property
     def drops(self) -> Mapping[tuple[str, str], int]:
@@ -129,6 +136,7 @@ class Exchange:
                 self._engine.unhold_departure(client.departure)
             else:
                 client.ask_again()
+        self.actions.begin(transport)
 
     def _send_again(self, publisher: Publisher) -> None:
         try:
@@ -143,7 +151,8 @@ class Exchange:
         found = [(each.place, check_of(transport, each.port)) for each in self._publishers]
         found += [(each.request, check_of(transport, port)) for port, each in self._clients.items()]
         found += [(each.exit, check_of(transport, each.server.port)) for each in self._instances]
-        return {place: check for place, check in found if check is not None}
+        known = {place: check for place, check in found if check is not None}
+        return known | self.actions.checks(transport)
 
     def depart(self) -> bool:
         """Send all tokens that are due; return whether there were any."""
@@ -154,7 +163,7 @@ class Exchange:
         while due:
             number = due[0] - first
             try:
-                self._senders[number].send()
+                self._senders[number]()
             except SendError as error:
                 self._postpone(number, error)
         return True
@@ -183,6 +192,7 @@ class Exchange:
         for instance in self._instances:
             if instance.entry in places:
                 instance.server.serve()
+        self.actions.let_in(places)
         return self._engine.next_token > before
 
     def arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
@@ -257,6 +267,7 @@ class Exchange:
             for port, server in self._servers.items()
             if server.responses
         }
+        self.actions.save(checkpoint)
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Take over what is known of channels from a checkpoint, before `begin`.
@@ -270,44 +281,36 @@ class Exchange:
         numbers = {id: number for number, id in enumerate(places)}
         self._traffic.run = checkpoint["run"]
         self._traffic.numbers = {
-            _known(numbers, place, "place"): number for place, number in checkpoint["numbers"].items()
+            known_port(numbers, place, "place"): number for place, number in checkpoint["numbers"].items()
         }
         publishers = {places[each.place]: each for each in self._publishers}
         for place, messages in checkpoint.get("history", {}).items():
-            publisher = _known(publishers, place, "publisher at")
+            publisher = known_port(publishers, place, "publisher at")
             for number, data in messages:
                 id = self._traffic.id_of(publisher.place, int(str(number)))
                 publisher.history.append(Message(id, cast("Data", data)))
         subscribers = {f"{port.channel}/{port.place}": each for port, each in self._subscribers.items()}
         seen, apart = checkpoint["seen"], checkpoint.get("seen_apart", {})
         for key in {**seen, **apart}:
-            _known(subscribers, key, "subscriber").seen = Senders(seen.get(key), apart.get(key))
+            known_port(subscribers, key, "subscriber").seen = Senders(seen.get(key), apart.get(key))
         for key, missing in checkpoint.get("missing", {}).items():
-            _known(subscribers, key, "subscriber").missing = missing
+            known_port(subscribers, key, "subscriber").missing = missing
         clients = {f"{port.channel}/{port.client}": each for port, each in self._clients.items()}
         for key, request in checkpoint["requests"].items():
-            client = _known(clients, key, "client")
+            client = known_port(clients, key, "client")
             client.pending = Message(request["message"], request["data"])
             client.attempts = request["attempts"]
         instances = {places[instance.entry]: instance for instance in self._instances}
         for entry, message in checkpoint["serving"].items():
-            instance = _known(instances, entry, "server instance at")
+            instance = known_port(instances, entry, "server instance at")
             instance.message = message
             self._engine.unhold_departure(instance.departure)
         servers = {port.channel: each for port, each in self._servers.items()}
         for channel, responses in checkpoint["responses"].items():
-            server = _known(servers, channel, "server of")
+            server = known_port(servers, channel, "server of")
             for id, data in responses.items():
                 server.keep(Message(id, data))
-
-
-def _known(table: Mapping[str, T], key: str, kind: str) -> T:
-    if key not in table:
-        raise DinerosError(
-            f"the node cannot go on: the model has no {kind} {key!r}",
-            hint="go on with the model of the first run, or start anew",
-        )
-    return table[key]
+        self.actions.restore(checkpoint)
 
 
 def _number(message: Message) -> int:

@@ -8,18 +8,9 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple
 
-from dineros.metamodel.errors import DinerosError
-from dineros.runtime.channels.transport import Transport
-from dineros.runtime.nets.ports import (
-    ActionClientPort,
-    ActionPort,
-    ActionServerPort,
-    Data,
-    Message,
-    OutcomeKind,
-)
+from dineros.runtime.nets.ports import Data, Message, OutcomeKind
 
 _GOALS = uuid.uuid5(uuid.NAMESPACE_URL, "http://dineros.org/goals")
 
@@ -97,13 +88,6 @@ ClientEvent = GoalAnswered | GoalFailed | GoalUnknown | CancelAnswered | Feedbac
 ActionEvent = ServerEvent | ClientEvent
 
 
-class ActionReceiver(Protocol):
-    """What a transport of actions calls, from any thread; calls return at once."""
-
-    def action_event(self, port: ActionPort, event: ActionEvent) -> None:
-        """Learn of a goal."""
-
-
 class KnownGoal(NamedTuple):
     """A goal of a server that goes on after a restart.
 
@@ -120,39 +104,3 @@ class KnownGoal(NamedTuple):
     message: Message
     is_canceling: bool = False
     outcome: OutcomeKind | None = None
-
-
-@runtime_checkable
-class ActionTransport(Protocol):
-    """A transport that carries goals; a node calls it from the thread of its loop."""
-
-    def restore_goals(self, port: ActionServerPort, goals: Sequence[KnownGoal]) -> None:
-        """Know the goals of an earlier life again, before any other arrives."""
-
-    def send_goal(self, port: ActionClientPort, message: Message) -> None:
-        """Send a goal; one that was sent before goes again with the same id."""
-
-    def follow_goal(self, port: ActionClientPort, message: Message) -> None:
-        """Ask for the result of a goal of an earlier life, which was accepted."""
-
-    def cancel_goal(self, port: ActionClientPort, goal: str) -> None:
-        """Ask to cancel a goal; asked again where nobody answers."""
-
-    def give_feedback(self, port: ActionServerPort, goal: str, number: int, data: Data) -> None:
-        """Send feedback to the client of a goal: the goal's `number`-th."""
-
-    def finish_goal(self, port: ActionServerPort, goal: str, outcome: OutcomeKind, data: Data) -> None:
-        """Send the result of a goal to its client, now or when that asks for it."""
-
-
-def action_transport(transport: Transport) -> ActionTransport:
-    """Return a transport as one that carries goals.
-
-    Raises
-    ------
-    DinerosError
-        It carries none.
-    """
-    if not isinstance(transport, ActionTransport):
-        raise DinerosError(f"{type(transport).__name__} carries no goals of actions")
-    return transport

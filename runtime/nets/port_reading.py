@@ -9,7 +9,7 @@ from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, pages
 from dineros.metamodel.matching import Quality, plain
 from dineros.metamodel.token_data import TokenType
-from dineros.runtime.nets import ports
+from dineros.runtime.nets import ports as plain_ports
 
 PagePort = rtm.ServerPort | rtm.ActionServerPort
 """A port whose page is copied for each server instance, or for each slot."""
@@ -35,7 +35,7 @@ def ports_of(
     type_at: Callable[[pn.Node], TokenType],
     token_type: TokenType,
     place_types: Mapping[str, TokenType],
-) -> ports.Ports:
+) -> plain_ports.Ports:
     """Return what a node shows to the outside.
 
     Parameters
@@ -73,21 +73,22 @@ class _PortReading:
         self._prototypes = prototypes
         self._type_at = type_at
         self._servers = served_pages(model)
-        self._publishers: list[ports.PublisherPort] = []
-        self._subscribers: list[ports.SubscriberPort] = []
-        self._clients: list[ports.ClientPort] = []
-        self._server_ports: list[ports.ServerPort] = []
-        self._action_clients: list[ports.ActionClientPort] = []
-        self._action_servers: list[ports.ActionServerPort] = []
+        self._publishers: list[plain_ports.PublisherPort] = []
+        self._subscribers: list[plain_ports.SubscriberPort] = []
+        self._clients: list[plain_ports.ClientPort] = []
+        self._server_ports: list[plain_ports.ServerPort] = []
+        self._action_clients: list[plain_ports.ActionClientPort] = []
+        self._action_servers: list[plain_ports.ActionServerPort] = []
 
-    def ports(self, token_type: TokenType, place_types: Mapping[str, TokenType]) -> ports.Ports:
+    def ports(self, token_type: TokenType, place_types: Mapping[str, TokenType]) -> plain_ports.Ports:
         """Return all of them."""
         for place, number in self._places:
-            for port in place.ports if isinstance(place, rtm.Place) else ():
-                if number <= 1 or isinstance(port, (rtm.ClientPort, rtm.ActionClientPort)):
-                    self._add(place, port, number)
+            if isinstance(place, rtm.Place):
+                for port in place.ports:
+                    if number <= 1 or isinstance(port, (rtm.ClientPort, rtm.ActionClientPort)):
+                        self._add(place, port, number)
         model, node = self._model, self._model.node
-        return ports.Ports(
+        return plain_ports.Ports(
             model=model.systemModel,
             node=node.id,
             name=label(node),
@@ -100,7 +101,7 @@ class _PortReading:
             subscribers=tuple(self._subscribers),
             clients=tuple(self._clients),
             servers=tuple(self._server_ports),
-            signals=tuple(ports.SignalPort(s.id, label(s), bool(s.initial)) for s in node.signals),
+            signals=tuple(plain_ports.SignalPort(s.id, label(s), bool(s.initial)) for s in node.signals),
             action_clients=tuple(self._action_clients),
             action_servers=tuple(self._action_servers),
             place_types=dict(place_types),
@@ -112,35 +113,34 @@ class _PortReading:
             case rtm.PublisherPort():
                 quality = _quality(port, common[1])
                 self._publishers.append(
-                    ports.PublisherPort(
+                    plain_ports.PublisherPort(
                         *common, port.topic, place.id, port.limit, quality, self._copies(place)
                     )
                 )
             case rtm.SubscriberPort():
                 quality = _quality(port, common[1])
                 self._subscribers.append(
-                    ports.SubscriberPort(
+                    plain_ports.SubscriberPort(
                         *common, port.topic, place.id, port.limit, quality, port.dispatcherLimit
                     )
                 )
             case rtm.ClientPort():
-                client, asked = self._client(place, port.client, number), self._at(place, number)
-                answered = self._at(port.response, number)
-                assert answered is not None
-                self._clients.append(ports.ClientPort(*common, port.service, client, asked, answered))
+                client = self._client(place, port.client, number)
+                asked, answered = (self._ids[self._places[at, number]] for at in (place, port.response))
+                self._clients.append(plain_ports.ClientPort(*common, port.service, client, asked, answered))
             case rtm.ServerPort():
                 ends = self._copies(place), self._copies(port.exit)
-                self._server_ports.append(ports.ServerPort(*common, port.service, *ends))
+                self._server_ports.append(plain_ports.ServerPort(*common, port.service, *ends))
             case rtm.ActionClientPort():
                 self._action_clients.append(self._action_client(common, place, port, number))
             case rtm.ActionServerPort():
                 self._action_servers.append(
-                    ports.ActionServerPort(
+                    plain_ports.ActionServerPort(
                         *(*common, port.action, port.depth),
                         entries=self._copies(place),
                         outcomes={
                             outcome: self._copies(exit_)
-                            for outcome in ports.OUTCOMES
+                            for outcome in plain_ports.OUTCOMES
                             if (exit_ := getattr(port, outcome)) is not None
                         },
                         cancels=self._copies(port.cancel),
@@ -151,18 +151,18 @@ class _PortReading:
 
     def _action_client(
         self,
-        common: tuple[str, str | None, tuple[ports.FieldMapping, ...]],
+        common: tuple[str, str | None, tuple[plain_ports.FieldMapping, ...]],
         place: rtm.Place,
         port: rtm.ActionClientPort,
         number: int,
-    ) -> ports.ActionClientPort:
-        return ports.ActionClientPort(
+    ) -> plain_ports.ActionClientPort:
+        return plain_ports.ActionClientPort(
             *(*common, port.action, port.depth),
             client=self._client(place, port.client, number),
             goal=self._at(place, number) or place.id,
             outcomes={
                 outcome: at
-                for outcome in ports.OUTCOMES
+                for outcome in plain_ports.OUTCOMES
                 if (at := self._at(getattr(port, outcome), number)) is not None
             },
             rejected=self._at(port.rejected, number),
@@ -191,9 +191,9 @@ class _PortReading:
         return tuple(self._ids[index] for (node, _), index in self._places.items() if node is place)
 
 
-def _mappings(port: rtm.PlacePort) -> tuple[ports.FieldMapping, ...]:
+def _mappings(port: rtm.PlacePort) -> tuple[plain_ports.FieldMapping, ...]:
     return tuple(
-        ports.FieldMapping(str(mapping.part), mapping.messageField, mapping.tokenField)
+        plain_ports.FieldMapping(str(mapping.part), mapping.messageField, mapping.tokenField)
         for mapping in port.mappings
     )
 

@@ -40,6 +40,8 @@ class Structure:
         Names in the model.
     instances : tuple of int or None
         For each transition, the number of its server instance, from 1.
+    channels : tuple of str or None
+        For each transition, the channel of the service or action whose server page it is on.
     inputs, outputs : tuple of Arcs
         For each transition, what it takes and puts.
     capacities : tuple of int or None
@@ -74,6 +76,7 @@ class Structure:
     transition_names: tuple[str, ...]
     transition_labels: tuple[str, ...]
     instances: tuple[int | None, ...]
+    channels: tuple[str | None, ...]
     inputs: tuple[Arcs, ...]
     outputs: tuple[Arcs, ...]
     capacities: tuple[int | None, ...]
@@ -157,6 +160,10 @@ class _Reading:
             transition_names=tuple(transition.id for transition in transitions),
             transition_labels=tuple(label(transition) for transition in transitions),
             instances=tuple(number or None for _, number in self.transitions),
+            channels=tuple(
+                self.servers[self.prototypes[transition]].channel if number else None
+                for transition, number in self.transitions
+            ),
             inputs=inputs,
             outputs=outputs,
             capacities=capacities,

@@ -255,6 +255,9 @@ class Core:
             requests={},
             serving={},
             responses={},
+            goals={},
+            slots={},
+            results={},
             aside={
                 structure.transitions[transition]: {
                     structure.places[place]: sorted(ids) for place, ids in by_place.items()

@@ -15,9 +15,18 @@ from typing import Self
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.channels.arrivals import Arrivals
 from dineros.runtime.channels.exchange import Exchange
+from dineros.runtime.channels.goals import ActionEvent
 from dineros.runtime.channels.transport import Answer, Transport
 from dineros.runtime.journal.recording import Checkpoint, NullRecorder, Recorder
-from dineros.runtime.nets.ports import ClientPort, Message, Port, Queue, ServerPort, SubscriberPort
+from dineros.runtime.nets.ports import (
+    ActionPort,
+    ClientPort,
+    Message,
+    Port,
+    Queue,
+    ServerPort,
+    SubscriberPort,
+)
 from dineros.runtime.nets.sources import Source
 from dineros.runtime.nets.staleness import Expectation
 from dineros.runtime.nodes.core import Core
@@ -74,6 +83,7 @@ class Runner:
         if resume is not None:
             self.exchange.restore(resume)
         core.exchange = self.exchange
+        core.execution.cancel_of = self.exchange.actions.cancel_of
         self._loop = core.loop
         self._execution = core.execution
         self._arrivals = Arrivals(self.exchange, core.engine, core.loop, transport)
@@ -357,6 +367,10 @@ class Runner:
     def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
         """Have a request sent again."""
         self._post(lambda: self.exchange.failed(port, message_id, reason))
+
+    def action_event(self, port: ActionPort, event: ActionEvent) -> None:
+        """Have something done about a goal."""
+        self._post(lambda: self.exchange.actions.take(port, event))
 
     def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
         """Have it counted that something came that is no message."""
