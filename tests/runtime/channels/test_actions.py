@@ -440,7 +440,7 @@ def test_a_node_that_is_started_again_loses_and_repeats_no_goal(dies: str) -> No
         assert len(accepted) == len(set(accepted)) == 4
         assert sorted(finished) == sorted(accepted)
         for number in range(2):
-            got = [r for r in events(recorders[f"office{number}"], "outcome")]
+            got = events(recorders[f"office{number}"], "outcome")
             assert len(got) == len({r["message"] for r in got}) == 2
 
 
