@@ -1,4 +1,4 @@
-"""Services that call each other, and actions: server pages with their ports, and how many instances there are.
+"""Services that call each other, and actions: server pages with ports of their own, and their instances.
 
 A server page exists once per server instance, and so do the clients and the publishers' places on it. A
 service that declares no number of instances has one for each client, so its callers are counted before it.
@@ -11,8 +11,8 @@ An action has slots for goals in the same way; no server page has clients of act
 
 from __future__ import annotations
 
-from graphlib import CycleError, TopologicalSorter
 from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
 from typing import TypeAlias
 
 from dineros.metamodel import pn, rtm, sym
