@@ -1,4 +1,4 @@
-"""Services that call each other, and actions: server pages with their ports, and how many instances there are.
+"""Services that call each other, and actions: server pages with ports of their own, and their instances.
 
 A server page exists once per server instance, and so do the clients and the publishers' places on it. A
 service that declares no number of instances has one for each client, so its callers are counted before it.

@@ -344,7 +344,7 @@ class ExecutorInterpreter(Interpreter):
                 self._begin(name, self._callbacks[page, 0])
                 continue
             self._if(name, self._has_thread(node))
-            if awaits and page is asked and place is not client.feedback:
+            if awaits and page is not None and page is asked and place is not client.feedback:
                 self._goes_on(name, self._callbacks[page, 0])
 
     def _goes_on(self, name: str, callback: _Callback) -> None:

@@ -157,7 +157,7 @@ class Interpreter:
     # ------------------------------------------------------------------------------------- pages
 
     def _collect(self, page: pn.Page, service: sym.ServiceChannel | sym.ActionChannel | None) -> None:
-        served = [*self._services, *self._actions]
+        served: list[sym.ServiceChannel | sym.ActionChannel] = [*self._services, *self._actions]
         service = next((each for each in served if each.server.page is page), service)
         self._pages.append(page)
         if service is not None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.calls import callers_first, server_pages, serving
+from dineros.metamodel.calls import Served, actions, callers_first, server_pages, services, serving
 from dineros.metamodel.elements import arcs, nodes, resolve, transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.reading import collector_paused
@@ -17,7 +17,6 @@ from dineros.transformations.flattening.traces import Link, Trace
 from dineros.transformations.language.copying import deep_copy
 from dineros.transformations.language.engine import Engine, require_makers
 from dineros.transformations.language.rule import Rule
-from dineros.transformations.rules import services
 from dineros.transformations.rules.catalogue import (
     CAPACITY_RULES,
     INSTANCE_RULES,
@@ -81,7 +80,8 @@ def flatten(
     is_ros2 = model.middleware == sym.Middleware.ros2
     middleware: MiddlewareVariant = "ros2" if is_ros2 else "ros1"
     standard, last = rules_of(signals, overflow, middleware), CAPACITY_RULES[middleware]
-    require_makers([*INSTANCE_RULES, *standard, *extra, *last])
+    instances = [rule for rules in INSTANCE_RULES.values() for rule in rules]
+    require_makers([*instances, *standard, *extra, *last])
     working, images = deep_copy(model)
     assert isinstance(working, sym.SystemModel)
     working.pages.append(pnm.Sheet(id="the rules' sheet"))
@@ -134,7 +134,7 @@ def _instantiate(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
         page = channel.server.page
         rule, of_clients = INSTANCE_RULES[type(channel)]
         for each in (rule, of_clients) if on_page[page] else (rule,):
-            engine.apply(each, {each.served: channel})
+            engine.apply(each, {each.lhs[0]: channel})
         for called, clients in on_page[page].items():
             for client in clients:
                 called.clients.remove(client)
@@ -223,6 +223,7 @@ def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, 
     links: list[Link] = []
     # What server instances have: copies of the elements of their page, and of the clients on it.
     instances: dict[EObject, tuple[EObject, int]] = {}
+    copied_by: dict[EObject, str] = {}
     numbers = (len(engine.applications) + number for number in range(len(made)))
     for application in engine.applications:
         sources: dict[EObject, None] = {}
@@ -237,6 +238,7 @@ def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, 
                     client_index = index
             elif source in origins:
                 sources[origins[source]] = None
+        rule = application.rule.__name__
         for role, element in application.elements():
             copies = engine.images.get(element)
             if isinstance(element, sym.ClientPort):
@@ -244,10 +246,11 @@ def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, 
             if copies is not None and index is not None:
                 for original, copied in copies.items():
                     instances[copied] = (origins[original], index)
+                    copied_by[copied] = rule
             if element in made:
                 links.append(
                     Link(
-                        application.rule.__name__,
+                        rule,
                         role,
                         application.number,
                         tuple(sources),
@@ -262,6 +265,6 @@ def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, 
         if target in linked:
             continue
         original, instance = instances.get(element) or (origins[element], None)
-        rule = KEPT if instance is None else services.S4.__name__
+        rule = KEPT if instance is None else copied_by[element]
         links.append(Link(rule, type(target).__name__.lower(), next(numbers), (original,), instance, target))
     return Trace(links)

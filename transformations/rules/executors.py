@@ -24,6 +24,7 @@ from dineros.transformations.rules.callbacks import (
     Callback,
     Ends,
     Group,
+    HoldsThread,
     Members,
     Threads,
 )
@@ -127,6 +128,7 @@ class E3(Rule):
 
     running = place("{page.id}.running", means=Meaning("{callback} runs", part="running"))
 
+    where = [HoldsThread(page)]
     lhs = [page, node]
     rhs = [*lhs, running]
 
