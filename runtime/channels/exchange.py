@@ -17,6 +17,7 @@ from dineros.runtime.firing.observing import Observer
 from dineros.runtime.journal.recording import Checkpoint, PendingRequest
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.ports import (
+    ActionServerPort,
     Check,
     ClientPort,
     Data,
@@ -210,9 +211,15 @@ class Exchange:
         else:
             self._traffic.lost(port, queue, count)
 
-    def refuse(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
+    def refuse(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
         """Count something that came and is no message; the first is recorded."""
-        name = port.topic if isinstance(port, SubscriberPort) else port.service
+        match port:
+            case SubscriberPort():
+                name = port.topic
+            case ServerPort():
+                name = port.service
+            case ActionServerPort():
+                name = port.action
         self._traffic.refuse(port.channel, name, error)
 
     def requested(self, port: ServerPort, message: Message, answer: Answer) -> None:

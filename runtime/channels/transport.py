@@ -59,7 +59,7 @@ class Receiver(Protocol):
     def action_event(self, port: ActionPort, event: ActionEvent) -> None:
         """Learn of a goal of an action."""
 
-    def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
+    def refused(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
         """Learn that something came that is no message; it is counted, and the first is recorded."""
 
     def dropped(self, port: Port, queue: Queue, count: int) -> None:

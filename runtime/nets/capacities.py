@@ -57,7 +57,8 @@ def capacities_of(
                 ]
                 bounds += [max(1, place.tokens, needs[number])] if place in heard else []
         bounds += [1] if place in canceled else []
-        bounds += [max(1, puts[number])] if not bounds and place in told else []
+        if not bounds and place in told:
+            bounds.append(max(1, place.tokens if isinstance(place, pn.Place) else 0, puts[number]))
         found.append(min((bound for bound in bounds if bound is not None), default=None))
     return tuple(found)
 

@@ -20,6 +20,7 @@ from dineros.runtime.channels.transport import Answer, Transport
 from dineros.runtime.journal.recording import Checkpoint, NullRecorder, Recorder
 from dineros.runtime.nets.ports import (
     ActionPort,
+    ActionServerPort,
     ClientPort,
     Message,
     Port,
@@ -372,7 +373,7 @@ class Runner:
         """Have something done about a goal."""
         self._post(lambda: self.exchange.actions.take(port, event))
 
-    def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
+    def refused(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
         """Have it counted that something came that is no message."""
         self._post(lambda: self.exchange.refuse(port, error))
 
