@@ -51,7 +51,7 @@ def configure(net):
         for each in enabled:
             if each.transition.startswith("TSend"):
                 return each
-            (token,) = each.inputs[f"News{each.transition[-6:] if each.transition.endswith('Errand') else 'Chore'}"]
+            ((token,),) = each.inputs.values()
             if each.transition.startswith("TRecall" if token.data["number"] % 5 == 1 else "TNote"):
                 return each
     net.selection(choose)
