@@ -1,4 +1,4 @@
-"""When each step is, in nanoseconds, and the calls of services in a trace."""
+"""When each step is, in nanoseconds, and the calls of services and goals of actions in a trace."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def marks_of(builder: TraceBuilder) -> Iterator[tuple[int, Step, Lane, str, list
 
 @dataclass
 class Call:
-    """A client's call of a service, by indices of steps; None for what did not happen."""
+    """A client's call of a service, or a goal, by indices of steps; None for what did not happen."""
 
     lane: Lane
     request: int | None = None
@@ -38,10 +38,16 @@ class Call:
     reply: int | None = None
     response: int | None = None
     instance: int | None = None
+    end: int | None = None
+
+    @property
+    def is_goal(self) -> bool:
+        """Whether it is a goal of an action."""
+        return self.lane.group == "actions"
 
 
 def calls_of(builder: TraceBuilder) -> list[Call]:
-    """Return the calls of all services in the order they begin."""
+    """Return the calls of all services, and all goals, in the order they begin."""
     calls: dict[tuple[int, int], Call] = {}
     names = {"q": "request", "s": "serve", "r": "reply", "a": "response"}
     for index, _, lane, letter, values in marks_of(builder):
@@ -51,4 +57,6 @@ def calls_of(builder: TraceBuilder) -> list[Call]:
         setattr(call, names[letter], index)
         if letter == "s":
             call.instance = values[1]
+        elif letter == "a" and len(values) > 1:
+            call.end = values[1]
     return list(calls.values())

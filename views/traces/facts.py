@@ -49,9 +49,11 @@ class Facts:
     subscribers : set of (str, str)
         The channel and place of each subscriber port.
     channels : dict of str to str
-        Topic or service of each channel.
+        Topic, service or action of each channel.
     ports : dict of (str, str) to str
         The client whose request or response place this is, by channel and place.
+    goals : dict of (str, str) to str
+        The place of the goals of each client of an action, by channel and client.
     """
 
     owner: dict[str, str] = field(default_factory=dict)
@@ -64,6 +66,7 @@ class Facts:
     subscribers: set[tuple[str, str]] = field(default_factory=set)
     channels: dict[str, str] = field(default_factory=dict)
     ports: dict[tuple[str, str], str] = field(default_factory=dict)
+    goals: dict[tuple[str, str], str] = field(default_factory=dict)
 
     def owner_of(self, element: str | None) -> str | None:
         """Return the node net of an element; that of its prototype for one of a server instance."""
@@ -172,6 +175,10 @@ def _add_channel(facts: Facts, channel: sym.Channel) -> None:
     elif isinstance(channel, sym.ServiceChannel):
         facts.channels[channel.id] = channel.service
         facts.depths[channel.id, channel.server.entry.id] = channel.depth
+    elif isinstance(channel, sym.ActionChannel):
+        facts.channels[channel.id] = channel.action
+        for client in channel.clients:
+            facts.goals[channel.id, client.client] = resolve(client.goal).id
 
 
 def _add_client(

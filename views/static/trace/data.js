@@ -202,16 +202,21 @@ function addMark(lane, index, mark) {
   lane.at.push(index);
   lane.marks.push(mark);
   if (lane.kind !== "client") return;
-  const [letter, number, instance] = mark;
-  lane.calls[number - 1] ??= { number, first: index, timeouts: [] };
+  const [letter, number, more] = mark;
+  lane.calls[number - 1] ??= { number, first: index, timeouts: [], cancels: [], feedback: [] };
   const call = lane.calls[number - 1];
   if (letter === "q") call.request = index;
   else if (letter === "s") {
     call.serve = index;
-    call.instance = instance;
+    call.instance = more;
   } else if (letter === "r") call.reply = index;
-  else if (letter === "a") call.response = index;
-  else call.timeouts.push(index);
+  else if (letter === "a") {
+    call.response = index;
+    call.end = more;
+  } else if (letter === "c") call.cancels.push(index);
+  else if (letter === "x") call.canceling = index;
+  else if (letter === "b") call.feedback.push(index);
+  else if (letter === "o") call.timeouts.push(index);
 }
 
 /** Id in the system model of an element of a server instance. @type {(name: string) => string} */
