@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 from dineros.analysis.conformance.calls import NamelessCalls, is_nameless
+from dineros.analysis.conformance.goals import GoalFlow
 from dineros.analysis.conformance.messages import Messages
 from dineros.analysis.conformance.net import ConformanceNet, HistoryTopic
 from dineros.analysis.conformance.reasons import why_not
@@ -20,6 +21,7 @@ from dineros.metamodel.records import (
     Checkpoint,
     Drop,
     Fire,
+    GoalStep,
     Header,
     Publish,
     Record,
@@ -30,6 +32,7 @@ from dineros.metamodel.records import (
     Signal,
     Start,
     Take,
+    TooLate,
 )
 from dineros.metamodel.records.schema import ServiceStep, Step
 
@@ -73,6 +76,7 @@ class Replay:
             else:
                 kept = {place for other, place in keep if other == channel}
                 self._flows[channel] = TopicFlow(topic, self.marking, self._fire, kept)
+        self._goals = GoalFlow(net, self.marking, self._fire, self._fire_at, known)
         self._nameless_topics: set[str] = set()
         self._calls = {
             channel.id: NamelessCalls(net, channel.id, self.marking, firings)
@@ -131,12 +135,14 @@ class Replay:
             Whether a message may be lost that nothing says to be lost, since nothing else can be done.
         """
         handle = _HANDLERS.get(type(record))
-        if handle is None:
-            return None
         before = self.fired
         refusal: Refusal | None
         if isinstance(record, Publish):
-            refusal = handle(self, record, dropped, forced)
+            refusal = self._publish(record, dropped, forced)
+        elif isinstance(record, (GoalStep, TooLate)):
+            refusal = self._goals.step(record, forced)
+        elif handle is None:
+            return None
         else:
             refusal = handle(self, record)
         if refusal is None:
@@ -176,6 +182,10 @@ class Replay:
         if fault is None:
             self._fire(transition)
         return fault
+
+    def _fire_at(self, record: Step, transition: int) -> Fault | None:
+        """Fire what a record stands for, if its node and place are those of the model."""
+        return self._at(record, transition) or self._fire_recorded(record, transition)
 
     def _supply(self, transition: int) -> None:
         """Let happen what nobody records and a transition needs: the tick of its timer."""
@@ -310,6 +320,8 @@ class Replay:
         return self._flows[record.channel].take(record.place, sender[-2] if len(sender) > 1 else None)
 
     def _drop(self, record: Drop) -> Refusal | None:
+        if record.queue == "feedback":
+            return self._goals.drop(record)
         if record.channel not in self.net.topics:
             return Fault(f"the model has no topic channel {record.channel!r}")
         if record.queue == "restart":
