@@ -16,7 +16,7 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import answers
 from dineros.metamodel.elements import node_net_of
 
-Asking: TypeAlias = sym.CallbackPage | sym.ClientPort | sym.ActionClientPort | sym.ActionServerPort
+Asking: TypeAlias = sym.CallbackPage | sym.ClientPort | sym.ActionClientPort
 """What may be in a callback group."""
 
 
@@ -38,7 +38,7 @@ def threads_of(node: sym.NodeNet) -> int:
 
 
 def works_on_goals(page: sym.CallbackPage) -> bool:
-    """Tell whether a callback works on goals of an action: it needs a thread, and is in no group."""
+    """Tell whether a callback works on goals of an action: it needs a thread, and waits for no group."""
     return page.kind == sym.CallbackKind.goal
 
 
@@ -129,12 +129,10 @@ def is_awaited(client: sym.ClientPort) -> bool:
 
 
 def group_or_node(asking: Asking) -> EObject | None:
-    """Return the callback group of what may be in one, or the node net whose own group it is in.
+    """Return the callback group of a callback or a client, or the node net whose own group it is in.
 
-    What works on a goal is in none.
+    That of a goal's page takes goals and requests to cancel; what works on a goal does not wait for it.
     """
-    if isinstance(asking, sym.CallbackPage) and works_on_goals(asking):
-        return None
     return group_of(asking) or node_net_of(place_of(asking))
 
 
@@ -145,8 +143,6 @@ def place_of(asking: Asking) -> EObject:
             return asking.response
         case sym.ActionClientPort():
             return asking.goal
-        case sym.ActionServerPort():
-            return asking.entry
     return asking
 
 
@@ -155,8 +151,7 @@ def members_of(group: EObject) -> list[Asking]:
     node = node_net_of(group)
     ports: list[Asking] = [*clients_beside(node)]
     for action in _actions_beside(node):
-        server: sym.ActionServerPort | None = action.server
-        ports.extend((*action.clients, *([] if server is None else [server])))
+        ports.extend(action.clients)
     asking = [port for port in ports if node_net_of(place_of(port)) is node]
     if node is not None:
         asking.extend(each for each in node.eAllContents() if isinstance(each, sym.CallbackPage))

@@ -804,7 +804,8 @@ class ActionServerPort(EObject, metaclass=MetaEClass):
     channel : ActionChannel | None
         The action.
     page : pn.Page
-        What works on a goal: a prototype, replicated per slot.
+        What works on a goal: a prototype, replicated per slot. In its callback group, goals and requests
+        to cancel are accepted or refused; what works on a goal is in none.
     entry : pn.Place
         Receives goals that are accepted.
     succeeded : pn.Place | None
@@ -821,9 +822,6 @@ class ActionServerPort(EObject, metaclass=MetaEClass):
         Holds feedback for the client whose goal it is; absent: it gives none.
     mayReject : bool
         Whether the server may refuse a goal.
-    group : CallbackGroup | None
-        Callback group in which goals and requests to cancel are accepted or refused, and which what works
-        on a goal is not in; absent: that of the node, which is exclusive.
     """
 
     channel: ActionChannel | None = Ecore.EReference()
@@ -835,7 +833,6 @@ class ActionServerPort(EObject, metaclass=MetaEClass):
     cancel: pn.Place | None = Ecore.EReference()
     feedback: pn.Place | None = Ecore.EReference()
     mayReject: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
-    group: CallbackGroup | None = Ecore.EReference()
 
     __setattr__ = refuse_unknown
     __repr__ = show
@@ -852,7 +849,6 @@ class ActionServerPort(EObject, metaclass=MetaEClass):
         cancel: pn.Place | None = None,
         feedback: pn.Place | None = None,
         mayReject: bool | None = None,
-        group: CallbackGroup | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -868,7 +864,6 @@ class ActionServerPort(EObject, metaclass=MetaEClass):
                 "cancel": cancel,
                 "feedback": feedback,
                 "mayReject": mayReject,
-                "group": group,
             },
             unknown,
         )
@@ -1742,7 +1737,6 @@ resolve_references(
         (ActionServerPort.canceled, pn.Place),
         (ActionServerPort.cancel, pn.Place),
         (ActionServerPort.feedback, pn.Place),
-        (ActionServerPort.group, CallbackGroup),
         (ActionClientPort.channel, ActionChannel),
         (ActionClientPort.goal, pn.Place),
         (ActionClientPort.succeeded, pn.Place),

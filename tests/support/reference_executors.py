@@ -92,17 +92,16 @@ class ExecutorInterpreter(Interpreter):
             return
         running = self._slot(("running", page, copy))
         awaiting = self._slot(("awaiting", page, copy)) if page.awaits else None
-        callback = _Callback(page, copy, node, self._group(page, node), running, awaiting)
+        group = None if str(page.kind) == "goal" else self._group(page, node)
+        callback = _Callback(page, copy, node, group, running, awaiting)
         self._callbacks[page, copy] = callback
 
     def _group(
         self,
-        asking: sym.CallbackPage | sym.ClientPort | sym.ActionClientPort | sym.ActionServerPort,
+        asking: sym.CallbackPage | sym.ClientPort | sym.ActionClientPort,
         node: sym.NodeNet,
     ) -> object:
         """Return what has only one callback at a time; None where a group is reentrant."""
-        if isinstance(asking, sym.CallbackPage) and str(asking.kind) == "goal":
-            return None
         named = asking.group
         if named is None and isinstance(asking, sym.CallbackPage) and str(asking.kind) == "client":
             asked = [c.group for _, c in self._ports if _comes_anew(c, asking)]
@@ -270,7 +269,7 @@ class ExecutorInterpreter(Interpreter):
             return
         name = f"{service.id}.client.{self._client_name(client, copy)}"
         page = _page_of(client.response)
-        callback = None if page is None else self._callbacks[page, copy]
+        callback = None if page is None else self._callbacks.get((page, copy))
         self._if(f"{name}.res", self._is_at_rest(self._group(client, node)))
         if callback is not None and _comes_anew(client, callback.page):
             self._begin(f"{name}.res", callback)
@@ -303,7 +302,8 @@ class ExecutorInterpreter(Interpreter):
         node = _node_of(action.server.entry)
         if node is None or str(node.execution) != "callbacks":
             return
-        group = self._group(action.server, node)
+        assert isinstance(action.server.page, sym.CallbackPage)
+        group = self._group(action.server.page, node)
         for number in range(1, self._instances(action) + 1):
             for word in ("cancel", "refuse"):
                 self._between(f"{action.id}[{number}].{word}", node, group)

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.callbacks.groups import members_of
+from dineros.metamodel.callbacks.groups import members_of, works_on_goals
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.engine import Engine
 from dineros.transformations.rules import executors, requests, services, signals, timers
@@ -171,6 +171,8 @@ def _groups(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.Pla
         assert isinstance(lock, pn.Place)
         terms: list[tuple[EObject, int]] = [(lock, 1)]
         for member in members_of(application.sources[0]):
+            if isinstance(member, sym.CallbackPage) and works_on_goals(member):
+                continue
             for rule, role in ((executors.E3, "running"), (executors.E7, "awaiting")):
                 terms.extend((each.made[role], 1) for each in engine.applications_of(rule, [member]))
         yield _invariant(f"{lock.id} or a callback that has begun", 1, terms, made)

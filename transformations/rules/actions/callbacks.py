@@ -22,7 +22,7 @@ from dineros.transformations.rules.callbacks import (
     Steps,
     Told,
 )
-from dineros.transformations.rules.executors import E1, E3, E7, Beginning, Ending, Lock
+from dineros.transformations.rules.executors import E1, E3, E7, Beginning, Lock
 from dineros.transformations.rules.notation import arc, read
 
 
@@ -38,10 +38,10 @@ class E3Accept(Rule):
     threads = Made(E1.threads, of=node)
     running = Made(E3.running, of=page)
 
-    beginning = Beginning(accept, threads, running)
+    begins = [arc(threads, accept), arc(accept, running)]
 
     lhs = [action, slot, copy, page, node, accept, threads, running]
-    rhs = [*lhs, *beginning]
+    rhs = [*lhs, *begins]
 
 
 class E3AcceptAwaiting(Rule):
@@ -66,13 +66,15 @@ class E3AcceptExclusive(Rule):
     """A goal is accepted while no callback of the server's exclusive group runs."""
 
     action = Node(sym.ActionChannel)
-    server = Node(sym.ActionServerPort, channel=action)
-    accept = Made(A2.accept, of=action)
-    lock = Made(Lock, of=Group(server))
+    slot = Index(upto=slots(action))
+    copy = Made(A6.page, of=[action, slot])
+    page = Node(sym.CallbackPage, of=copy)
+    accept = Made(A2.accept, of=[action, slot])
+    lock = Made(Lock, of=Group(page))
 
     needs_lock = read(lock.lock, accept)
 
-    lhs = [action, server, accept, lock]
+    lhs = [action, slot, copy, page, accept, lock]
     rhs = [*lhs, needs_lock]
 
 
@@ -102,24 +104,26 @@ class E4End(Rule):
     threads = Made(E1.threads, of=node)
     running = Made(E3.running, of=page)
 
-    ending = Ending(end.move, threads, running)
+    ends = [arc(running, end.move), arc(end.move, threads)]
 
     lhs = [action, slot, copy, page, node, end, threads, running]
-    rhs = [*lhs, *ending]
+    rhs = [*lhs, *ends]
 
 
 class E5Serve(Rule):
     """Goals are refused, and requests to cancel taken, by a thread that is free."""
 
     action = Node(sym.ActionChannel)
-    server = Node(sym.ActionServerPort, channel=action)
-    node = Node(sym.NodeNet, of=ancestor(server.entry, sym.NodeNet))
+    any_slot = Index(upto=1)
+    copy = Made(A6.page, of=[action, any_slot])
+    page = Node(sym.CallbackPage, of=copy)
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
     taken = Made(Taken, of=action)
     threads = Made(E1.threads, of=node)
 
     needs_thread = read(threads, taken.move)
 
-    lhs = [action, server, node, taken, threads]
+    lhs = [action, any_slot, copy, page, node, taken, threads]
     rhs = [*lhs, needs_thread]
 
 
@@ -127,13 +131,15 @@ class E5ServeExclusive(Rule):
     """And while no callback of the server's exclusive group runs."""
 
     action = Node(sym.ActionChannel)
-    server = Node(sym.ActionServerPort, channel=action)
+    any_slot = Index(upto=1)
+    copy = Made(A6.page, of=[action, any_slot])
+    page = Node(sym.CallbackPage, of=copy)
     taken = Made(Taken, of=action)
-    lock = Made(Lock, of=Group(server))
+    lock = Made(Lock, of=Group(page))
 
     needs_lock = read(lock.lock, taken.move)
 
-    lhs = [action, server, taken, lock]
+    lhs = [action, any_slot, copy, page, taken, lock]
     rhs = [*lhs, needs_lock]
 
 

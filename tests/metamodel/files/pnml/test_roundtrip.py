@@ -64,7 +64,10 @@ def test_actions(suffix: str, tmp_path: Path) -> None:
     assert isinstance(channel, sym.ActionChannel) and channel.server is not None
     robot = find(model, "robot", sym.NodeNet)
     robot.callbackGroups.append(sym.CallbackGroup(id="goals"))
-    channel.server.group, channel.clients[1].outstanding = robot.callbackGroups[0], 2
+    channel.clients[1].outstanding = 2
+    page = channel.server.page
+    assert isinstance(page, sym.CallbackPage)
+    page.group = robot.callbackGroups[0]
     save(model, tmp_path / f"model.{suffix}")
     assert not differences(model, load(tmp_path / f"model.{suffix}"))
 
