@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import partial
 
 from dineros.analysis.conformance.net import ConformanceNet, Queue
 from dineros.analysis.conformance.reasons import why_not
@@ -122,26 +121,35 @@ class GoalFlow:
             return self._fire_one(record, [(Cancel, record.channel, record.client, None, None)])
         if goal is None:
             return self._unknown(record)
-        handle: Callable[[_Goal], Refusal | None] = {
-            Accept: partial(self._accepted, record),
-            Reject: partial(self._rejected, record),
-            Cancel: partial(self._canceled, record),
-            Canceling: partial(self._heard_cancel, record),
-            TooLate: self._refused_cancel,
-            Feedback: partial(self._feedback, record, forced),
-            Hear: partial(self._heard, record),
-            Finish: partial(self._finished, record),
-            Outcome: partial(self._told, record),
-        }[type(record)]  # type: ignore[assignment]
-        return handle(goal)
+        match record:
+            case Accept():
+                return self._accepted(record, goal)
+            case Reject():
+                return self._rejected(record, goal)
+            case Cancel():
+                return self._canceled(record, goal)
+            case Canceling():
+                return self._heard_cancel(record, goal)
+            case TooLate():
+                return self._refused_cancel(goal)
+            case Feedback():
+                return self._feedback(record, forced, goal)
+            case Hear():
+                return self._heard(record, goal)
+            case Finish():
+                return self._finished(record, goal)
+            case Outcome():
+                return self._told(record, goal)
+        return None
 
     def _unknown(self, record: GoalStep | TooLate) -> Refusal:
         """Refuse a step of a goal that nobody has sent, or not yet."""
+        reason = f"goal {record.message} was not sent before"
         if isinstance(record, (Accept, Canceling, Feedback, Finish)):
             action = self._net.names_in_ros[record.channel]
             outside = f"a program outside of the model sends goals of {action}, too"
-            return Waiting(f"goal {record.message} was not sent before", self._clients(record.channel), outside)
-        return Fault(f"goal {record.message} was not sent before")
+            return Waiting(reason, self._clients(record.channel), outside)
+        return Fault(reason)
 
     def _sent(self, record: Goal, goal: _Goal | None) -> Refusal | None:
         if goal is not None:
@@ -164,14 +172,13 @@ class GoalFlow:
     def _rejected(self, record: Reject, goal: _Goal) -> Refusal | None:
         if goal.slot is not None or goal.is_told:
             return Fault(f"goal {goal.id} was answered before")
-        (rejecting,) = self._steps.get((Transfer, goal.channel, goal.client, None, None)) or [None]
-        if rejecting is None:
+        rejecting = self._steps.get((Transfer, goal.channel, goal.client, None, None))
+        if not rejecting:
             return Fault("the server refuses no goals")
-        (told,) = self._steps[Reject, goal.channel, goal.client, None, None]
-        waits = self._is_enabled(told)
-        if not waits:
-            self._fire(rejecting)
-        fault = self._fire_recorded(record, told)
+        told = self._steps[Reject, goal.channel, goal.client, None, None]
+        if not any(map(self._is_enabled, told)):
+            self._fire(rejecting[0])
+        fault = self._fire_recorded(record, told[0])
         if fault is None:
             goal.is_told = goal.is_over = True
         return fault
@@ -211,9 +218,7 @@ class GoalFlow:
         if asked is None or asked > goal.cancels:
             reason = f"whether {goal.client} has asked to cancel goal {goal.id} is not known"
             return Waiting(reason, self._clients(goal.channel))
-        fault = self._fire_one(
-            record, [(Finish, goal.channel, goal.client, goal.slot, record.outcome)], goal
-        )
+        fault = self._fire_one(record, [(Finish, goal.channel, goal.client, goal.slot, record.outcome)], goal)
         if fault is None:
             goal.is_over = True
         return fault
