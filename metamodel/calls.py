@@ -11,7 +11,7 @@ An action has slots for goals in the same way; no server page has clients of act
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from graphlib import CycleError, TopologicalSorter
 from typing import TypeAlias
 
@@ -24,6 +24,8 @@ Served: TypeAlias = sym.ServiceChannel | sym.ActionChannel
 
 OUTCOMES = ("succeeded", "aborted", "canceled")
 """How a goal ends that was accepted; servers and clients have a place for each of them, or none."""
+PARTS_OF_GOALS = ("goal", "result", "feedback")
+"""Parts of the interface of an action."""
 SERVER_PLACES = (*OUTCOMES, "cancel", "feedback")
 """Places that a server may have besides its entry."""
 CLIENT_PLACES = (*OUTCOMES, "rejected", "cancel", "feedback")
@@ -151,6 +153,34 @@ def answers(client: sym.ActionClientPort | rtm.ActionClientPort) -> list[pn.Plac
     """Return the places of a client where it learns that a goal is over, or was refused."""
     places = (getattr(client, role) for role in (*OUTCOMES, "rejected"))
     return [place for place in places if place is not None]
+
+
+def goal_parts(channel: sym.ActionChannel) -> dict[str, list[pn.Place]]:
+    """Return the places whose tokens each part of an action's interface carries, the server's first."""
+    server: sym.ActionServerPort | None = channel.server
+    ends: list[tuple[_Port, pn.Place | None]] = []
+    if server is not None:
+        ends.append((server, server.entry))
+    ends.extend((client, client.goal) for client in channel.clients)
+    return _parts(ends)
+
+
+def runtime_goal_parts(port: rtm.ActionServerPort | rtm.ActionClientPort) -> dict[str, list[pn.Place]]:
+    """Return the same of one port of a runtime model."""
+    own = port.eContainer()
+    return _parts([(port, own if isinstance(own, pn.Place) else None)])
+
+
+_Port: TypeAlias = sym.ActionServerPort | sym.ActionClientPort | rtm.ActionServerPort | rtm.ActionClientPort
+
+
+def _parts(ends: Iterable[tuple[_Port, pn.Place | None]]) -> dict[str, list[pn.Place]]:
+    found = {
+        "goal": [own for _, own in ends],
+        "result": [getattr(port, outcome) for port, _ in ends for outcome in OUTCOMES],
+        "feedback": [port.feedback for port, _ in ends],
+    }
+    return {part: [place for place in places if place is not None] for part, places in found.items()}
 
 
 def action_places(channel: sym.ActionChannel) -> Iterator[pn.Place]:

@@ -223,7 +223,7 @@ class A2Reject(Rule):
     )
     reject = transition(
         "{action.id}.client.{client.client}.reject",
-        means=Meaning("action {action} refuses the goal of {client}", step=Transfer),
+        means=Meaning("action {action} refuses the goal of {client}", step=Transfer, part="reject"),
     )
     arcs = [arc(requested, reject), arc(reject, refused)]
     answer = Answer(
