@@ -177,7 +177,7 @@ def _goal_role(link: Link, kind: type[GoalStep], copies: dict[tuple[EObject, int
         Cancel: client.cancel,
         Hear: client.feedback,
     }
-    told = of_client[kind] if outcome is None else getattr(client, outcome)
+    told = of_client[kind] if kind in of_client else getattr(client, outcome or "")
     place = None if told is None else copies[told, None]
     return StepRole(kind, _node(client.goal), channel.id, place=place, client=client.client, outcome=outcome)
 

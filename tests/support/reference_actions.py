@@ -2,10 +2,11 @@
 
 A goal is sent, accepted into a slot that is free or refused, worked on, and over; its client hears of it and
 may send another one. A request to cancel names its goal: it leaves the client only while a slot works on a
-goal of that client, and either the server hears it, or the goal is over first and the request is gone. What
-asks for nothing that could be canceled is gone at once. A goal that is to be canceled may end in any way,
-others are not canceled; whether the work has taken note of the request or not, none of it is left over for
-the next goal of the slot. Feedback of a goal is told before the goal is over.
+goal of that client, and either the server hears it, or the goal is over first and the request is gone; so it
+is where the goal is over, and the client has not heard of that. What asks for nothing that could be canceled
+is gone at once. A goal that is to be canceled may end in any way, others are not canceled; whether the work
+has taken note of the request or not, none of it is left over for the next goal of the slot. Feedback of a
+goal is told before the goal is over.
 """
 
 from __future__ import annotations
@@ -171,6 +172,13 @@ class ActionPlayer:
                     lambda s, here=here: s[wish] > 0 and here(s),  # type: ignore[misc]
                     effect,
                 )
+        for outcome, place in self.ends:
+            over = play._slots[self.action, count, outcome]
+            play._happens(
+                f"{prefix}.tooLate.{place.id}",
+                lambda s, over=over: s[wish] > 0 and s[over] > 0,  # type: ignore[misc]
+                {wish: -1},
+            )
         all_ready = client.outstanding
         play._happens(f"{prefix}.nothing", lambda s: s[wish] > 0 and s[ready] == all_ready, {wish: -1})
 

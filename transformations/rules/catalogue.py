@@ -153,7 +153,7 @@ FAMILIES = (
         "",
         (
             *(goals.A1, goals.A1Result, goals.A1Fetch, goals.A2, goals.A2Reject, goals.A2Tell),
-            *(goals.A3, goals.A3Again, goals.A3Nothing, goals.A3Hear, goals.A3Refuse),
+            *(goals.A3, goals.A3Again, goals.A3Nothing, goals.A3Over, goals.A3Hear, goals.A3Refuse),
             *(goals.A4, goals.A4Late, goals.A4Cancel, goals.A4Unheeded),
             *(feedback.A5, feedback.A5Tell, feedback.A5Room, feedback.A5First, feedback.A5Hand),
             *(slots.A6, slots.A6Client, slots.A7, slots.A7Ask, slots.A7Cancel),
@@ -205,7 +205,7 @@ INSTANCE_RULES: dict[type[sym.Channel], tuple[type[Rule], type[Rule]]] = {
 """What copies the server page of a channel, and the clients that stand there."""
 ACTION_RULES: list[type[Rule]] = [
     *(slots.A7, slots.A7Ask, slots.A7Cancel, goals.A1, goals.A1Result, goals.A1Fetch),
-    *(goals.A2, goals.A2Reject, goals.A2Tell, goals.A3, goals.A3Again, goals.A3Nothing),
+    *(goals.A2, goals.A2Reject, goals.A2Tell, goals.A3, goals.A3Again, goals.A3Nothing, goals.A3Over),
     *(goals.A3Hear, goals.A3Refuse, goals.A4, goals.A4Late, goals.A4Cancel, goals.A4Unheeded),
     *(feedback.A5, feedback.A5Tell),
 ]

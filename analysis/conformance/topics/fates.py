@@ -1,11 +1,9 @@
-"""What became of published messages and of goals, as far as the traces of those who got them say it."""
+"""What became of published messages, as far as the traces of their subscribers say it."""
 
 from __future__ import annotations
 
-from collections import Counter
-
 from dineros.metamodel.message_ids import MessageIdError, Numbers, parse_id
-from dineros.metamodel.records import Cancel, GoalStep, Outcome, Take
+from dineros.metamodel.records import Take
 
 
 class Fates:
@@ -21,22 +19,7 @@ class Fates:
 
     def __init__(self) -> None:
         self._taken: dict[tuple[str, str, str], Numbers] = {}
-        self._cancels: Counter[tuple[str, str]] = Counter()
-        self._ended: set[tuple[str, str]] = set()
         self.are_known = False
-
-    def add_goal(self, record: GoalStep) -> None:
-        """Note what a client does about a goal."""
-        key = record.channel, record.message or ""
-        if isinstance(record, Cancel):
-            self._cancels[key] += 1
-        elif isinstance(record, Outcome):
-            self._ended.add(key)
-
-    def cancels_of(self, channel: str, goal: str) -> int | None:
-        """Return how often a client has asked to cancel a goal; None: that is not known yet."""
-        is_known = self.are_known or (channel, goal) in self._ended
-        return self._cancels[channel, goal] if is_known else None
 
     def add(self, record: Take) -> None:
         """Note a take."""

@@ -317,6 +317,29 @@ class A3Nothing(Rule):
     rhs = [*lhs, ask, *arcs]
 
 
+class A3Over(Rule):
+    """So it is where the goal is over, and its client does not know that yet."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    wish = Node(pn.Place, of=client.cancel)
+    exit = Node(pn.Place, of=Exits(action.server))
+    result = Made(A1Result.result, of=[client, exit])
+
+    ask = transition(
+        "{action.id}.client.{client.client}.tooLate.{exit.id}",
+        means=Meaning(
+            "{client} asks to cancel its goal of action {action}, which is {outcome} already",
+            step=Cancel,
+            part="too late",
+        ),
+    )
+    arcs = [arc(wish, ask), read(result, ask)]
+
+    lhs = [action, client, wish, exit, result]
+    rhs = [*lhs, ask, *arcs]
+
+
 class A3Hear(Rule):
     """The server learns that a goal is to be canceled, and lets what works on it know."""
 
