@@ -19,7 +19,7 @@ from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.verdict import Deviation, Verdict
 from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.records import Drop, GoalStep, Header, Publish, Record, Take
+from dineros.metamodel.records import Drop, Header, Publish, Record, Take
 
 Trace = Callable[[], Iterable[Record]]
 """Reads all records of a node, from the first, each time it is called."""
@@ -256,9 +256,7 @@ def _survey(model: sym.SystemModel, node: str, records: Iterable[Record], fates:
         if record.node != node:
             said = f"a record of node {record.node!r} in the trace of node {node!r}"
             raise DinerosError(said, location=record.location)
-        if isinstance(record, GoalStep):
-            fates.add_goal(record)
-        elif isinstance(record, Take) and has_histories:
+        if isinstance(record, Take) and has_histories:
             fates.add(record)
         elif isinstance(record, Publish):
             published[record.channel, record.place].append(position)

@@ -1,8 +1,7 @@
 """Replaying the goals of actions (rules A1 to A7): each step is of a goal, which its id tells.
 
-A goal is sent before it is accepted, and over before its client learns of that. A server that ends a goal
-while a request to cancel it is under way does not know of that request; the net does. So the end of a goal
-waits until its client's trace has got to all of its requests.
+A goal is sent before it is accepted, and over before its client learns of that. Where the client asks to
+cancel it meanwhile, the request is under way until the goal is over, or comes too late.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from dataclasses import dataclass
 from dineros.analysis.conformance.net import ConformanceNet, Queue
 from dineros.analysis.conformance.reasons import why_not
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
-from dineros.analysis.conformance.topics.fates import Fates
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import (
@@ -46,18 +44,17 @@ class _Goal:
     ----------
     slot : int or None
         The slot that has accepted it.
-    cancels : int
-        How many requests to cancel it have been replayed.
-    is_over, is_told : bool
-        Whether it has ended, and whether its client knows that.
+    outcome : str or None
+        How it has ended.
+    is_told : bool
+        Whether its client knows that, or that it is refused.
     """
 
     id: str
     channel: str
     client: str
     slot: int | None = None
-    cancels: int = 0
-    is_over: bool = False
+    outcome: str | None = None
     is_told: bool = False
 
 
@@ -74,8 +71,6 @@ class GoalFlow:
         Fires an enabled transition.
     fire_recorded : callable
         Fires what a record stands for, if it is enabled and its node and places are those of the record.
-    fates : Fates
-        What is known of the records that follow.
     """
 
     def __init__(
@@ -84,13 +79,11 @@ class GoalFlow:
         marking: list[int],
         fire: Callable[[int], None],
         fire_recorded: Callable[[Step, int], Fault | None],
-        fates: Fates,
     ) -> None:
         self._net = net
         self._marking = marking
         self._fire = fire
         self._fire_recorded = fire_recorded
-        self._fates = fates
         self._goals: dict[tuple[str, str], _Goal] = {}
         self._untold: Counter[tuple[str, str]] = Counter()
         self._channels = {
@@ -180,22 +173,20 @@ class GoalFlow:
             self._fire(rejecting[0])
         fault = self._fire_recorded(record, told[0])
         if fault is None:
-            goal.is_told = goal.is_over = True
+            goal.is_told = True
         return fault
 
     def _canceled(self, record: Cancel, goal: _Goal) -> Refusal | None:
         if goal.slot is None:
             return Waiting(f"goal {goal.id} was not accepted before", (self._server(goal.channel),))
-        if goal.is_over:
-            return Fault(f"goal {goal.id} has ended before")
-        fault = self._fire_one(record, [(Cancel, goal.channel, goal.client, goal.slot, None)])
-        if fault is None:
-            goal.cancels += 1
-        return fault
+        if goal.is_told:
+            return Fault(f"{goal.client} knows that goal {goal.id} has ended")
+        slot = goal.slot if goal.outcome is None else None
+        return self._fire_one(record, [(Cancel, goal.channel, goal.client, slot, goal.outcome)])
 
     def _heard_cancel(self, record: Canceling, goal: _Goal) -> Refusal | None:
         keys: list[_Key] = [(Canceling, goal.channel, None, goal.slot, None)]
-        if goal.slot != record.instance or goal.is_over:
+        if goal.slot != record.instance or goal.outcome is not None:
             return Fault(f"slot {record.instance} does not work on goal {goal.id}")
         if not any(self._is_enabled(each) for each in self._of(keys)):
             action = self._net.names_in_ros[goal.channel]
@@ -207,26 +198,22 @@ class GoalFlow:
     def _refused_cancel(self, goal: _Goal) -> Refusal | None:
         """Let a server refuse that has no place for requests to cancel; others were only too late."""
         for transition in self._of([(Transfer, goal.channel, None, goal.slot, None)]):
-            if not goal.is_over and self._is_enabled(transition):
+            if goal.outcome is None and self._is_enabled(transition):
                 self._fire(transition)
         return None
 
     def _finished(self, record: Finish, goal: _Goal) -> Refusal | None:
-        if goal.slot != record.instance or goal.is_over:
+        if goal.slot != record.instance or goal.outcome is not None:
             return Fault(f"slot {record.instance} does not work on goal {goal.id}")
-        asked = self._fates.cancels_of(goal.channel, goal.id)
-        if asked is None or asked > goal.cancels:
-            reason = f"whether {goal.client} has asked to cancel goal {goal.id} is not known"
-            return Waiting(reason, self._clients(goal.channel))
         fault = self._fire_one(record, [(Finish, goal.channel, goal.client, goal.slot, record.outcome)], goal)
         if fault is None:
-            goal.is_over = True
+            goal.outcome = record.outcome
         return fault
 
     def _told(self, record: Outcome, goal: _Goal) -> Refusal | None:
         if goal.is_told:
             return Fault(f"{goal.client} knows that goal {goal.id} has ended")
-        if not goal.is_over:
+        if goal.outcome is None:
             return Waiting(f"goal {goal.id} has not ended before", (self._server(goal.channel),))
         fault = self._fire_one(record, [(Outcome, goal.channel, goal.client, None, record.outcome)])
         if fault is None:
@@ -236,7 +223,7 @@ class GoalFlow:
     # Feedback.
 
     def _feedback(self, record: Feedback, forced: bool, goal: _Goal) -> Refusal | None:
-        if goal.slot != record.instance or goal.is_over:
+        if goal.slot != record.instance or goal.outcome is not None:
             return Fault(f"slot {record.instance} does not work on goal {goal.id}")
         queue = self._queues.get((goal.channel, goal.client))
         if queue is not None and self._marking[queue.source] >= 1:

@@ -15,7 +15,7 @@ from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.verdict import Deviation, Verdict
 from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.records import Drop, GoalStep, Publish, Record, Take
+from dineros.metamodel.records import Drop, Publish, Record, Take
 
 
 class Monitor:
@@ -82,9 +82,7 @@ class Monitor:
             if feed is None:
                 raise DinerosError(f"the model has no node net {record.node!r}", location=record.location)
             self._heard.add(record.node or "")
-            if isinstance(record, GoalStep):
-                self._fates.add_goal(record)
-            elif isinstance(record, Take) and self._has_histories:
+            if isinstance(record, Take) and self._has_histories:
                 self._fates.add(record)
             if record.node not in self._told:
                 feed.add(record)

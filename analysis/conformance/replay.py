@@ -76,7 +76,7 @@ class Replay:
             else:
                 kept = {place for other, place in keep if other == channel}
                 self._flows[channel] = TopicFlow(topic, self.marking, self._fire, kept)
-        self._goals = GoalFlow(net, self.marking, self._fire, self._fire_at, known)
+        self._goals = GoalFlow(net, self.marking, self._fire, self._fire_at)
         self._nameless_topics: set[str] = set()
         self._calls = {
             channel.id: NamelessCalls(net, channel.id, self.marking, firings)
