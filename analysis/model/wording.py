@@ -125,7 +125,7 @@ def _waits(link: Link) -> str:
     return "waits for ever" if waits_for_ever else "waits until it gives up"
 
 
-def _outcome(link: Link) -> str:
+def outcome_words(link: Link) -> str:
     """Return how a goal ends by an exit of its server."""
     action = source_of(link, sym.ActionChannel)
     outcomes = exits(action.server)
@@ -136,7 +136,7 @@ _PARTS: dict[str, Callable[[Link], object]] = {
     "topic": lambda link: source_of(link, sym.TopicChannel).topic,
     "service": lambda link: source_of(link, sym.ServiceChannel).service,
     "action": lambda link: source_of(link, sym.ActionChannel).action,
-    "outcome": _outcome,
+    "outcome": outcome_words,
     "signal": lambda link: _id(source_of(link, sym.InputSignal)),
     "client": client_words,
     "instance": lambda link: link.index,

@@ -126,7 +126,7 @@ class A1(Rule):
     )
     requested = place(
         "{action.id}.client.{client.client}.requested",
-        means=Meaning("goal of {client} of action {action} under way"),
+        means=Meaning("goal of {client} of action {action} under way", part="waits"),
     )
     send = transition(
         "{action.id}.client.{client.client}.send",
@@ -190,7 +190,7 @@ class A2(Rule):
 
     in_use = place(
         "{action.id}.client.{client.client}.inUse[{slot}]",
-        means=Meaning("slot {instance} of action {action} works for {client}"),
+        means=Meaning("slot {instance} of action {action} works for {client}", part="works"),
     )
     accept = transition(
         "{action.id}.client.{client.client}.accept[{slot}]",
@@ -265,7 +265,9 @@ class A3(Rule):
 
     ask = transition(
         "{action.id}.client.{client.client}.cancel[{slot}]",
-        means=Meaning("{client} asks to cancel its goal in slot {instance} of action {action}", step=Cancel),
+        means=Meaning(
+            "{client} asks to cancel its goal in slot {instance} of action {action}", step=Cancel, part="ask"
+        ),
     )
     arcs = [arc(wish, ask), arc(executing, ask), arc(ask, asked), read(in_use, ask)]
 
@@ -308,7 +310,7 @@ class A3Nothing(Rule):
         means=Meaning(
             "{client} of action {action} asks to cancel, and has no goal under way",
             step=Cancel,
-            part="too late",
+            part="nothing",
         ),
     )
     arcs = [arc(wish, ask), read(ready, ask, weight=client.outstanding)]

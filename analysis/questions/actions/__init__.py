@@ -1,0 +1,1 @@
+"""What can become of goals of actions, as questions of a check."""
