@@ -18,6 +18,8 @@ from dineros.views.traces.lanes import Lane, Lanes
 ENDS = ("succeeded", "aborted", "canceled", "rejected")
 """How a goal ends, for its client."""
 
+_WORDS = {end: "has succeeded" if end == "succeeded" else f"is {end}" for end in ENDS}
+
 GoalRecord = rec.GoalStep | rec.Accepted | rec.TooLate | rec.Timeout
 
 
@@ -65,7 +67,7 @@ class GoalBars:
         bar = self._bar(record, node)
         number, name = bar.number, self._name(record.channel)
         client, slot = f"client {bar.client}", f"slot {getattr(record, 'instance', None) or '?'}"
-        goal = f"the goal of {client} of action {name}"
+        goal, own = f"the goal of {client} of action {name}", f"its goal of action {name}"
         match record:
             case rec.Goal():
                 return bar.lane, ["q", number], f"{client} sends a goal of action {name}"
@@ -73,9 +75,10 @@ class GoalBars:
                 instance = record.instance
                 return bar.lane, ["s", number, instance], f"{slot} of action {name} accepts {goal}"
             case rec.Accepted():
-                return bar.lane, None, f"{client} learns that {goal} is accepted"
+                return bar.lane, None, f"{client} learns that {own} is accepted"
             case rec.Cancel():
-                return bar.lane, ["c", number], f"{client} asks to cancel its goal of action {name}"
+                asked = own if record.message or record.text else f"a goal of action {name}, and has none"
+                return bar.lane, ["c", number], f"{client} asks to cancel {asked}"
             case rec.Canceling():
                 return bar.lane, ["x", number], f"{slot} of action {name} hears that {goal} is to be canceled"
             case rec.TooLate():
@@ -85,11 +88,11 @@ class GoalBars:
             case rec.Hear():
                 return bar.lane, ["h", number], f"{client} hears feedback of action {name}"
             case rec.Finish():
-                return bar.lane, ["r", number], f"{goal} is {record.outcome}"
+                return bar.lane, ["r", number], f"{goal} {_WORDS[record.outcome]}"
             case rec.Reject() | rec.Outcome():
                 end = "rejected" if isinstance(record, rec.Reject) else record.outcome
                 self._over(record.channel, bar)
-                return bar.lane, ["a", number, ENDS.index(end)], f"{client} learns that {goal} is {end}"
+                return bar.lane, ["a", number, ENDS.index(end)], f"{client} learns that {own} {_WORDS[end]}"
         return bar.lane, ["o", number], f"{client} of action {name} waits too long: sends its goal again"
 
     def _bar(self, record: GoalRecord, node: str | None) -> _Bar:

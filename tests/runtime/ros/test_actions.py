@@ -9,14 +9,17 @@ import random
 import signal
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from dineros.analysis.conformance import conform
 from dineros.generators import Options, generate
 from dineros.generators.workspace.building import build_interfaces, environment
 from dineros.metamodel.files import save
+from dineros.metamodel.records import read_trace, traces_of_runs
 from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.process.environment import Reach, ros_environment
 from dineros.runtime.ros.process.memory import remove_abandoned
@@ -296,5 +299,10 @@ def test_killed_nodes_lose_and_repeat_no_goal(ros: Ros) -> None:
     assert sorted(finished) == sorted(accepted) == sorted(set(accepted))
     heard = {record["message"]: record["outcome"] for record in ros.records("boss", "outcome")}
     assert heard == finished
+    found = traces_of_runs([ros.folder / "journal"])
+    verdict = conform(
+        errands(goals=12, outstanding=2), {node: partial(read_trace, files) for node, files in found.items()}
+    )
+    assert verdict.status == "conforms", (verdict.violations, verdict.unknown)
     begun = ros.fired("runner", "Errand[1].TBeginErrand") + ros.fired("runner", "Errand[2].TBeginErrand")
     assert len(begun) == 12

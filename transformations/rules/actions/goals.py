@@ -331,7 +331,8 @@ class A3Over(Rule):
     ask = transition(
         "{action.id}.client.{client.client}.tooLate.{exit.id}",
         means=Meaning(
-            "{client} asks to cancel its goal of action {action}, which is {outcome} already",
+            "{client} asks to cancel its goal of action {action}, which is {outcome} already: "
+            "the request to cancel it comes too late",
             step=Cancel,
             part="too late",
         ),

@@ -82,7 +82,7 @@ export function drawKey(surface, theme, left, top, lanes, causes) {
     item("asks to cancel", () => square(surface, x + 7, middle, theme));
   if (calls.some((call) => call.end !== undefined))
     item("succeeded, aborted, canceled, rejected", () => {
-      surface.text(x - 4, top + 11, "SACR", { fill: theme.ink, size: 9.5, bold: true });
+      surface.text(x - 5, top + 11, "SACR", { fill: theme.ink, size: 7.5, bold: true });
     });
   if (kinds.has("transition"))
     item("fires", () => {

@@ -175,7 +175,7 @@ function client(view, lane, y, height) {
     }
     for (const step of call.cancels) square(surface, view.dx + scale.x(step), top + 1, theme);
     if (call.end !== undefined && right === end)
-      surface.text(end + 3, low - 2, letterOfEnd(call.end), { fill: theme.ink, size: 9.5, bold: true });
+      surface.text(end - 8, low - 3, letterOfEnd(call.end), { fill: theme.ink, size: 9.5, bold: true });
   }
 }
 

@@ -85,7 +85,9 @@ def test_a_goal_that_is_never_accepted() -> None:
 def test_a_cancel_that_comes_too_late() -> None:
     (finding,) = of_rule(asked(deliveries()), "cancel-too-late")
     assert finding.severity == "note"
-    assert last_step(finding).startswith("the goal of client office0 in slot 1 of action /deliver is ")
+    assert last_step(finding).startswith(
+        "client office0 asks to cancel its goal of action /deliver, which is "
+    )
     assert last_step(finding).endswith("the request to cancel it comes too late")
 
 
