@@ -213,6 +213,9 @@ class ActionServer:
     def send_feedback(self, slot: Slot) -> None:
         """Send the oldest token of a slot as feedback.
 
+        That of an existing type has no number by which its client would know it again: it is recorded
+        before it is sent, so that it comes once or, where the node is killed in between, not at all.
+
         Raises
         ------
         SendError
@@ -221,15 +224,24 @@ class ActionServer:
         traffic, place = self._traffic, slot.feedback
         assert slot.goal is not None and place is not None
         data, number = traffic.engine.oldest(place).data, slot.sent + 1
+        has_number = self.port.type is None
         try:
             self._check(place, data)
-            action_transport(traffic.joined).give_feedback(self.port, slot.goal.id, number, data)
+            if has_number:
+                action_transport(traffic.joined).give_feedback(self.port, slot.goal.id, number, data)
         except Exception as error:
             raise SendError(f"cannot send feedback of {self.port.action}: {error}") from error
         token = traffic.engine.take(place)
         slot.sent = number
         slot.history.append((number, data))
         self._emit("feedback", slot, self.port.feedbacks[slot.number], token.id, -1, number=number)
+        if not has_number:
+            try:
+                action_transport(traffic.joined).give_feedback(self.port, slot.goal.id, number, data)
+            except Exception as error:
+                text = f"feedback of {self.port.action} is lost: {error}"
+                LOG.error("%s", text, exc_info=error)
+                traffic.tell_error(text, None)
 
     def _repeat_feedback(self, slot: Slot) -> None:
         """Send again what a client that was started again may have missed; it knows what it had."""

@@ -75,6 +75,32 @@ def configure(net):
             await asyncio.sleep(0.15)
 """
 
+NEVER_RECALLS = """
+def configure(net):
+    net.selection(lambda enabled: next((e for e in enabled if not e.transition.startswith("TRecall")), None))
+"""
+
+DEADLY = """
+import os, signal, time
+from pathlib import Path
+from dineros.runtime.ros.channels.actions import GoalCarrier
+
+def deadly(method):
+    send = getattr(GoalCarrier, method)
+
+    def sends(self, *arguments):
+        send(self, *arguments)
+        if not Path(f"died at {method}").exists():
+            Path(f"died at {method}").touch()
+            time.sleep(0.3)  # so that it is on its way
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    setattr(GoalCarrier, method, sends)
+
+for method in METHODS:
+    deadly(method)
+"""
+
 PLAIN_CLIENT = """
 import json, time
 import rclpy
@@ -222,6 +248,13 @@ def kill(ros: Ros, process: Process) -> None:
     ros.processes.remove(process)
 
 
+def assert_conforms(ros: Ros, **options: Any) -> None:
+    found = traces_of_runs([ros.folder / "journal"])
+    traces = {node: partial(read_trace, files) for node, files in found.items()}
+    verdict = conform(errands(**options), traces)
+    assert verdict.status == "conforms", (verdict.violations, verdict.unknown)
+
+
 def test_all_paths_of_goals_of_a_plain_client(ros: Ros) -> None:
     lay_out(ros)
     runner = ros.node("runner", handlers=OBEDIENT)
@@ -299,10 +332,45 @@ def test_killed_nodes_lose_and_repeat_no_goal(ros: Ros) -> None:
     assert sorted(finished) == sorted(accepted) == sorted(set(accepted))
     heard = {record["message"]: record["outcome"] for record in ros.records("boss", "outcome")}
     assert heard == finished
-    found = traces_of_runs([ros.folder / "journal"])
-    verdict = conform(
-        errands(goals=12, outstanding=2), {node: partial(read_trace, files) for node, files in found.items()}
-    )
-    assert verdict.status == "conforms", (verdict.violations, verdict.unknown)
+    assert_conforms(ros, goals=12, outstanding=2)
     begun = ros.fired("runner", "Errand[1].TBeginErrand") + ros.fired("runner", "Errand[2].TBeginErrand")
     assert len(begun) == 12
+
+
+@pytest.mark.parametrize(
+    ("node", "methods"),
+    [("boss", ("send_goal", "cancel_goal")), ("runner", ("give_feedback", "finish_goal"))],
+)
+def test_a_node_that_dies_before_it_records(ros: Ros, node: str, methods: tuple[str, ...]) -> None:
+    """What it had sent, it sends again as the same: nothing is worked on, heard or ended twice."""
+    lay_out(ros, goals=2)
+    handlers = {"boss": RECALLS, "runner": SLOW}
+    deadly = DEADLY.replace("METHODS", repr(methods)) + handlers[node]
+    other = "runner" if node == "boss" else "boss"
+    running = {other: ros.node(other, {"request_timeout": 0.5}, handlers=handlers[other])}
+    for _ in methods:
+        dying = ros.node(node, {"request_timeout": 0.5}, handlers=deadly)
+        dying.popen.wait(PATIENCE)
+        ros.processes.remove(dying)
+    running[node] = ros.node(node, {"request_timeout": 0.5}, handlers=deadly)
+    for channel in ("Errand", "Chore"):
+        ros.wait(lambda: len(outcomes(ros, channel)) == 2, f"the end of all goals of {channel}")  # noqa: B023
+    assert [process.interrupt() for process in running.values()] == [0, 0]
+    assert_conforms(ros, goals=2)
+    assert len(ros.records("runner", "feedback")) == len(ros.records("runner", "accept"))
+
+
+def test_a_goal_that_its_server_has_lost_counts_as_aborted(ros: Ros) -> None:
+    lay_out(ros, goals=1)
+    server = ros.folder / "server.py"
+    server.write_text(PLAIN_SERVER)
+    plain = ros.start("plain", server)
+    boss = ros.node("boss", {"request_timeout": 0.5}, handlers=NEVER_RECALLS)
+    ros.wait(lambda: len(ros.records("boss", "accepted")) == 2, "two goals")
+    kill(ros, plain)
+    ros.start("plain", server)
+    for channel in ("Errand", "Chore"):
+        ros.wait(lambda: outcomes(ros, channel), f"the end of the goal of {channel}")  # noqa: B023
+    assert [record["outcome"] for record in ros.records("boss", "outcome")] == ["aborted"] * 2
+    assert ["has lost the goal" in record["error"] for record in ros.records("boss", "error")] == [True] * 2
+    assert boss.interrupt() == 0
