@@ -11,7 +11,9 @@ def test_an_action_is_a_channel_with_its_slots() -> None:
     view = view_of(deliveries(2, 1, feedback=True))
     assert view.node("Delivery").kind == "service"
     assert [caption.text for caption in view.node("Delivery").captions] == ["action, 1 slot"]
-    drawn = {(edge.kind, edge.source, edge.target, edge.text) for edge in view.edges if edge.kind != "normal"}
+    drawn = {
+        (edge.kind, edge.source, edge.target, edge.label) for edge in view.edges if edge.kind != "normal"
+    }
     assert ("request", "Send0", "Delivery", "office0") in drawn
     assert ("request", "Recall1", "Delivery", "office1: cancel") in drawn
     assert ("response", "Delivery", "Refused0", "office0: rejected") in drawn
@@ -24,7 +26,7 @@ def test_answers_to_one_place_are_one_line() -> None:
     model = deliveries()
     (client,) = model.channels[0].clients  # type: ignore[attr-defined]
     client.aborted = client.canceled = client.succeeded
-    texts = [edge.text for edge in view_of(model).edges if edge.target == "Delivered0"]
+    texts = [edge.label for edge in view_of(model).edges if edge.target == "Delivered0"]
     assert texts == ["office0: succeeded, aborted, canceled"]
 
 
