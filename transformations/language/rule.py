@@ -36,10 +36,11 @@ class Rule(Maker, metaclass=RuleType):
     Attributes
     ----------
     lhs : sequence of Node, Made or Index, optional
-        What to match; by default, all such elements of the class body, in their order, but those that stand in
-        `Absent` or `ForAll`.
+        What to match; by default, all such elements of the class body, in their order, but those that stand
+        in `Absent` or `ForAll`.
     rhs : sequence of Node, Made, Index, New, Copy or ForAll, optional
-        What there is afterwards; by default, the left-hand side and all that the class body makes, in its order.
+        What there is afterwards; by default, the left-hand side and all that the class body makes, in its
+        order.
     where : sequence of Expression
         Conditions that a match must fulfil.
     absent : sequence of Absent
