@@ -58,6 +58,7 @@ PARTS = {
             "Durability Liveliness TopicPort PublisherPort SubscriberPort Dispatcher ServerPort ClientPort "
             "FieldMapping MessagePart",
         ),
+        "actions": ("TB", "Channel ActionChannel ActionServerPort ActionClientPort CallbackGroup"),
     },
     "pnm": {"": ("TB", "")},
 }

@@ -40,9 +40,6 @@ class E3Accept(Rule):
 
     begins = [arc(threads, accept), arc(accept, running)]
 
-    lhs = [action, slot, copy, page, node, accept, threads, running]
-    rhs = [*lhs, *begins]
-
 
 class E3AcceptAwaiting(Rule):
     """Where it awaits, a thread is needed to accept the goal."""
@@ -58,8 +55,6 @@ class E3AcceptAwaiting(Rule):
     needs_thread = read(threads, accept)
 
     where = [~HoldsThread(page)]
-    lhs = [action, slot, copy, page, node, accept, threads]
-    rhs = [*lhs, needs_thread]
 
 
 class E3AcceptExclusive(Rule):
@@ -74,9 +69,6 @@ class E3AcceptExclusive(Rule):
 
     needs_lock = read(lock.lock, accept)
 
-    lhs = [action, slot, copy, page, accept, lock]
-    rhs = [*lhs, needs_lock]
-
 
 class E3Step(Rule):
     """Each step of what works on a goal and awaits needs a thread."""
@@ -87,9 +79,6 @@ class E3Step(Rule):
     threads = Made(E1.threads, of=node)
 
     needs_thread = read(threads, move)
-
-    lhs = [page, move, node, threads]
-    rhs = [*lhs, needs_thread]
 
 
 class E4End(Rule):
@@ -106,9 +95,6 @@ class E4End(Rule):
 
     ends = [arc(running, end.move), arc(end.move, threads)]
 
-    lhs = [action, slot, copy, page, node, end, threads, running]
-    rhs = [*lhs, *ends]
-
 
 class E5Serve(Rule):
     """Goals are refused, and requests to cancel taken, by a thread that is free."""
@@ -123,9 +109,6 @@ class E5Serve(Rule):
 
     needs_thread = read(threads, taken.move)
 
-    lhs = [action, any_slot, copy, page, node, taken, threads]
-    rhs = [*lhs, needs_thread]
-
 
 class E5ServeExclusive(Rule):
     """And while no callback of the server's exclusive group runs."""
@@ -139,9 +122,6 @@ class E5ServeExclusive(Rule):
 
     needs_lock = read(lock.lock, taken.move)
 
-    lhs = [action, any_slot, copy, page, taken, lock]
-    rhs = [*lhs, needs_lock]
-
 
 class E5Answer(Rule):
     """Results, refusals and feedback are taken between callbacks, by a thread that is free."""
@@ -154,8 +134,6 @@ class E5Answer(Rule):
     needs_thread = read(threads, heard.move)
 
     where = [~BeginsAnswer(client, heard.move), ~GoesOn(client, heard.move)]
-    lhs = [client, node, heard, threads]
-    rhs = [*lhs, needs_thread]
 
 
 class E5AnswerExclusive(Rule):
@@ -168,8 +146,6 @@ class E5AnswerExclusive(Rule):
     needs_lock = read(lock.lock, heard.move)
 
     where = [~BeginsAnswer(client, heard.move)]
-    lhs = [client, heard, lock]
-    rhs = [*lhs, needs_lock]
 
 
 class E6Answer(Rule):
@@ -185,8 +161,6 @@ class E6Answer(Rule):
     beginning = Beginning(heard.move, threads, running)
 
     where = [BeginsAnswer(client, heard.move)]
-    lhs = [client, heard, page, node, threads, running]
-    rhs = [*lhs, *beginning]
 
 
 class E6AnswerExclusive(Rule):
@@ -200,8 +174,6 @@ class E6AnswerExclusive(Rule):
     needs_lock = read(lock.lock, heard.move)
 
     where = [BeginsAnswer(client, heard.move), Group(page) != Group(client)]
-    lhs = [client, heard, page, lock]
-    rhs = [*lhs, needs_lock]
 
 
 class E7Send(Rule):
@@ -218,8 +190,6 @@ class E7Send(Rule):
     sends = [arc(running, send), arc(send, threads), arc(send, awaiting)]
 
     where = [GoalAwaited(client)]
-    lhs = [client, page, node, send, threads, running, awaiting]
-    rhs = [*lhs, *sends]
 
 
 class E7Answer(Rule):
@@ -236,5 +206,3 @@ class E7Answer(Rule):
     goes_on = [arc(awaiting, heard.move), arc(threads, heard.move), arc(heard.move, running)]
 
     where = [GoesOn(client, heard.move)]
-    lhs = [client, heard, page, node, threads, running, awaiting]
-    rhs = [*lhs, *goes_on]

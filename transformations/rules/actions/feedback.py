@@ -49,9 +49,6 @@ class A5(Rule):
 
     heard = Heard(queue.leave)
 
-    lhs = [action, server, told, client, sink]
-    rhs = [*lhs, received, *queue, *bound, *heard]
-
 
 class A5Tell(Rule):
     """A slot tells the client whose goal it has; where that does not listen, what it tells is gone."""
@@ -71,9 +68,6 @@ class A5Tell(Rule):
     received = Made(A5.received, of=client)
     arrives = ForAll([received], make=[arc(tell, received)])
 
-    lhs = [action, client, slot, page, source, in_use]
-    rhs = [*lhs, tell, *arcs, arrives]
-
 
 class A5Room(Rule):
     """Feedback that waits to be told: it is handed over at once, so that of one firing."""
@@ -90,8 +84,6 @@ class A5Room(Rule):
     )
 
     where = [either(source.capacity, 0) == 0]
-    lhs = [action, slot, page, source]
-    rhs = [*lhs, *bound]
 
 
 class A5First(Rule):
@@ -107,8 +99,6 @@ class A5First(Rule):
     all_told = read(bound.free, end.move, weight=bound.free.tokens)
 
     where = [bound.place == source]
-    lhs = [action, slot, page, source, bound, end]
-    rhs = [*lhs, all_told]
 
 
 class A5Hand(Rule):
@@ -126,5 +116,3 @@ class A5Hand(Rule):
     )
 
     where = [either(sink.capacity, 0) == 0, count(Lowering(sink)) > 0]
-    lhs = [action, client, sink, queue]
-    rhs = [*lhs, *bound]

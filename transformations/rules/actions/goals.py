@@ -134,9 +134,6 @@ class A1(Rule):
     )
     arcs = [arc(goal, send), arc(ready, send), arc(send, requested)]
 
-    lhs = [action, client, goal]
-    rhs = [*lhs, ready, requested, send, *arcs]
-
 
 class A1Result(Rule):
     """The results of one kind, which a client takes."""
@@ -157,9 +154,6 @@ class A1Result(Rule):
         Meaning("{client} learns that its goal of action {action} is {outcome}", step=Outcome, part="result"),
     )
 
-    lhs = [action, client, exit, ready]
-    rhs = [*lhs, result, *answer]
-
 
 class A1Fetch(Rule):
     """They go to the place of the client, where it names one; otherwise nobody fetches them."""
@@ -171,9 +165,6 @@ class A1Fetch(Rule):
     answer = Made(A1Result.answer, of=[client, exit])
 
     fetches = arc(answer.move, fetched)
-
-    lhs = [action, client, exit, fetched, answer]
-    rhs = [*lhs, fetches]
 
 
 class A2(Rule):
@@ -204,9 +195,6 @@ class A2(Rule):
         arc(accept, in_use),
     ]
 
-    lhs = [action, client, slot, requested, idle, executing, page, entry]
-    rhs = [*lhs, in_use, accept, *arcs]
-
 
 class A2Reject(Rule):
     """A server that may refuse goals refuses one, and the client learns that."""
@@ -235,9 +223,6 @@ class A2Reject(Rule):
 
     taken = Taken(reject)
 
-    lhs = [action, server, client, requested, ready]
-    rhs = [*lhs, refused, reject, *arcs, *answer, *taken]
-
 
 class A2Tell(Rule):
     """It tells its node, where it names a place for that."""
@@ -247,9 +232,6 @@ class A2Tell(Rule):
     answer = Made(A2Reject.answer, of=client)
 
     tells = arc(answer.move, rejected)
-
-    lhs = [client, rejected, answer]
-    rhs = [*lhs, tells]
 
 
 class A3(Rule):
@@ -271,9 +253,6 @@ class A3(Rule):
     )
     arcs = [arc(wish, ask), arc(executing, ask), arc(ask, asked), read(in_use, ask)]
 
-    lhs = [action, client, wish, slot, in_use, executing, asked]
-    rhs = [*lhs, ask, *arcs]
-
 
 class A3Again(Rule):
     """That it asks again changes nothing."""
@@ -293,9 +272,6 @@ class A3Again(Rule):
     )
     arcs = [arc(wish, ask), read(canceling, ask), read(in_use, ask)]
 
-    lhs = [action, client, wish, slot, in_use, canceling]
-    rhs = [*lhs, ask, *arcs]
-
 
 class A3Nothing(Rule):
     """A request to cancel is gone where the client has no goal under way."""
@@ -314,9 +290,6 @@ class A3Nothing(Rule):
         ),
     )
     arcs = [arc(wish, ask), read(ready, ask, weight=client.outstanding)]
-
-    lhs = [action, client, wish, ready]
-    rhs = [*lhs, ask, *arcs]
 
 
 class A3Over(Rule):
@@ -363,9 +336,6 @@ class A3Hear(Rule):
 
     taken = Taken(hear)
 
-    lhs = [action, slot, page, noted, asked, canceling]
-    rhs = [*lhs, hear, *arcs, *taken]
-
 
 class A3Refuse(Rule):
     """A server that has no place for that refuses, and the goal goes on."""
@@ -387,8 +357,6 @@ class A3Refuse(Rule):
     taken = Taken(refuse)
     noted = Node(pn.Place, of=server.cancel)
     absent = [Absent(noted)]
-    lhs = [action, server, slot, asked, executing]
-    rhs = [*lhs, refuse, *arcs, *taken]
 
 
 class A4(Rule):
@@ -415,8 +383,6 @@ class A4(Rule):
     )
 
     where = [exit != action.server.canceled]
-    lhs = [action, client, slot, exit, page, output, result, in_use, idle, executing]
-    rhs = [*lhs, *end]
 
 
 class A4Late(Rule):
@@ -447,8 +413,6 @@ class A4Late(Rule):
     )
 
     where = [exit != action.server.canceled]
-    lhs = [action, client, wish, slot, exit, page, output, result, in_use, idle, asked]
-    rhs = [*lhs, *end]
 
 
 class A4Cancel(Rule):
@@ -476,9 +440,6 @@ class A4Cancel(Rule):
         result=result,
     )
     was_noted = read(bound.free, end.move)
-
-    lhs = [action, client, wish, slot, exit, page, output, result, in_use, idle, canceling, bound]
-    rhs = [*lhs, *end, was_noted]
 
 
 class A4Unheeded(Rule):
@@ -509,6 +470,3 @@ class A4Unheeded(Rule):
         part="unheeded",
     )
     goes = arc(noted, end.move)
-
-    lhs = [action, client, wish, slot, exit, page, output, noted, result, in_use, idle, canceling]
-    rhs = [*lhs, *end, goes]

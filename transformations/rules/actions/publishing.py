@@ -27,9 +27,6 @@ class T2SlotHistory(Rule):
         "{channel.id}.publisher.{port.place.id}", limit=port.limit, sinks=[topic], kind="publisher"
     )
 
-    lhs = [channel, port, around, server, topic]
-    rhs = [*lhs, *queue]
-
 
 class T2Slot(Rule):
     """Each slot writes to the publisher's one send queue, or loses its message."""
@@ -50,9 +47,6 @@ class T2Slot(Rule):
         enters=Publish,
     )
 
-    lhs = [channel, port, around, server, history, page, source]
-    rhs = [*lhs, *queue]
-
 
 class R1Slot(Rule):
     """Each slot of an action's server writes to the histories of the node's one writer."""
@@ -67,6 +61,3 @@ class R1Slot(Rule):
     publication = Publication("{channel.id}.publisher.{source.id}.publish", source)
     written = Made(R2.written, of=writer)
     writes = ForAll([written], make=[arc(publication.publish, written)])
-
-    lhs = [channel, writer, around, server, page, source]
-    rhs = [*lhs, *publication, writes]

@@ -40,9 +40,6 @@ class A6(Rule):
         id="{action.id}[{slot}].{original.id}",
     )
 
-    lhs = [action, server, slot]
-    rhs = [*lhs, page]
-
 
 class A6Client(Rule):
     """A client of a service of its own for each slot whose page a client stands on."""
@@ -68,8 +65,6 @@ class A6Client(Rule):
     )
 
     where = [around == server.page]
-    lhs = [action, server, slot, page, called, around, original]
-    rhs = [*lhs, client]
 
 
 class A7(Rule):
@@ -88,9 +83,6 @@ class A7(Rule):
         means=Meaning("slot {instance} of action {action} is executing a goal", part="executing"),
     )
 
-    lhs = [action, slot]
-    rhs = [*lhs, idle, executing]
-
 
 class A7Ask(Rule):
     """Whether a request to cancel its goal is under way, where a client may ask."""
@@ -106,8 +98,6 @@ class A7Ask(Rule):
     )
 
     where = [asking(action)]
-    lhs = [action, slot]
-    rhs = [*lhs, asked]
 
 
 class A7Cancel(Rule):
@@ -131,5 +121,3 @@ class A7Cancel(Rule):
     )
 
     where = [asking(action)]
-    lhs = [action, slot, page, noted]
-    rhs = [*lhs, canceling, *bound]

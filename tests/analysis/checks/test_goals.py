@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from dineros.analysis.checks.boundedness import Boundedness
+from dineros.analysis.checks.check import check
+from dineros.analysis.checks.goals import Goals
+from dineros.analysis.checks.ways import Race, overtaking
 from dineros.analysis.model.subject import base_subject
-from dineros.analysis.questions.actions.goals import Goals
-from dineros.analysis.questions.actions.ways import Race, overtaking
-from dineros.analysis.questions.check import Boundedness, check
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from dineros.analysis.callbacks.blocking import last_parts, without
+from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
+from dineros.analysis.checks.ways import Race, firing_witness, overtaking
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.syntax import Constant
 from dineros.analysis.model.wording import outcome_words
-from dineros.analysis.questions.actions.ways import Race, firing_witness, overtaking
-from dineros.analysis.questions.question import Checked, Question
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
 from dineros.metamodel import pn, sym
@@ -111,7 +111,7 @@ class Goals(Question):
         try:
             hangs = [self._hangs(checked, client) for client in clients]
         except DiagramMemoryError:
-            checked.leave_open("whether goals can wait for ever", "memory ran out")
+            checked.leave_open("whether goals can wait for ever", OUT_OF_MEMORY)
             return
         if not any(hangs):
             checked.report.proved.append("every goal that was sent can be over")

@@ -7,8 +7,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from dineros.analysis.checks.question import Checked
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.questions.question import Checked
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Witness, witness_of
 

@@ -1,1 +1,0 @@
-"""What can become of goals of actions, as questions of a check."""
