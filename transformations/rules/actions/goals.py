@@ -312,9 +312,6 @@ class A3Over(Rule):
     )
     arcs = [arc(wish, ask), read(result, ask)]
 
-    lhs = [action, client, wish, exit, result]
-    rhs = [*lhs, ask, *arcs]
-
 
 class A3Hear(Rule):
     """The server learns that a goal is to be canceled, and lets what works on it know."""
