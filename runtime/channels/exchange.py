@@ -120,8 +120,9 @@ class Exchange:
 
     @property
     def waiting_requests(self) -> int:
-        """How many requests wait for a server instance."""
-        return sum(len(server.waiting) for server in self._servers.values())
+        """How many requests wait for a server instance, and goals for a slot."""
+        waiting = sum(len(server.waiting) for server in self._servers.values())
+        return waiting + self.actions.waiting_goals
 
     def begin(self, transport: Transport) -> None:
         """Let tokens depart; what was sent or asked before a restart is sent or asked again."""
