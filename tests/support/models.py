@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, inhibit, read
-from dineros.metamodel.elements import places
+from dineros.metamodel.elements import node_nets, places
 
 ODD_SUFFIXES = ["", "", "", "-1", ".x", "ä", "_2", ":b", "🤖", "#4", "(5)", "tr"]
 QUOTED_SUFFIXES = ["'", "{c}", "é\\", '&<>"']  # of plain nets only
@@ -238,9 +238,24 @@ def _other_token_types(draw: st.DrawFn, make_id: _Ids, model: sym.SystemModel, f
     other.fields.append(sym.TokenField(name="few", kind="list", bound=2))
     message = sym.TokenType(id=make_id("Message", plain=True), ros="std_msgs/msg/Header")
     model.otherTokenTypes.extend([other, message])
+    _with_properties(model, make_id)
     for place in places(model):
         if isinstance(place, sym.Place):
             place.tokenType = other
+
+
+def _with_properties(model: sym.SystemModel, make_id: _Ids) -> None:
+    """Store a property of each kind, and assumptions."""
+    for text, features in {
+        "never deadlock": {},
+        "G F !deadlock": {"language": "ltl", "expected": False},
+        "AG !deadlock": {"language": "ctl", "signals": "ioEnabled", "name": "goes on"},
+    }.items():
+        model.properties.append(sym.Property(id=make_id("property"), text=text, **features))  # type: ignore[arg-type]
+    model.assumptions.append(sym.Fairness(id=make_id("fair"), of="all", strong=True))
+    signals = [signal for node in node_nets(model) for signal in node.signals]
+    if len(signals) > 1:
+        model.assumptions.append(sym.ExclusiveSignals(id=make_id("apart"), signals=signals))
 
 
 def _node_net(draw: st.DrawFn, make_id: _Ids, model: sym.SystemModel, fields: list[str]) -> sym.NodeNet:
