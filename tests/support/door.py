@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.clauses import set_clause
@@ -22,7 +24,7 @@ def door() -> sym.SystemModel:
     return model
 
 
-def ask(model: sym.SystemModel, text: str, **features: object) -> sym.Property:
+def ask(model: sym.SystemModel, text: str, **features: Any) -> sym.Property:
     """Store a property in a model, and return it."""
     property = sym.Property(id=f"property{len(model.properties)}", text=text, **features)
     model.properties.append(property)

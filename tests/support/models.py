@@ -174,7 +174,7 @@ def _join(
 
 
 @st.composite
-def system_models(draw: st.DrawFn) -> sym.SystemModel:
+def system_models(draw: st.DrawFn, with_properties: bool = False) -> sym.SystemModel:
     """Return a valid system model of one to three node nets, with topics, services, signals and clauses."""
     make_id = _Ids(draw, ODD_SUFFIXES)
     model = sym.SystemModel(id=make_id("model"), name=draw(st.sampled_from(NAMES)))
@@ -190,6 +190,8 @@ def system_models(draw: st.DrawFn) -> sym.SystemModel:
             _service(draw, make_id, model, nets, number)
     if model.tokenType is not None and draw(st.booleans()):
         _other_token_types(draw, make_id, model, model.tokenType)
+    if with_properties:
+        _with_properties(model, make_id)
     return model
 
 
@@ -238,7 +240,6 @@ def _other_token_types(draw: st.DrawFn, make_id: _Ids, model: sym.SystemModel, f
     other.fields.append(sym.TokenField(name="few", kind="list", bound=2))
     message = sym.TokenType(id=make_id("Message", plain=True), ros="std_msgs/msg/Header")
     model.otherTokenTypes.extend([other, message])
-    _with_properties(model, make_id)
     for place in places(model):
         if isinstance(place, sym.Place):
             place.tokenType = other

@@ -55,9 +55,9 @@ def test_formulas() -> None:
 def test_fairness() -> None:
     model = door()
     property = ask(model, "fired(Open) leads to Closed >= 1")
-    model.assumptions.append(sym.Fairness(id="fair", of="Close"))
+    model.assumptions.append(fair := sym.Fairness(id="fair", of="Close"))
     assert status(property) == "violated"  # opened and jammed by turns: never enabled all the time
-    model.assumptions[0].strong = True
+    fair.strong = True
     assert status(property) == "holds"
 
 
