@@ -34,6 +34,7 @@ from dineros.runtime.ros.channels.parameters import (
 from dineros.runtime.ros.channels.pausing import pausing_group
 from dineros.runtime.ros.channels.quality import SERVICE_DEPTH, LossCounter, service_quality, topic_quality
 from dineros.runtime.ros.channels.signals import RosSignals
+from dineros.runtime.ros.channels.timers import RosTimers
 from dineros.runtime.ros.conversion.codecs import Codecs
 from dineros.runtime.ros.conversion.messages import Codec
 from dineros.runtime.ros.process.session import LOG, RosError, Session
@@ -79,6 +80,7 @@ class RclpyTransport:
         self._entities: list[tuple[Callable[[Any], Any], Any]] = []
         self._clients: Clients | None = None
         self._signals: RosSignals | None = None
+        self._timers: RosTimers | None = None
         self._checks: dict[Port, Check | None] = {}
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
@@ -112,6 +114,7 @@ class RclpyTransport:
         for subscriber in ports.subscribers:
             self._add_subscriber(node, subscriber, codecs, receiver)
         self._signals = RosSignals(node, ports.signals, receiver)
+        self._timers = self._own(RosTimers.close, RosTimers(node, ports.timers, receiver.ticked))
 
     def _own(self, destroy: Callable[[Any], Any], entity: Any) -> Any:
         self._entities.append((destroy, entity))
@@ -342,6 +345,11 @@ class RclpyTransport:
 
     def _subscribers(self, port: PublisherPort) -> int:
         return int(self._publishers[port.channel, port.place].publisher.get_subscription_count())
+
+    def start_timers(self) -> None:
+        """Let the timers tick; before, the node could not have begun their callbacks."""
+        assert self._timers is not None
+        self._timers.start()
 
     def publish(self, port: PublisherPort, message: Message) -> bool:
         """Publish a message; ROS overwrites the oldest of a full queue, and the subscribers see the gap."""
