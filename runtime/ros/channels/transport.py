@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
-from dineros.metamodel.ros_names import resource_names
 from dineros.runtime.channels.transport import Answer, Receiver
 from dineros.runtime.nets.ports import (
     Check,
@@ -32,7 +31,13 @@ from dineros.runtime.ros.channels.parameters import (
     subscriber_parameters,
 )
 from dineros.runtime.ros.channels.pausing import pausing_group
-from dineros.runtime.ros.channels.quality import SERVICE_DEPTH, LossCounter, service_quality, topic_quality
+from dineros.runtime.ros.channels.quality import (
+    SERVICE_DEPTH,
+    LossCounter,
+    overriding_options,
+    service_quality,
+    topic_quality,
+)
 from dineros.runtime.ros.channels.signals import RosSignals
 from dineros.runtime.ros.channels.timers import RosTimers
 from dineros.runtime.ros.conversion.codecs import Codecs
@@ -135,7 +140,7 @@ class RclpyTransport:
                     interface,
                     port.topic,
                     topic_quality(port),
-                    qos_overriding_options=_overridable(port.place),
+                    qos_overriding_options=overriding_options(port),
                 ),
             ),
         )
@@ -174,7 +179,7 @@ class RclpyTransport:
                     take,
                     topic_quality(port),
                     callback_group=group,
-                    qos_overriding_options=_overridable(port.place),
+                    qos_overriding_options=overriding_options(port),
                 ),
             ),
         )
@@ -389,13 +394,6 @@ class RclpyTransport:
             destroy(entity)
         self._entities.clear()
         self._publishers.clear()
-
-
-def _overridable(place: str) -> Any:
-    """Let parameters such as ``qos_overrides.TOPIC.publisher_PLACE.depth`` change the quality of service."""
-    from rclpy.qos_overriding_options import QoSOverridingOptions
-
-    return QoSOverridingOptions.with_default_policies(entity_id=resource_names([place])[place])
 
 
 def _made(name: str, make: Callable[[], Any]) -> Any:

@@ -19,9 +19,9 @@ class Clocks(TypedDict):
 def clocks_of(node: Any) -> Clocks:
     """Return what tells a net's time.
 
-    With the parameter `use_sim_time`, it is the time that passes on ``/clock``: firing intervals, time-outs of
-    handlers and delays all go by it. Where that goes back, as for a simulation that begins anew, no time has
-    passed.
+    With the parameter `use_sim_time`, it is the time that passes on ``/clock``: firing intervals, time-outs
+    of handlers and delays all go by it. Where that goes back, as for a simulation that begins anew, no time
+    has passed.
 
     Parameters
     ----------
