@@ -2,9 +2,10 @@
 
 ``python -m benchmarks.endurance.periodic --seconds 3600 -o periodic.csv`` runs both nodes on ROS 2 under its
 rules, a process each. The logger takes longer than the period, so that all queues are full all the time and
-lose messages. It prints the resident memory of both processes every now and then, and at the end how much it
-grew an hour (least squares, without the first tenth); `-o` writes the figures as CSV. With ``--journal`` both
-record what they do, and what is kept of that is replayed on the model.
+lose messages. It prints the resident memory of both processes every now and then, and at the end by how much
+it grew an hour (least squares, without the first tenth), of all of it and of what is no page of a file: those
+come and go as others on the machine need room. `-o` writes the figures as CSV. With ``--journal`` both record
+what they do, and what is kept of that is replayed on the model.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from pathlib import Path
 from statistics import linear_regression
 from typing import NamedTuple
 
-from dineros.analysis.conformance import conform
+from dineros.analysis.conformance import Verdict, conform
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.files import save
@@ -35,8 +36,9 @@ from dineros.runtime.ros.process.environment import ros_environment
 from dineros.transformations.flattening.split import split
 
 LIMIT = 1.0
-"""MiB an hour that a process may grow, and noise; judged after `LONG` seconds."""
+"""MiB an hour by which the anonymous memory of a process may grow, and noise."""
 LONG = 1200.0
+"""Seconds after which that is judged."""
 WARMING = 0.1
 """Share of the time that is not fitted: buffers fill."""
 PATIENCE = 60.0
@@ -63,7 +65,7 @@ class Sample(NamedTuple):
     talker, logger : float
         Resident memory, MiB.
     talker_anonymous, logger_anonymous : float
-        What of it is no page of a file; those come and go as others on the machine need room.
+        What of it is no page of a file.
     processor : float
         Processor time of both so far, seconds.
     """
@@ -104,7 +106,7 @@ def model(period: float, depth: int = 10) -> sym.SystemModel:
 
 
 def run(
-    seconds: float, every: float, period: float, slowness: float, folder: Path, *, journal: bool
+    seconds: float, every: float, period: float, slowness: float, folder: Path, domain: int, *, journal: bool
 ) -> Iterator[Sample]:
     """Run both nodes and yield what they use.
 
@@ -117,7 +119,9 @@ def run(
     period, slowness : float
         Seconds between two messages, and what the logger takes for one.
     folder : Path
-        Takes models, handlers and logs; the current process's environment says which ROS domain.
+        Takes models, handlers and logs.
+    domain : int
+        ROS domain.
     journal : bool
         Whether the nodes record.
 
@@ -131,6 +135,7 @@ def run(
         save(part, folder / f"{part.node.id}.rtm.xmi")
     (folder / "handlers.py").write_text(HANDLERS.format(slowness=slowness), encoding="utf-8")
     processes: dict[str, subprocess.Popen[bytes]] = {}
+    environment = ros_environment(folder, domain)
     try:
         for name in NODES:
             command = [sys.executable, "-P", "-m", "dineros.runtime.ros.node_main", f"{name}.rtm.xmi"]
@@ -138,7 +143,7 @@ def run(
             command += ["--ros-args", "-p", "journal:=journal"] if journal else []
             with (folder / f"{name}.log").open("wb") as log:
                 processes[name] = subprocess.Popen(
-                    command, cwd=folder, stdin=subprocess.DEVNULL, stdout=log, stderr=log
+                    command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=log, stderr=log
                 )
         time.sleep(min(5.0, seconds / 2))  # they start, and find each other
         started = time.monotonic()
@@ -168,6 +173,12 @@ def _used(process: int) -> tuple[float, float, float]:
     return resident, anonymous, (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def replayed(period: float, folder: Path) -> Verdict:
+    """Replay what a run with a journal has kept on the model."""
+    paths = traces_of_runs([folder / "journal"])
+    return conform(model(period), {node: partial(read_trace, parts) for node, parts in paths.items()})
+
+
 def growth(samples: Sequence[Sample], name: str) -> float:
     """Return by how many MiB an hour something grows, without the time in which buffers fill."""
     fitted = samples[int(len(samples) * WARMING) :]
@@ -190,28 +201,24 @@ def main() -> int:
     samples: list[Sample] = []
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="dineros-periodic-")))
-        os.environ.update(ros_environment(folder, stack.enter_context(claimed_domain())))
+        domain = stack.enter_context(claimed_domain())
         writer = None
         if options.output:
             table = stack.enter_context(options.output.open("w", newline="", encoding="utf-8"))
             writer = csv.writer(table)
             writer.writerow(Sample._fields)
         print(f"{'seconds':>8} {'talker':>8} {'logger':>8}  resident MiB", flush=True)
-        each = options.every
-        for sample in run(
-            options.seconds, each, options.period, options.slowness, folder, journal=options.journal
-        ):
+        times = options.seconds, options.every, options.period, options.slowness
+        for sample in run(*times, folder, domain, journal=options.journal):
             samples.append(sample)
             print(f"{sample.seconds:8.0f} {sample.talker:8.2f} {sample.logger:8.2f}", flush=True)
             if writer is not None:
                 writer.writerow([round(value, 3) for value in sample])
                 table.flush()
         if options.journal:
-            paths = traces_of_runs([folder / "journal"])
-            kept = {node: partial(read_trace, parts) for node, parts in paths.items()}
-            verdict = conform(model(options.period), kept)
+            verdict = replayed(options.period, folder)
             print(f"conformance: {verdict.status}, {verdict.steps} steps replayed")
-    worst = max(growth(samples, name) for name in Sample._fields[1:5])
+    worst = max(growth(samples, name) for name in Sample._fields[3:5])
     for name in Sample._fields[1:5]:
         least, most = (function(getattr(each, name) for each in samples) for function in (min, max))
         print(f"{name}: {least:.2f} to {most:.2f} MiB, {growth(samples, name):+.3f} MiB an hour")
