@@ -73,3 +73,36 @@ def test_a_period_that_is_none_ends_the_process(ros: Ros) -> None:
     assert node.popen.wait(PATIENCE) == 2
     assert len(node.output().splitlines()) == 1
     ros.processes.remove(node)
+
+
+def test_the_timers_of_a_managed_node_come_back_with_it(ros: Ros) -> None:
+    put_heart(ros, 0.05)
+    heart = ros.node("heart", options=["--lifecycle"])
+    known: list[object] = []
+
+    def has_beaten() -> bool:
+        return len(ros.fired("heart", "Beat")) >= len(known) + 2
+
+    for _ in range(2):
+        known[:] = ros.fired("heart", "Beat")
+        ros.script(MANAGER.format(changes=(1, 3)))  # configure, activate
+        ros.wait(has_beaten, "beating")
+        ros.script(MANAGER.format(changes=(4, 2)))  # deactivate, clean up
+        assert ros.records("heart")[-1]["event"] == "stop"
+    assert heart.interrupt() == 0
+
+
+MANAGER = """
+import rclpy
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+rclpy.init()
+node = rclpy.create_node("manager")
+client = node.create_client(ChangeState, "/heart/change_state")
+assert client.wait_for_service(30)
+for number in {changes}:
+    future = client.call_async(ChangeState.Request(transition=Transition(id=number)))
+    rclpy.spin_until_future_complete(node, future, timeout_sec=30)
+    assert future.result().success
+rclpy.shutdown()
+"""
