@@ -37,7 +37,7 @@ from dineros.transformations.flattening.split import split
 
 LIMIT = 1.0
 """MiB an hour by which the anonymous memory of a process may grow, and noise."""
-LONG = 1200.0
+LONG = 3000.0
 """Seconds after which that is judged."""
 WARMING = 0.1
 """Share of the time that is not fitted: buffers fill."""
