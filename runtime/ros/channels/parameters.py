@@ -119,7 +119,7 @@ def period_parameters(timers: Iterable[tuple[str, float]]) -> dict[str, Paramete
             float(periods[id]),
             f"Seconds between two ticks of the timer of the callback {id}.",
             1e-9,
-            86400.0 * 365,
+            1e9,
         )
         for id, name in resource_names(periods).items()
     }
