@@ -136,7 +136,7 @@ class Exchange:
         except SendError as error:
             LOG.error("%s", error, exc_info=error.__cause__)
             self._traffic.tell_error(str(error), "retry")
-            self._loop.timers.call_later(RETRY_DELAY, lambda: self._send_again(publisher))
+            self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._send_again(publisher))
 
     def checks(self, transport: Transport) -> dict[int, Check]:
         """Return what checks the data that comes onto places whose tokens are sent: place -> check."""
@@ -164,7 +164,7 @@ class Exchange:
         LOG.error("%s", error, exc_info=error.__cause__)
         self._traffic.tell_error(str(error), "retry")
         self._engine.hold_departure(number)
-        self._loop.timers.call_later(RETRY_DELAY, lambda: self._engine.unhold_departure(number))
+        self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._engine.unhold_departure(number))
 
     def place_of(self, port: SubscriberPort) -> int:
         """Return the place that the messages of a port come to."""

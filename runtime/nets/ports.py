@@ -159,6 +159,22 @@ class ServerPort(Port):
         return len(self.entries)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class TimerPort:
+    """The timer of a callback, which ticks (rule C1); each is equal to itself only.
+
+    Attributes
+    ----------
+    callback : str
+        Id of the callback page.
+    period : float
+        Seconds, as the model has it.
+    """
+
+    callback: str
+    period: float
+
+
 @dataclass(frozen=True, slots=True)
 class SignalPort:
     """An input signal that the outside may set."""
@@ -205,6 +221,7 @@ class Ports:
     clients: tuple[ClientPort, ...]
     servers: tuple[ServerPort, ...]
     signals: tuple[SignalPort, ...]
+    timers: tuple[TimerPort, ...] = ()
     place_types: Mapping[str, TokenType] = field(default_factory=dict)
 
     def type_at(self, place: str) -> TokenType:
