@@ -332,9 +332,10 @@ class Replay:
                 "a larger limit of its queue helps"
             )
         if record.channel in self._histories:
-            is_next = isinstance(following, Take) and following.channel == record.channel
-            next_take = following if is_next and following.place == record.place else None
-            refusal = self._histories[record.channel].drop(record, next_take)
+            at = record.channel, record.place
+            if not isinstance(following, Take) or (following.channel, following.place) != at:
+                following = None
+            refusal = self._histories[record.channel].drop(record, following)
             if refusal is None:
                 self.messages.dropped(record)
             return refusal

@@ -179,7 +179,7 @@ class HistoryFlow:
         return None
 
     def _most_losses(self, place: str, pairs: Collection[Pair]) -> int:
-        """Return how many messages to a subscriber can be lost now, in the reader history or of these pairs."""
+        """Return how many messages to a subscriber can be lost now, at it or by these pairs."""
         reader, marking = self.topic.subscribers[place], self._marking
         lost, at_reader = 0, marking[reader.source] + marking[reader.load]
         for pair in self._pairs_to(place):
