@@ -7,13 +7,14 @@ has no end, what can be answered on the way is.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget, BudgetExceededError
-from dineros.analysis.callbacks.blocking import blocked
+from dineros.analysis.callbacks.blocking import Blocked, blocked
 from dineros.analysis.callbacks.waiting import Circle
+from dineros.analysis.callbacks.walking import blocked_on_the_way
 from dineros.analysis.covering.firings import Firings, firings
 from dineros.analysis.covering.growth import growth_of, remedy_of
 from dineros.analysis.model.queues import queues
@@ -363,25 +364,36 @@ class Callbacks(Question):
             if checked.recurs:
                 checked.report.proved.append("every callback that has begun can end")
             else:
-                checked.leave_open(self.asks, checked.firings.why_open or "the markings were not all seen")
+                found = self._report(
+                    checked, blocked_on_the_way(checked.subject.net, checked.waiting, checked.budget)
+                )
+                asks = "which other callbacks can wait for ever" if found else self.asks
+                checked.leave_open(asks, checked.firings.why_open or "the markings were not all seen")
             return
-        found = False
         try:
-            for each in blocked(checked.subject, checked.space, checked.waiting, checked.budget):
-                found = True
-                witness = witness_of(checked.subject, each.trace)
-                if each.circle is not None:
-                    self.find(checked, each.circle, witness)
-                else:
-                    callback = each.callback
-                    checked.report.findings.append(
-                        self.ENDLESS.found(callback.element, witness=witness, callback=callback.text)
-                    )
+            found = self._report(
+                checked, blocked(checked.subject, checked.space, checked.waiting, checked.budget)
+            )
         except DiagramMemoryError:
             checked.leave_open(self.asks, OUT_OF_MEMORY)
             return
         if not found:
             checked.report.proved.append("every callback that has begun can end")
+
+    def _report(self, checked: Checked, blocked: Iterable[Blocked]) -> bool:
+        """Put what is found into the report; return whether there is anything."""
+        found = False
+        for each in blocked:
+            found = True
+            witness = witness_of(checked.subject, each.trace)
+            if each.circle is not None:
+                self.find(checked, each.circle, witness)
+            else:
+                callback = each.callback
+                checked.report.findings.append(
+                    self.ENDLESS.found(callback.element, witness=witness, callback=callback.text)
+                )
+        return found
 
     @classmethod
     def find(cls, checked: Checked, circle: Circle, witness: Witness) -> None:
