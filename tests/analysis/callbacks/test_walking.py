@@ -8,10 +8,10 @@ from hypothesis import HealthCheck, Phase, assume, given, settings
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.callbacks.walking import blocked_on_the_way
+from dineros.analysis.checks.check import check
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.questions.check import check
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.elements import transitions
