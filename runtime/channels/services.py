@@ -67,11 +67,11 @@ class Client:
         """
         traffic, port, place = self._traffic, self.port, self.request
         token = traffic.engine.oldest(place)
-        message = Message(traffic.next_id(place), token.data)
+        message = Message(traffic.next_id(port.request), token.data)
         self._ask(message)
         traffic.engine.take(place)
         traffic.engine.hold_departure(self.departure)
-        traffic.count_sent(place)
+        traffic.count_sent(port.request)
         self.pending, self.attempts = message, 1
         if traffic.observer.is_observing:
             traffic.observer.emit(

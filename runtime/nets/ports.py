@@ -22,8 +22,8 @@ class Message(NamedTuple):
     Attributes
     ----------
     id : str
-        ``NODE/PLACE/NUMBER``: sending node, sending place, and how many messages that place had sent with
-        this one. A message that is sent again keeps its id; a response has the id of its request. Empty
+        ``NODE/PLACE/NUMBER``: sending node, place of the port, and how many messages had been sent from there
+        with this one. A message that is sent again keeps its id; a response has the id of its request. Empty
         where the sender gives no ids, as programs that know nothing of DiNeROS.
     data : mapping
         Values of the fields of the token type.
