@@ -57,12 +57,12 @@ class _Dispatcher:
 
 @dataclass
 class _Service:
-    """Requests on their way to a server, and those it has not answered."""
+    """Requests on their way to a server, and those it has not answered, each with its client."""
 
     receiver: Receiver | None = None
     port: ServerPort | None = None
     waiting: deque[tuple[str, Message]] = field(default_factory=deque)
-    unanswered: dict[str, Message] = field(default_factory=dict)
+    unanswered: dict[tuple[str, str], Message] = field(default_factory=dict)
 
 
 @dataclass
@@ -148,13 +148,13 @@ class LocalNetwork:
 
     def _call(self, service: _Service) -> None:
         key, message = service.waiting.popleft()
-        service.unanswered[key] = message
+        service.unanswered[key, message.id] = message
         assert service.receiver is not None and service.port is not None
 
         def answer(response: Message) -> None:
             with self._changed:
-                if service.unanswered.get(key) is message:
-                    del service.unanswered[key]
+                if service.unanswered.get((key, message.id)) is message:
+                    del service.unanswered[key, message.id]
                 client = self._clients.get(key)
                 if client is not None:
                     client.waiting.append(response)
@@ -222,7 +222,8 @@ class LocalNetwork:
             for server in ports.servers:
                 service = self._services[server.channel]
                 service.receiver, service.port = receiver, server
-                service.waiting.extendleft(reversed(service.unanswered.items()))
+                again = [(key, message) for (key, _), message in service.unanswered.items()]
+                service.waiting.extendleft(reversed(again))
                 service.unanswered.clear()
             self._changed.notify()
 
@@ -284,6 +285,11 @@ class LocalNetwork:
             service.waiting.append((_client_key(port), message))
             self._changed.notify()
 
+    def forget(self, port: ClientPort, message_id: str) -> None:
+        """Hand a request that its client has given up to no server that comes back."""
+        with self._changed:
+            self._services[port.channel].unanswered.pop((_client_key(port), message_id), None)
+
 
 class LocalTransport:
     """One node's end of a `LocalNetwork`."""
@@ -314,6 +320,10 @@ class LocalTransport:
     def request(self, port: ClientPort, message: Message) -> None:
         """Send a request."""
         self._network.request(port, message)
+
+    def forget(self, port: ClientPort, message_id: str) -> None:
+        """Learn that the node has given a request up."""
+        self._network.forget(port, message_id)
 
     def close(self) -> None:
         """Leave the channels."""

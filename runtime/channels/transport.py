@@ -103,6 +103,14 @@ class Pausing(Protocol):
         """Learn that the node takes messages of a topic again; on the thread of the node's loop."""
 
 
+@runtime_checkable
+class Forgetting(Protocol):
+    """A transport that keeps something of each request until its response is there."""
+
+    def forget(self, port: ClientPort, message_id: str) -> object:
+        """Learn that the node waits no longer for the response to a request."""
+
+
 class Transport(Protocol):
     """What a node calls, from the thread of its loop."""
 
@@ -117,7 +125,10 @@ class Transport(Protocol):
         """
 
     def request(self, port: ClientPort, message: Message) -> None:
-        """Send a request. The node has one under way per client and sends it again after a time-out."""
+        """Send a request, once more if it was sent before: the node does so after a time-out.
+
+        The node has as many under way per client as `ClientPort.outstanding` says.
+        """
 
     def close(self) -> None:
         """Leave the channels; when it returns, the receiver is called no more."""

@@ -319,7 +319,8 @@ class _Reading:
                     clients.append(ports.ClientPort(*common, port.service, *self._client(port, number)))
                 elif isinstance(port, rtm.ServerPort):
                     entries, exits = self._copies(place), self._copies(port.exit)
-                    servers.append(ports.ServerPort(*common, port.service, entries, exits))
+                    asked = (port.depth, port.outstanding)
+                    servers.append(ports.ServerPort(*common, port.service, entries, exits, *asked))
         return ports.Ports(
             model=model.systemModel,
             node=node.id,
@@ -352,16 +353,20 @@ class _Reading:
                 types[place.id] = types[self.place_ids[index]] = type_
         return types
 
-    def _client(self, port: rtm.ClientPort, number: int) -> tuple[str, str, str]:
-        """Return id and places of a client; those of a server instance where it has a number."""
-        request = port.eContainer()
+    def _client(
+        self, port: rtm.ClientPort, number: int
+    ) -> tuple[str, str, str, int, float | None, str | None]:
+        """Return a client's id, places and time-out; those of a server instance where it has a number."""
+        request, client = port.eContainer(), port.client
         assert isinstance(request, rtm.Place)
         if number:
-            channel = self.servers[self.prototypes[request]].channel
-            ends = (self.places[place, number] for place in (request, port.response))
-            asked, answered = (self.place_ids[end] for end in ends)
-            return copy_id(channel, number, port.client), asked, answered
-        return port.client, request.id, port.response.id
+            client = copy_id(self.servers[self.prototypes[request]].channel, number, client)
+        asked, answered, told = (
+            None if place is None else self.place_ids[self.places[place, number]]
+            for place in (request, port.response, port.timedOut)
+        )
+        assert asked is not None and answered is not None
+        return client, asked, answered, port.outstanding, port.timeout, told
 
     def _copies(self, place: pn.Node) -> tuple[str, ...]:
         return tuple(self.place_ids[index] for (node, _), index in self.places.items() if node is place)

@@ -366,6 +366,11 @@ class RclpyTransport:
         assert self._clients is not None
         self._clients.request(port, message)
 
+    def forget(self, port: ClientPort, message_id: str) -> None:
+        """Wait for the response to a request no longer."""
+        assert self._clients is not None
+        self._clients.forget(port, message_id)
+
     def check(self, port: Port) -> Check | None:
         """Return what raises for data outside the ranges of the ROS fields that it is mapped to."""
         return self._checks[port]
