@@ -7,11 +7,11 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from dineros.analysis.conformance.calls import NamelessCalls, is_nameless
 from dineros.analysis.conformance.messages import Messages
 from dineros.analysis.conformance.net import ConformanceNet, HistoryTopic
 from dineros.analysis.conformance.reasons import why_not
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
+from dineros.analysis.conformance.services.nameless import NamelessCalls, is_nameless
 from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.topics.histories import HistoryFlow
 from dineros.analysis.conformance.topics.queues import TopicFlow
@@ -20,6 +20,7 @@ from dineros.metamodel.records import (
     Checkpoint,
     Drop,
     Fire,
+    GiveUp,
     Header,
     Publish,
     Record,
@@ -159,6 +160,37 @@ class Replay:
         for place, tokens in self.net.net.delta[transition].items():
             if place not in own:
                 self.marking[place] += times * tokens
+
+    def begin_step(
+        self, kind: type[ServiceStep] | None, channel: str, client: str, instance: int, times: int
+    ) -> None:
+        """Let a step of a client's calls have happened before the traces begin.
+
+        Parameters
+        ----------
+        kind : type of ServiceStep or None
+            The step; None: an instance took a request that was given up.
+        channel, client, instance
+            Whose it was.
+        times : int
+            How often it happened; less than nothing: the traces tell more of it than there is.
+        """
+        transition = self.net.service(kind or Serve, channel, client if kind else None, instance)
+        if transition is None or not times:
+            return
+        enter = self.net.entering(channel, client)
+        if kind is Serve and enter is not None:
+            self.add_between(enter, times)
+        if kind is None:
+            self._add_late(channel, client)
+        self.add_between(transition, times)
+
+    def _add_late(self, channel: str, client: str) -> None:
+        """Put a request into a history that its client gave up before the traces begin."""
+        request, enter = self.net.service(Request, channel, client, None), self.net.entering(channel, client)
+        for transition in (request, enter, *self.net.giving_up(channel, client, Request, None)[:1]):
+            assert transition is not None, "it has a time-out"
+            self.add_between(transition, 1)
 
     def _is_enabled(self, transition: int) -> bool:
         marking = self.marking
@@ -310,6 +342,8 @@ class Replay:
         return self._flows[record.channel].take(record.place, sender[-2] if len(sender) > 1 else None)
 
     def _drop(self, record: Drop) -> Refusal | None:
+        if record.channel in self._calls:
+            return self._lose_request(record)
         if record.channel not in self.net.topics:
             return Fault(f"the model has no topic channel {record.channel!r}")
         if record.queue == "restart":
@@ -348,6 +382,18 @@ class Replay:
         self.messages.dropped(record)
         return None
 
+    def _lose_request(self, record: Drop) -> Refusal | None:
+        """A full history has lost a request: nothing more, since its client may ask again."""
+        if record.queue != "request":
+            return Fault(f"a service has no {record.queue} queue")
+        client = next(iter(self.net.clients_of(record.channel)), None)
+        serving = record.node if client is None else self.net.ends_of_call(record.channel, client)[1]
+        if record.node != serving:
+            return Fault(f"the service belongs to node {serving}, not {record.node}")
+        if any(record.change.values()):
+            return Fault(f"it changes {_shown(record.change)}, in the model it changes nothing")
+        return self.messages.may_lose(record, self.net.depths[record.channel])
+
     def _drop_at_publisher(self, flow: TopicFlow, record: Drop) -> Refusal | None:
         if not any(record.change.values()):
             self.messages.dropped(record)
@@ -377,21 +423,53 @@ class Replay:
         if fault is not None:
             return fault
         refusal = self.messages.may_serve(record, client)
+        message = self.messages.stages.message(record, client)
         if isinstance(refusal, Waiting) and isinstance(record, Response):
-            if self.messages.is_asking(record, client) and calls.respond(client):
+            if self.messages.is_asking(record, client) and calls.respond(client, message):
                 refusal = None
             else:
                 refusal = replace(refusal, unclear=calls.has_answers, unclear_if_stuck=calls.are_ambiguous)
         if refusal is not None:
             return refusal
-        if isinstance(record, Serve) and not calls.claim(client):
+        is_late = self.messages.stages.late(record.channel, message) is not None
+        if is_late:
+            late = self.net.service(type(record), record.channel, None, instance)
+            assert late is not None, "its client has a time-out"
+            transition = late
+            if self.messages.stages.is_stray(record.channel, message):
+                self._add_late(record.channel, client)
+        elif isinstance(record, Serve) and not calls.claim(client, message):
             return self._nobody_asks(record, calls, unclear=True)
         before = self.fired
         fault = self._fire_recorded(record, transition)
         if fault is None:
-            self.messages.served(record, client)
+            self.messages.served(record, client, instance)
             if isinstance(record, Request):
-                calls.asks(client, before)
+                calls.asks(client, record.message or "", before)
+        return fault
+
+    def _give_up(self, record: GiveUp) -> Refusal | None:
+        """Let a client give up a call, wherever that is: waiting, lost, served, or answered."""
+        calls = self._calls.get(record.channel)
+        if calls is None:
+            return Fault(f"the model has no service channel {record.channel!r}")
+        refusal = self.messages.may_give_up(record)
+        if refusal is not None:
+            return refusal
+        stages, message = self.messages.stages, record.message or ""
+        stage = stages.of(record.channel, record.client, message)
+        assert stage is not None, "it may be given up"
+        if not calls.forget(record.client, message):
+            return Waiting("whether the server works on its request is not known", (), unclear=True)
+        ways = self.net.giving_up(
+            record.channel, record.client, stage, stages.instance(record.channel, message)
+        )
+        fault = Fault(f"client {record.client} has no time-out") if not ways else None
+        for way in ways:
+            fault = self._at(record, way) or self._fire_recorded(record, way)
+            if fault is None:
+                stages.give_up(record.channel, record.client, message)
+                break
         return fault
 
     def _nameless(self, record: ServiceStep, calls: NamelessCalls) -> Refusal | None:
@@ -405,6 +483,9 @@ class Replay:
             return Fault(f"service channel {record.channel!r} has no such port")
         fault = self._at(record, transition)
         if fault is None and client is None:
+            late = self.net.service(type(record), record.channel, None, instance)
+            if late is not None and self._fire_recorded(record, late) is None:
+                return None  # its client has given it up
             return (
                 self._nobody_asks(record, calls)
                 if serves
@@ -455,6 +536,7 @@ _HANDLERS: Mapping[type[Record], Callable[..., Any]] = {
     Publish: Replay._publish,
     Take: Replay._take,
     Drop: Replay._drop,
+    GiveUp: Replay._give_up,
     **dict.fromkeys((Request, Serve, Reply, Response), Replay._service),
 }
 

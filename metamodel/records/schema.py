@@ -162,8 +162,8 @@ class Checkpoint(Start):
     missing : dict of str to int
         ``CHANNEL/PLACE`` -> messages that were lost since the last one came.
     requests : dict
-        ``CHANNEL/CLIENT`` -> the requests under way, the oldest first: message id, data, attempts, and for how
-        many seconds (`age`); earlier versions wrote the only one, without a list and an age.
+        ``CHANNEL/CLIENT`` -> the requests under way, the oldest first: message id, data, attempts, and for
+        how many seconds (`age`); earlier versions wrote the only one, without a list and an age.
     serving : dict of str to str
         Entry place of a server instance -> message id of the request that it serves.
     responses : dict
@@ -212,8 +212,9 @@ def requests_of(value: Any, location: Location | None = None) -> list[dict[str, 
     DinerosError
         It tells something else.
     """
-    found = []
-    for request in [value] if isinstance(value, dict) else value if isinstance(value, list) else [None]:
+    found: list[dict[str, Any]] = []
+    requests: list[Any] = value if isinstance(value, list) else [value]
+    for request in requests:
         match request:
             case {"message": str(), "data": dict(), "attempts": int()}:
                 age = request.get("age", 0.0)

@@ -34,7 +34,7 @@ class Call:
     response : Message or None
         Its response, while that waits for room.
     is_late : bool
-        Whether its time is over, and the client gives it up as soon as there is room for the token that says so.
+        Whether its time is over, and there is no room for the token that says so.
     """
 
     message: Message

@@ -175,7 +175,7 @@ class Exchange:
         return self._engine.has_room(self._subscribers[port].place)
 
     def let_in(self, places: Collection[int]) -> bool:
-        """Take what waits for room on some places: responses, time-outs, requests; return whether there was any."""
+        """Take what waits for room on some places; return whether there was anything."""
         before = self._engine.next_token
         for client in self._clients.values():
             if client.response in places or client.timed_out in places:
@@ -299,8 +299,8 @@ class Exchange:
         for key, requests in checkpoint["requests"].items():
             client = _known(clients, key, "client")
             for request in requests_of(requests):
-                message = Message(request["message"], request["data"])
-                client.restore(message, request["attempts"], request["age"])
+                pending = Message(request["message"], request["data"])
+                client.restore(pending, request["attempts"], request["age"])
         instances = {places[instance.entry]: instance for instance in self._instances}
         for entry, message in checkpoint["serving"].items():
             instance = _known(instances, entry, "server instance at")

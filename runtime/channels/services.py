@@ -1,8 +1,8 @@
 """Servers of a node.
 
-A server serves as many requests at a time as it has instances, the oldest first; a request that comes twice is
-served once and answered twice. Under the rules of ROS 2 it keeps as many requests as its depth, and forgets the
-oldest for one more (rule R5).
+A server serves as many requests at a time as it has instances, the oldest first; a request that comes twice
+is served once and answered twice. Under the rules of ROS 2 it keeps as many requests as its depth, and forgets
+the oldest for one more (rule R5).
 """
 
 from __future__ import annotations

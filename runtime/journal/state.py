@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
