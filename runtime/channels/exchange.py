@@ -174,6 +174,14 @@ class Exchange:
         """Return whether the place of a port has room for a message; from any thread."""
         return self._engine.has_room(self._subscribers[port].place)
 
+    def is_open(self, port: ServerPort, arriving: int) -> bool:
+        """Return whether a request is taken now, besides some that arrive; from any thread."""
+        return self._servers[port].is_open(arriving)
+
+    def serve(self, port: ServerPort) -> None:
+        """Take requests that a transport keeps."""
+        self._servers[port].serve()
+
     def let_in(self, places: Collection[int]) -> bool:
         """Take what waits for room on some places; return whether there was anything."""
         before = self._engine.next_token

@@ -1,8 +1,8 @@
 """Servers of a node.
 
 A server serves as many requests at a time as it has instances, the oldest first; a request that comes twice
-is served once and answered twice. Under the rules of ROS 2 it keeps as many requests as its depth, and forgets
-the oldest for one more (rule R5).
+is served once and answered twice. Under the rules of ROS 2 it keeps as many requests as its depth, and
+forgets the oldest for one more (rule R5).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections import deque
 
 from dineros.metamodel.message_ids import Senders, parse_id
 from dineros.runtime.channels.traffic import SendError, Traffic
-from dineros.runtime.channels.transport import Answer
+from dineros.runtime.channels.transport import Answer, Keeping
 from dineros.runtime.nets.ports import Check, Message, ServerPort
 
 LOG = logging.getLogger("dineros.runtime")
@@ -85,6 +85,12 @@ class Server:
 
     def requested(self, message: Message, answer: Answer) -> None:
         """Serve a request, or let it wait; one that came before gets the same response."""
+        self._arrived(message, answer)
+        self.serve()
+        if self._depth is not None and len(self.waiting) > self._depth:
+            self._lose(self.waiting.popleft()[0].id)
+
+    def _arrived(self, message: Message, answer: Answer) -> None:
         if not self._traffic.plausible(self.port.channel, self.port.service, message.id):
             return
         if message.id:
@@ -102,23 +108,46 @@ class Server:
             if number is not None and self._served.had(*number):
                 return  # answered long ago
         self.waiting.append((message, [answer]))
-        self.serve()
-        if self._depth is not None and len(self.waiting) > self._depth:
-            self._lose(self.waiting.popleft()[0])
 
-    def _lose(self, message: Message) -> None:
+    def is_open(self, arriving: int) -> bool:
+        """Return whether an instance is free for one more request than those that arrive; from any thread."""
+        free = sum(map(self._is_free, self.instances))
+        return self._depth is None or arriving + len(self.waiting) < free
+
+    def _is_free(self, instance: Instance) -> bool:
+        return instance.message is None and self._traffic.engine.has_room(instance.entry)
+
+    def _keeping(self) -> Keeping | None:
+        """Return what keeps requests for this server; None: it gets them as they come."""
+        transport: object = self._traffic.transport
+        return transport if self._depth is not None and isinstance(transport, Keeping) else None
+
+    def _fetch(self, transport: Keeping) -> None:
+        """Take requests from a transport that keeps them, until one is new."""
+        while not self.waiting and (taken := transport.take_request(self.port)) is not None:
+            self._arrived(*taken)
+
+    def _lose(self, message: str) -> None:
         """Count and record a request that the full history has forgotten; its client may ask again."""
         traffic, port = self._traffic, self.port
         traffic.drops[port.channel, "request"] += 1
         traffic.observer.emit(
-            "drop", channel=port.channel, queue="request", message=message.id, count=1, change={}
+            "drop", channel=port.channel, queue="request", message=message, count=1, change={}
         )
 
     def serve(self) -> None:
         """Give waiting requests to inactive instances that have room, the oldest first."""
         traffic, port = self._traffic, self.port
+        keeping = self._keeping()
+        if keeping is not None:
+            for lost in keeping.lost_requests(port):
+                self._lose(lost)
         for instance in self.instances:
-            while instance.message is None and self.waiting and traffic.engine.has_room(instance.entry):
+            while self._is_free(instance):
+                if not self.waiting and keeping is not None:
+                    self._fetch(keeping)
+                if not self.waiting:
+                    break
                 message, answers = self.waiting.popleft()
                 token = traffic.arriving(port.service, instance.entry, message.data)
                 if token is None:

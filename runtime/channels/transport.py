@@ -34,14 +34,17 @@ class Receiver(Protocol):
     def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
         """Take a message of a topic; `lost` messages are missing just before it."""
 
-    def is_open(self, port: SubscriberPort) -> bool:
-        """Return whether the node takes a message of a topic now.
+    def is_open(self, port: SubscriberPort | ServerPort) -> bool:
+        """Return whether the node takes a message of a topic, or a request, now.
 
-        Where it does not, the message stays in the middleware, whose history loses the oldest.
+        Where it does not, it stays in the middleware, whose history loses the oldest.
         """
 
     def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Take a request. One that comes again is served once; every `answer` given for it is called."""
+
+    def requests_wait(self, port: ServerPort) -> None:
+        """Learn that a transport which is `Keeping` has requests, or has lost some."""
 
     def response_arrived(self, port: ClientPort, message: Message) -> None:
         """Take the response to the request of this id; one that nobody waits for (any more) is ignored."""
@@ -101,6 +104,17 @@ class Pausing(Protocol):
 
     def opened(self, port: SubscriberPort) -> object:
         """Learn that the node takes messages of a topic again; on the thread of the node's loop."""
+
+
+@runtime_checkable
+class Keeping(Protocol):
+    """A transport that keeps requests until the node takes them: on the thread of the node's loop."""
+
+    def take_request(self, port: ServerPort) -> tuple[Message, Answer] | None:
+        """Return the oldest request of a service, and what sends its response; None: there is none."""
+
+    def lost_requests(self, port: ServerPort) -> list[str]:
+        """Return the ids of the requests that the full history has lost since this was asked last."""
 
 
 @runtime_checkable

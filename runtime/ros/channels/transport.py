@@ -259,8 +259,6 @@ class RclpyTransport:
         return cast("Listener", self._own(Listener.close, listener))
 
     def _add_server(self, node: Any, port: ServerPort, codecs: Codecs, receiver: Receiver) -> None:
-        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-
         interface, requests, responses = codecs.service(port)
         self._checks[port] = responses.check
 
@@ -271,7 +269,7 @@ class RclpyTransport:
             if self._is_open:
                 receiver.request_arrived(port, message, answer)
 
-        group, listener = MutuallyExclusiveCallbackGroup(), None
+        group, listener = pausing_group(lambda: receiver.is_open(port)), None
         if port.type is not None:
             service_name = node.resolve_service_name(port.service)
             listener = self._listen(
@@ -286,8 +284,8 @@ class RclpyTransport:
                 announced=lambda message, info, is_alone: None,
                 known=requested,
                 strange=requested,
+                group=group,
             )
-            group = listener.group
         service = self._own(
             node.destroy_service,
             _made(
@@ -296,11 +294,12 @@ class RclpyTransport:
                     interface,
                     port.service,
                     hand_on,
-                    qos_profile=service_quality(),
+                    qos_profile=service_quality(port.depth if self._has_histories else SERVICE_DEPTH),
                     callback_group=group,
                 ),
             ),
         )
+        group.entity = service
         send_response = service.send_response
 
         def keep(request: Any, header: Any) -> None:
