@@ -18,7 +18,6 @@ from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.message_ids import parse_id
 from dineros.metamodel.records import Checkpoint, Header, Record, Reply, Request, Serve
-from dineros.metamodel.records.schema import ServiceStep
 
 Checkpoints = Mapping[str, Checkpoint]
 """The checkpoint with which the trace of each node begins."""
@@ -112,28 +111,23 @@ def _begin_call(
     )
     replay.messages.began(channel.id, sender, requested)
     replay.messages.began_calling(channel.id, client.client, before)
-    for step, number, times in _steps_before(before):
-        instance = before.serving.get(number, 1)
-        replay.begin_step(step, channel.id, client.client, instance, times)
-
-
-def _steps_before(before: Before) -> Iterable[tuple[type[ServiceStep] | None, int, int]]:
-    """Yield what happened and leaves something between client and server: a step, of which call, how often.
-
-    A step of None: the call was given up, and the server works on it.
-    """
-    yield Request, 0, len(before.pending)
-    if before.gives_up:  # what is over may never be served, and leaves nothing
-        last = max([before.requested, *before.serving, *before.replied])
-        known = (*before.pending, *range(before.requested + 1, last + 1))
-        answered = sum(before.stage(number) is Reply for number in known)
-    else:
-        answered = before.answered - (before.requested - len(before.pending))
-    yield Serve, 0, answered
-    yield Reply, 0, answered
-    for number in before.serving:
-        is_late = before.gives_up and before.is_over(number)
-        yield None if is_late else Serve, number, 1
+    calls = replay.calls
+    for number in before.pending:
+        stage = before.stage(number)
+        calls.begin(Request, channel.id, client.client)
+        if stage is not Request:
+            calls.begin(Serve, channel.id, client.client, before.serving.get(number, 1))
+        if stage is Reply:
+            calls.begin(Reply, channel.id, client.client)
+    for number in before.serving.keys() - before.pending:
+        instance = before.serving[number]
+        if not before.is_over(number):
+            calls.begin_instance(channel.id, client.client, instance)
+        elif before.gives_up:
+            calls.begin_late(channel.id, client.client, instance)
+        else:
+            calls.begin(Request, channel.id, client.client)
+            calls.begin(Serve, channel.id, client.client, instance)
 
 
 def _served(

@@ -150,6 +150,8 @@ class Messages:
         stage, late = self.stages.of(channel, client, message), self.stages.late(channel, message)
         if after in (stage, late) and not (late and kind is Response):
             return None
+        if kind is Reply and stage is None and self.stages.ahead(channel, client, message):
+            return Waiting(f"{message} was not requested before", self._net.ends_of_call(channel, client)[:1])
         if kind is Reply:
             return Fault(f"{record.message} is not being served")
         known = late if kind is Serve else None

@@ -184,7 +184,7 @@ class ConformanceNet:
         if stage is Request:
             before = [parts.get("request.enter"), parts.get("drop")]
         else:
-            before = [self.service(stage, channel, client, instance)]
+            before = [self.service(stage, channel, client, instance or 1)]
         left = [
             {place for place, change in self.net.delta[index].items() if change > 0}
             for index in before

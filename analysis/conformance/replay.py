@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -11,11 +10,11 @@ from dineros.analysis.conformance.messages import Messages
 from dineros.analysis.conformance.net import ConformanceNet, HistoryTopic
 from dineros.analysis.conformance.reasons import why_not
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
-from dineros.analysis.conformance.services.nameless import NamelessCalls, is_nameless
+from dineros.analysis.conformance.services.nameless import is_nameless
+from dineros.analysis.conformance.services.replaying import Calls
 from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.topics.histories import HistoryFlow
 from dineros.analysis.conformance.topics.queues import TopicFlow
-from dineros.metamodel import sym
 from dineros.metamodel.records import (
     Checkpoint,
     Drop,
@@ -32,7 +31,7 @@ from dineros.metamodel.records import (
     Start,
     Take,
 )
-from dineros.metamodel.records.schema import ServiceStep, Step
+from dineros.metamodel.records.schema import Step
 
 
 class Replay:
@@ -75,11 +74,7 @@ class Replay:
                 kept = {place for other, place in keep if other == channel}
                 self._flows[channel] = TopicFlow(topic, self.marking, self._fire, kept)
         self._nameless_topics: set[str] = set()
-        self._calls = {
-            channel.id: NamelessCalls(net, channel.id, self.marking, firings)
-            for channel in net.model.channels
-            if isinstance(channel, sym.ServiceChannel)
-        }
+        self.calls = Calls(net, self.marking, self.messages, self, firings)
 
     @property
     def silent(self) -> int:
@@ -95,8 +90,7 @@ class Replay:
         """Tell whether the order of a step counts, since the server does not know whose request it serves."""
         if isinstance(record, Serve):
             return is_nameless(record) and len(self.net.clients_of(record.channel)) > 1
-        calls = self._calls.get(record.channel) if isinstance(record, Response) else None
-        return calls is not None and calls.are_ambiguous
+        return isinstance(record, Response) and self.calls.are_ambiguous(record.channel)
 
     def is_full(self, record: Publish) -> bool:
         """Tell whether the queue of a publisher is full."""
@@ -154,56 +148,26 @@ class Replay:
         if self._firings is not None:
             self._firings.append(transition)
 
-    def add_between(self, transition: int, times: int) -> None:
-        """Let a transition have fired before the traces begin: its effect on places of no node."""
+    def add_between(self, transition: int, times: int = 1) -> None:
+        """Let a transition have fired that the traces do not tell: its effect on places of no node."""
         own = {index for places in self.net.places_of.values() for index in places.values()}
         for place, tokens in self.net.net.delta[transition].items():
             if place not in own:
                 self.marking[place] += times * tokens
 
-    def begin_step(
-        self, kind: type[ServiceStep] | None, channel: str, client: str, instance: int, times: int
-    ) -> None:
-        """Let a step of a client's calls have happened before the traces begin.
-
-        Parameters
-        ----------
-        kind : type of ServiceStep or None
-            The step; None: an instance took a request that was given up.
-        channel, client, instance
-            Whose it was.
-        times : int
-            How often it happened; less than nothing: the traces tell more of it than there is.
-        """
-        transition = self.net.service(kind or Serve, channel, client if kind else None, instance)
-        if transition is None or not times:
-            return
-        enter = self.net.entering(channel, client)
-        if kind is Serve and enter is not None:
-            self.add_between(enter, times)
-        if kind is None:
-            self._add_late(channel, client)
-        self.add_between(transition, times)
-
-    def _add_late(self, channel: str, client: str) -> None:
-        """Put a request into a history that its client gave up before the traces begin."""
-        request, enter = self.net.service(Request, channel, client, None), self.net.entering(channel, client)
-        for transition in (request, enter, *self.net.giving_up(channel, client, Request, None)[:1]):
-            assert transition is not None, "it has a time-out"
-            self.add_between(transition, 1)
-
-    def _is_enabled(self, transition: int) -> bool:
+    def is_enabled(self, transition: int) -> bool:
+        """Tell whether a transition can fire."""
         marking = self.marking
         return all(marking[place] >= weight for place, weight in self.net.pre[transition]) and all(
             marking[place] < weight for place, weight in self.net.inhibitor[transition]
         )
 
-    def _fire_recorded(self, record: Step, transition: int) -> Fault | None:
+    def fire_recorded(self, record: Step, transition: int) -> Fault | None:
         """Fire what a record stands for, if it is enabled and the record tells the same change."""
         fault = self._differs(record, transition)
         if fault is None:
             self._supply(transition)
-        if fault is None and not self._is_enabled(transition):
+        if fault is None and not self.is_enabled(transition):
             fault = Fault(why_not(self.net, transition, self.marking))
         if fault is None:
             self._fire(transition)
@@ -213,7 +177,7 @@ class Replay:
         """Let happen what nobody records and a transition needs: the tick of its timer."""
         for place, weight in self.net.pre[transition]:
             for other in self.net.suppliers.get(place, ()):
-                if self.marking[place] < weight and self._is_enabled(other):
+                if self.marking[place] < weight and self.is_enabled(other):
                     self._fire(other)
 
     def _differs(self, record: Step, transition: int) -> Fault | None:
@@ -277,13 +241,13 @@ class Replay:
         node = self.net.roles[record.transition].node
         if node != record.node:
             return Fault(f"the transition belongs to node {node}, not {record.node}")
-        return self._fire_recorded(record, transition)
+        return self.fire_recorded(record, transition)
 
     def _publish(self, record: Publish, dropped: bool, forced: bool) -> Refusal | None:
         enter = self.net.end(Publish, record.channel, record.place)
         if enter is None:
             return Fault(f"{record.place} is no publisher of topic channel {record.channel!r}")
-        refusal = self._at(record, enter) or self.messages.may_publish(record)
+        refusal = self.at(record, enter) or self.messages.may_publish(record)
         histories = self._histories.get(record.channel)
         if refusal is None and histories is not None:
             refusal = histories.publish(record, enter, forced)
@@ -310,7 +274,7 @@ class Replay:
         leave = self.net.end(Take, record.channel, record.place)
         if leave is None:
             return Fault(f"{record.place} is no subscriber of topic channel {record.channel!r}")
-        refusal = self._at(record, leave) or self.messages.may_take(record)
+        refusal = self.at(record, leave) or self.messages.may_take(record)
         if refusal is not None:
             return refusal
         taken = self._take_from(record, leave)
@@ -342,8 +306,8 @@ class Replay:
         return self._flows[record.channel].take(record.place, sender[-2] if len(sender) > 1 else None)
 
     def _drop(self, record: Drop) -> Refusal | None:
-        if record.channel in self._calls:
-            return self._lose_request(record)
+        if record.channel in self.net.depths:
+            return self.calls.lose(record)
         if record.channel not in self.net.topics:
             return Fault(f"the model has no topic channel {record.channel!r}")
         if record.queue == "restart":
@@ -382,18 +346,6 @@ class Replay:
         self.messages.dropped(record)
         return None
 
-    def _lose_request(self, record: Drop) -> Refusal | None:
-        """A full history has lost a request: nothing more, since its client may ask again."""
-        if record.queue != "request":
-            return Fault(f"a service has no {record.queue} queue")
-        client = next(iter(self.net.clients_of(record.channel)), None)
-        serving = record.node if client is None else self.net.ends_of_call(record.channel, client)[1]
-        if record.node != serving:
-            return Fault(f"the service belongs to node {serving}, not {record.node}")
-        if any(record.change.values()):
-            return Fault(f"it changes {_shown(record.change)}, in the model it changes nothing")
-        return self.messages.may_lose(record, self.net.depths[record.channel])
-
     def _drop_at_publisher(self, flow: TopicFlow, record: Drop) -> Refusal | None:
         if not any(record.change.values()):
             self.messages.dropped(record)
@@ -404,114 +356,9 @@ class Replay:
         if self.marking[queue.load] < queue.limit:
             full = f"{self.marking[queue.load]} of {queue.limit}"
             return Fault(f"the {queue.text} was not full ({full})", record.place)
-        return self._fire_recorded(record, queue.drop)
+        return self.fire_recorded(record, queue.drop)
 
-    def _service(self, record: ServiceStep) -> Refusal | None:
-        calls = self._calls.get(record.channel)
-        if calls is None:
-            return Fault(f"the model has no service channel {record.channel!r}")
-        if is_nameless(record):
-            return self._nameless(record, calls)
-        client = self.messages.client_of(record)
-        if client is None:
-            return Fault(f"{record.message!r} is of no client of service channel {record.channel!r}")
-        instance = record.instance or self.net.instances.get((record.channel, record.place))
-        transition = self.net.service(type(record), record.channel, client, instance)
-        if transition is None:
-            return Fault(f"service channel {record.channel!r} has no such port")
-        fault = self._at(record, transition)
-        if fault is not None:
-            return fault
-        refusal = self.messages.may_serve(record, client)
-        message = self.messages.stages.message(record, client)
-        if isinstance(refusal, Waiting) and isinstance(record, Response):
-            if self.messages.is_asking(record, client) and calls.respond(client, message):
-                refusal = None
-            else:
-                refusal = replace(refusal, unclear=calls.has_answers, unclear_if_stuck=calls.are_ambiguous)
-        if refusal is not None:
-            return refusal
-        is_late = self.messages.stages.late(record.channel, message) is not None
-        if is_late:
-            late = self.net.service(type(record), record.channel, None, instance)
-            assert late is not None, "its client has a time-out"
-            transition = late
-            if self.messages.stages.is_stray(record.channel, message):
-                self._add_late(record.channel, client)
-        elif isinstance(record, Serve) and not calls.claim(client, message):
-            return self._nobody_asks(record, calls, unclear=True)
-        before = self.fired
-        fault = self._fire_recorded(record, transition)
-        if fault is None:
-            self.messages.served(record, client, instance)
-            if isinstance(record, Request):
-                calls.asks(client, record.message or "", before)
-        return fault
-
-    def _give_up(self, record: GiveUp) -> Refusal | None:
-        """Let a client give up a call, wherever that is: waiting, lost, served, or answered."""
-        calls = self._calls.get(record.channel)
-        if calls is None:
-            return Fault(f"the model has no service channel {record.channel!r}")
-        refusal = self.messages.may_give_up(record)
-        if refusal is not None:
-            return refusal
-        stages, message = self.messages.stages, record.message or ""
-        stage = stages.of(record.channel, record.client, message)
-        assert stage is not None, "it may be given up"
-        if not calls.forget(record.client, message):
-            return Waiting("whether the server works on its request is not known", (), unclear=True)
-        ways = self.net.giving_up(
-            record.channel, record.client, stage, stages.instance(record.channel, message)
-        )
-        fault = Fault(f"client {record.client} has no time-out") if not ways else None
-        for way in ways:
-            fault = self._at(record, way) or self._fire_recorded(record, way)
-            if fault is None:
-                stages.give_up(record.channel, record.client, message)
-                break
-        return fault
-
-    def _nameless(self, record: ServiceStep, calls: NamelessCalls) -> Refusal | None:
-        """Replay a step of a server that does not know whose request it serves."""
-        instance = record.instance or self.net.instances.get((record.channel, record.place)) or 0
-        serves = isinstance(record, Serve)
-        client = calls.next_client() if serves else calls.client_at(instance)
-        some = client or next(iter(self.net.clients_of(record.channel)), "")
-        transition = self.net.service(type(record), record.channel, some, instance)
-        if transition is None:
-            return Fault(f"service channel {record.channel!r} has no such port")
-        fault = self._at(record, transition)
-        if fault is None and client is None:
-            late = self.net.service(type(record), record.channel, None, instance)
-            if late is not None and self._fire_recorded(record, late) is None:
-                return None  # its client has given it up
-            return (
-                self._nobody_asks(record, calls)
-                if serves
-                else Fault(f"instance {instance} serves no request")
-            )
-        before = self.fired
-        fault = fault or self._fire_recorded(record, transition)
-        if fault is None:
-            note = calls.served if serves else calls.answered
-            note(instance, before)
-        return fault
-
-    def _nobody_asks(self, record: ServiceStep, calls: NamelessCalls, unclear: bool = False) -> Waiting:
-        outside = (
-            f"a program outside of the model asks {self.net.names_in_ros[record.channel]}, too, or a request "
-            "was sent again after a time-out"
-        )
-        return Waiting(
-            "no request of the model waits to be served",
-            self.net.asking_nodes(record.channel),
-            outside,
-            unclear,
-            unclear_if_stuck=calls.are_ambiguous,
-        )
-
-    def _at(self, record: Step, transition: int) -> Fault | None:
+    def at(self, record: Step, transition: int) -> Fault | None:
         """Refuse a port's step that another node or another place records, or with another change."""
         role = self.net.roles[self.net.net.transitions[transition]]
         if role.node != record.node:
@@ -536,8 +383,8 @@ _HANDLERS: Mapping[type[Record], Callable[..., Any]] = {
     Publish: Replay._publish,
     Take: Replay._take,
     Drop: Replay._drop,
-    GiveUp: Replay._give_up,
-    **dict.fromkeys((Request, Serve, Reply, Response), Replay._service),
+    GiveUp: lambda self, record: self.calls.give_up(record),
+    **dict.fromkeys((Request, Serve, Reply, Response), lambda self, record: self.calls.step(record)),
 }
 
 

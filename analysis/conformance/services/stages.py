@@ -65,12 +65,6 @@ class Before:
         first = min(self.replied, default=0)
         return Reply if number in self.replied or number < first else Request
 
-    @property
-    def answered(self) -> int:
-        """How many the server had answered."""
-        first = min(self.replied, default=1)
-        return first - 1 - sum(number < first for number in self.serving) + len(self.replied)
-
 
 class Stages:
     """The calls under way, and what goes on of those that were given up."""
@@ -101,6 +95,18 @@ class Stages:
     def has_begun_within(self, channel: str) -> bool:
         """Tell whether traces of a channel's clients begin within the run."""
         return any(known == channel for known, _ in self._before)
+
+    def ahead(self, channel: str, client: str, message: str) -> Stage | None:
+        """Return how far the server had come with a request that the client's trace is still to tell."""
+        before, number = self._before.get((channel, client)), _number(message)
+        if before is None or number <= before.requested or before.stage(number) is Request:
+            return None
+        return before.stage(number)
+
+    def is_over(self, channel: str, client: str, message: str) -> bool:
+        """Tell whether a call was over when the client's trace begins."""
+        before = self._before.get((channel, client))
+        return before is not None and before.is_over(_number(message))
 
     def message(self, record: ServiceStep, client: str) -> str:
         """Return which call a step is of: the oldest one that it can follow, where it does not say so."""

@@ -7,7 +7,9 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -35,11 +37,11 @@ from dineros.runtime.journal import JournalRecorder
 from dineros.transformations.flattening.split import split
 from tests.support.ovens import oven
 
-COMMON = settings(deadline=None, max_examples=20, suppress_health_check=list(HealthCheck))
+COMMON = settings(deadline=None, max_examples=6, suppress_health_check=list(HealthCheck))
 Traces = Mapping[str, Sequence[Record]]
 
 
-def run(model: sym.SystemModel, seed: int, seconds: float = 1.0, **options: int) -> dict[str, list[Record]]:
+def run(model: sym.SystemModel, seed: int, seconds: float = 0.5, **options: Any) -> dict[str, list[Record]]:
     """Return the traces of a run in simulated time."""
     with tempfile.TemporaryDirectory() as folder:
         recorder = partial(JournalRecorder, Path(folder), **options)
@@ -120,7 +122,7 @@ def _from_a_checkpoint(records: list[Record], seed: int) -> list[Record]:
     """Return the records from a header on that a checkpoint follows."""
     starts = [
         number
-        for number, (first, second) in enumerate(zip(records, records[1:], strict=False))
+        for number, (first, second) in enumerate(pairwise(records))
         if isinstance(first, Header) and isinstance(second, Checkpoint)
     ]
     return records[starts[seed % len(starts)] :]
@@ -129,7 +131,7 @@ def _from_a_checkpoint(records: list[Record], seed: int) -> list[Record]:
 Change = Callable[[list[Record]], list[Record] | None]
 
 
-def _changed(kind: type[Record], change: Callable[[Record], Sequence[Record]], which: int = 0) -> Change:
+def _changed(kind: type[Record], change: Callable[[Any], Sequence[Record]], which: int = 0) -> Change:
     """Return what puts other records in the place of one of a kind."""
 
     def changed(records: list[Record]) -> list[Record] | None:
@@ -200,7 +202,7 @@ MUTATIONS: dict[str, Change] = {
 
 @pytest.mark.parametrize("name", MUTATIONS)
 def test_changed_traces_are_refused(name: str) -> None:
-    model = oven(2, 5, outstanding=2, timeout=0.03, tells=True)
+    model = oven(2, 5, outstanding=2, timeout=0.01, tells=True)
     traces = run(model, seed=3)
     assert verdict_on(model, traces).status == "conforms"
     tried = 0

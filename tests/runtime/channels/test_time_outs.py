@@ -163,6 +163,7 @@ def test_a_time_out_waits_for_room() -> None:
     late = next(place for place in model.node.objects if place.id == "late")
     hear = next(each for each in model.node.objects if each.id == "hear")
     assert isinstance(late, rtm.Place)
+    assert isinstance(hear, sym.Transition)
     late.capacity = 1
     gate = sym.Place(id="gate", page=model.node)
     flow(gate, hear)
