@@ -70,6 +70,7 @@ FOLDERS = {
         "properties",
         "callbacks",
         "questions",
+        "checks",
         "suggestions",
         "evidence",
         "conformance",
