@@ -218,9 +218,6 @@ class R6Client(Rule):
         arc(instead, requests),
     ]
 
-    lhs = [service, client, late, load, sent, requests]
-    rhs = [*lhs, instead, *arcs]
-
 
 class R6Instance(Rule):
     """Each instance may serve a late request; nobody gets its answer."""
