@@ -16,6 +16,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dineros.analysis.conformance import Monitor, Verdict, conform
+from dineros.analysis.conformance.net import ConformanceNet
+from dineros.analysis.conformance.replay import Replay
 from dineros.analysis.model.subject import subject_of
 from dineros.analysis.nets.witness import replay
 from dineros.metamodel import sym
@@ -98,14 +100,20 @@ def test_runs_conform(model: sym.SystemModel, seed: int) -> None:
 def test_what_happens_in_a_run() -> None:
     """Requests are given up at every stage, late ones are served, and full histories lose some."""
     seen: Counter[str] = Counter()
-    for depth, outstanding, timeout in ((1, 2, 0.01), (2, 1, 0.02), (3, 3, 0.03)):
+    for depth, outstanding, timeout in ((2, 2, 0.008), (3, 2, 0.012)):
         model = oven(3, depth, outstanding=outstanding, timeout=timeout, tells=True)
-        names = verdict_on(model, run(model, seed=1)).sequence
-        seen.update(name.partition(".giveUp.")[2].partition("[")[0] for name in names if ".giveUp." in name)
-        seen.update("late" for name in names if ".late.call" in name)
-        seen.update("instead" for name in names if name.endswith(".instead"))
-        seen.update("lost" for _ in of(run(model, seed=1), Drop))
-    assert {"requests", "inUse", "late", "instead", "lost"} <= {name for name, count in seen.items() if count}
+        traces, net = run(model, seed=1), ConformanceNet(model)
+        in_time = Replay(net, firings=[])
+        for record in sorted(of(traces, Record), key=lambda record: record.time or 0.0):
+            assert in_time.step(record) is None, record
+        names = [net.net.transitions[transition] for transition in in_time.noted]
+        names += verdict_on(model, traces).sequence  # where clients give up as late as they can
+        for name in names:
+            seen[name.partition(".giveUp.")[2].partition("[")[0]] += 1
+            seen["late"] += ".late.call" in name
+            seen["instead"] += name.endswith(".instead")
+        seen["lost"] += len(of(traces, Drop))
+    assert min(seen[what] for what in ("requests", "inUse", "responses", "late", "instead", "lost")) > 0
 
 
 @given(ovens(), st.integers(0, 2**20))
