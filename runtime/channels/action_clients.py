@@ -12,6 +12,7 @@ import logging
 from collections import deque
 from dataclasses import dataclass
 
+from dineros.runtime.channels.clients import LONGEST_RESEND_DELAY, RESEND_DELAY
 from dineros.runtime.channels.goals import (
     CancelAnswered,
     ClientEvent,
@@ -22,7 +23,6 @@ from dineros.runtime.channels.goals import (
     GoalUnknown,
     goal_id,
 )
-from dineros.runtime.channels.services import LONGEST_RESEND_DELAY, RESEND_DELAY
 from dineros.runtime.channels.traffic import SendError, Traffic
 from dineros.runtime.channels.transport import action_transport
 from dineros.runtime.nets.ports import OUTCOMES, ActionClientPort, Data, Message, OutcomeKind
@@ -128,13 +128,13 @@ class ActionClient:
         """
         traffic, port, place = self._traffic, self.port, self.goal
         token = traffic.engine.oldest(place)
-        goal = GoalUnderWay(Message(goal_id(traffic.next_id(place)), token.data))
+        goal = GoalUnderWay(Message(goal_id(traffic.next_id(port.goal)), token.data))
         try:
             action_transport(traffic.joined).send_goal(port, goal.message)
         except Exception as error:
             raise SendError(f"cannot send a goal of {port.action}: {error}") from error
         traffic.engine.take(place)
-        traffic.count_sent(place)
+        traffic.count_sent(port.goal)
         self.goals[goal.message.id] = goal
         if len(self.goals) == port.outstanding:
             traffic.engine.hold_departure(self._departures[0])

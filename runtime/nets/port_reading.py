@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.callbacks.bodies import timers_of
 from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, pages
 from dineros.metamodel.matching import Quality, plain
@@ -102,6 +103,7 @@ class _PortReading:
             clients=tuple(self._clients),
             servers=tuple(self._server_ports),
             signals=tuple(plain_ports.SignalPort(s.id, label(s), bool(s.initial)) for s in node.signals),
+            timers=tuple(plain_ports.TimerPort(page.id, page.timer or 0.0) for page in timers_of(model)),
             action_clients=tuple(self._action_clients),
             action_servers=tuple(self._action_servers),
             place_types=dict(place_types),
@@ -125,12 +127,25 @@ class _PortReading:
                     )
                 )
             case rtm.ClientPort():
-                client = self._client(place, port.client, number)
                 asked, answered = (self._ids[self._places[at, number]] for at in (place, port.response))
-                self._clients.append(plain_ports.ClientPort(*common, port.service, client, asked, answered))
+                self._clients.append(
+                    plain_ports.ClientPort(
+                        *common,
+                        service=port.service,
+                        client=self._client(place, port.client, number),
+                        request=asked,
+                        response=answered,
+                        outstanding=port.outstanding,
+                        timeout=port.timeout,
+                        timed_out=self._at(port.timedOut, number),
+                    )
+                )
             case rtm.ServerPort():
                 ends = self._copies(place), self._copies(port.exit)
-                self._server_ports.append(plain_ports.ServerPort(*common, port.service, *ends))
+                asked_at_once = port.depth, port.outstanding
+                self._server_ports.append(
+                    plain_ports.ServerPort(*common, port.service, *ends, *asked_at_once)
+                )
             case rtm.ActionClientPort():
                 self._action_clients.append(self._action_client(common, place, port, number))
             case rtm.ActionServerPort():

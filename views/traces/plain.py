@@ -29,6 +29,7 @@ _WORDS = {
     "r": "reply",
     "a": "answer",
     "o": "late",
+    "g": "given up",
     "c": "asks to cancel",
     "x": "is to be canceled",
     "b": "feedback",

@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
-from dineros.metamodel.ros_names import resource_names
 from dineros.runtime.channels.transport import Answer, Receiver
 from dineros.runtime.nets.ports import (
     ActionPort,
@@ -34,8 +33,15 @@ from dineros.runtime.ros.channels.parameters import (
     subscriber_parameters,
 )
 from dineros.runtime.ros.channels.pausing import pausing_group
-from dineros.runtime.ros.channels.quality import SERVICE_DEPTH, LossCounter, service_quality, topic_quality
+from dineros.runtime.ros.channels.quality import (
+    SERVICE_DEPTH,
+    LossCounter,
+    overriding_options,
+    service_quality,
+    topic_quality,
+)
 from dineros.runtime.ros.channels.signals import RosSignals
+from dineros.runtime.ros.channels.timers import RosTimers
 from dineros.runtime.ros.conversion.codecs import Codecs
 from dineros.runtime.ros.conversion.messages import Codec
 from dineros.runtime.ros.process.session import LOG, RosError, Session
@@ -82,6 +88,7 @@ class RclpyTransport(GoalCarrier):
         self._entities: list[tuple[Callable[[Any], Any], Any]] = []
         self._clients: Clients | None = None
         self._signals: RosSignals | None = None
+        self._timers: RosTimers | None = None
         self._checks: dict[Port, Check | None] = {}
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
@@ -117,6 +124,7 @@ class RclpyTransport(GoalCarrier):
             self._add_subscriber(node, subscriber, codecs, receiver)
         self.open_goals(RosActions(node, receiver, timeout), ports, codecs)
         self._signals = RosSignals(node, ports.signals, receiver)
+        self._timers = self._own(RosTimers.close, RosTimers(node, ports.timers, receiver.ticked))
 
     def _own(self, destroy: Callable[[Any], Any], entity: Any) -> Any:
         self._entities.append((destroy, entity))
@@ -137,7 +145,7 @@ class RclpyTransport(GoalCarrier):
                     interface,
                     port.topic,
                     topic_quality(port),
-                    qos_overriding_options=_overridable(port.place),
+                    qos_overriding_options=overriding_options(port),
                 ),
             ),
         )
@@ -176,7 +184,7 @@ class RclpyTransport(GoalCarrier):
                     take,
                     topic_quality(port),
                     callback_group=group,
-                    qos_overriding_options=_overridable(port.place),
+                    qos_overriding_options=overriding_options(port),
                 ),
             ),
         )
@@ -264,8 +272,6 @@ class RclpyTransport(GoalCarrier):
         return cast("Listener", self._own(Listener.close, listener))
 
     def _add_server(self, node: Any, port: ServerPort, codecs: Codecs, receiver: Receiver) -> None:
-        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-
         interface, requests, responses = codecs.service(port)
         self._checks[port] = responses.check
 
@@ -276,7 +282,7 @@ class RclpyTransport(GoalCarrier):
             if self._is_open:
                 receiver.request_arrived(port, message, answer)
 
-        group, listener = MutuallyExclusiveCallbackGroup(), None
+        group, listener = pausing_group(lambda: receiver.is_open(port)), None
         if port.type is not None:
             service_name = node.resolve_service_name(port.service)
             listener = self._listen(
@@ -291,8 +297,8 @@ class RclpyTransport(GoalCarrier):
                 announced=lambda message, info, is_alone: None,
                 known=requested,
                 strange=requested,
+                group=group,
             )
-            group = listener.group
         service = self._own(
             node.destroy_service,
             _made(
@@ -301,11 +307,12 @@ class RclpyTransport(GoalCarrier):
                     interface,
                     port.service,
                     hand_on,
-                    qos_profile=service_quality(),
+                    qos_profile=service_quality(port.depth if self._has_histories else SERVICE_DEPTH),
                     callback_group=group,
                 ),
             ),
         )
+        group.entity = service
         send_response = service.send_response
 
         def keep(request: Any, header: Any) -> None:
@@ -348,6 +355,11 @@ class RclpyTransport(GoalCarrier):
     def _subscribers(self, port: PublisherPort) -> int:
         return int(self._publishers[port.channel, port.place].publisher.get_subscription_count())
 
+    def start_timers(self) -> None:
+        """Let the timers tick; before, the node could not have begun their callbacks."""
+        assert self._timers is not None
+        self._timers.start()
+
     def publish(self, port: PublisherPort, message: Message) -> bool:
         """Publish a message; ROS overwrites the oldest of a full queue, and the subscribers see the gap."""
         outlet = self._publishers[port.channel, port.place]
@@ -371,6 +383,11 @@ class RclpyTransport(GoalCarrier):
         assert self._clients is not None
         self._clients.request(port, message)
 
+    def forget(self, port: ClientPort, message_id: str) -> None:
+        """Wait for the response to a request no longer."""
+        assert self._clients is not None
+        self._clients.forget(port, message_id)
+
     def check(self, port: Port, part: str = "") -> Check | None:
         """Return what raises for data outside the ranges of the ROS fields that it is mapped to."""
         if isinstance(port, ActionPort):
@@ -389,13 +406,6 @@ class RclpyTransport(GoalCarrier):
             destroy(entity)
         self._entities.clear()
         self._publishers.clear()
-
-
-def _overridable(place: str) -> Any:
-    """Let parameters such as ``qos_overrides.TOPIC.publisher_PLACE.depth`` change the quality of service."""
-    from rclpy.qos_overriding_options import QoSOverridingOptions
-
-    return QoSOverridingOptions.with_default_policies(entity_id=resource_names([place])[place])
 
 
 def _made(name: str, make: Callable[[], Any]) -> Any:

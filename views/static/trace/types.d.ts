@@ -118,7 +118,10 @@ export interface Call {
   serve?: number;
   reply?: number;
   response?: number;
+  givenUp?: number;
   instance?: number;
+  /** Calls that overlap have different levels, from 0. */
+  level: number;
   /** When the client asked to cancel the goal, and when the server heard of it. */
   cancels: number[];
   canceling?: number;
@@ -134,6 +137,8 @@ export interface FilledLane extends Lane {
   at: number[];
   marks: Mark[];
   calls: Call[];
+  /** Of each level, the last call. */
+  levels: Call[];
   /** Only the other trace has it. */
   absent?: boolean;
 }
