@@ -122,10 +122,10 @@ class Client:
         """
         traffic, port, place = self._traffic, self.port, self.request
         token = traffic.engine.oldest(place)
-        call = Call(Message(traffic.next_id(place), token.data), traffic.loop.clock())
+        call = Call(Message(traffic.next_id(port.request), token.data), traffic.loop.clock())
         self._ask(call)
         traffic.engine.take(place)
-        traffic.count_sent(place)
+        traffic.count_sent(port.request)
         self.calls[call.message.id] = call
         self._hold_or_not()
         self._patience(call)
@@ -183,7 +183,9 @@ class Client:
         )
         delay = min(LONGEST_RESEND_DELAY, RESEND_DELAY * 2.0 ** min(call.attempts - 1, 30))
         call.attempts += 1
-        call.resending = self._traffic.loop.timers.call_later(delay, lambda: self._ask_again(call))
+        # In real time, also where a simulation stands still: what was lost is no matter of its time.
+        steady_timers = self._traffic.loop.steady_timers
+        call.resending = steady_timers.call_later(delay, lambda: self._ask_again(call))
 
     def _ask_again(self, call: Call) -> None:
         call.resending = None
