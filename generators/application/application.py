@@ -101,7 +101,7 @@ class Port:
     limit : int or None
         QoS depth.
     quality : str
-        The depth and all else that is said of its queue, in words.
+        The depth and all else that is said of its queue, or of how a client asks, in words.
     overrides : tuple of (str, str or int)
         The same as values of the parameters that override them: what ROS calls each policy -> its value.
     type : str

@@ -288,6 +288,7 @@ def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
                     other=other,
                     client=port.client,
                     service=service,
+                    quality=client_words(port),
                 )
             case rtm.ServerPort():
                 yield Port(
@@ -298,7 +299,17 @@ def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
                     port.type or _service(port.channel, interfaces),
                     other=port.exit.id,
                     instances=port.instances,
+                    quality=f"limit {port.depth}" if part.middleware == sym.Middleware.ros2 else "",
                 )
+
+
+def client_words(port: rtm.ClientPort) -> str:
+    """Return what a client says of how it asks: ``3 requests under way, gives up after 5 s: Late``."""
+    words = [f"{port.outstanding} requests under way"] if port.outstanding > 1 else []
+    if port.timeout is not None:
+        told = f": {port.timedOut.id}" if port.timedOut is not None else ""
+        words.append(f"gives up after {port.timeout:g} s{told}")
+    return ", ".join(words)
 
 
 def quality_words(port: rtm.PublisherPort | rtm.SubscriberPort, middleware: sym.Middleware) -> str:

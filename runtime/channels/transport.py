@@ -35,14 +35,17 @@ class Receiver(Protocol):
     def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
         """Take a message of a topic; `lost` messages are missing just before it."""
 
-    def is_open(self, port: SubscriberPort) -> bool:
-        """Return whether the node takes a message of a topic now.
+    def is_open(self, port: SubscriberPort | ServerPort) -> bool:
+        """Return whether the node takes a message of a topic, or a request, now.
 
-        Where it does not, the message stays in the middleware, whose history loses the oldest.
+        Where it does not, it stays in the middleware, whose history loses the oldest.
         """
 
     def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Take a request. One that comes again is served once; every `answer` given for it is called."""
+
+    def requests_wait(self, port: ServerPort) -> None:
+        """Learn that a transport which is `Keeping` has requests, or has lost some."""
 
     def response_arrived(self, port: ClientPort, message: Message) -> None:
         """Take the response to the request of this id; one that nobody waits for (any more) is ignored."""
@@ -115,6 +118,25 @@ class Ticking(Protocol):
         """Tell the receiver of each tick from now on, the first one after a period; once, when it is open."""
 
 
+@runtime_checkable
+class Keeping(Protocol):
+    """A transport that keeps requests until the node takes them: on the thread of the node's loop."""
+
+    def take_request(self, port: ServerPort) -> tuple[Message, Answer] | None:
+        """Return the oldest request of a service, and what sends its response; None: there is none."""
+
+    def lost_requests(self, port: ServerPort) -> list[str]:
+        """Return the ids of the requests that the full history has lost since this was asked last."""
+
+
+@runtime_checkable
+class Forgetting(Protocol):
+    """A transport that keeps something of each request until its response is there."""
+
+    def forget(self, port: ClientPort, message_id: str) -> object:
+        """Learn that the node waits no longer for the response to a request."""
+
+
 class Transport(Protocol):
     """What a node calls, from the thread of its loop."""
 
@@ -129,7 +151,10 @@ class Transport(Protocol):
         """
 
     def request(self, port: ClientPort, message: Message) -> None:
-        """Send a request. The node has one under way per client and sends it again after a time-out."""
+        """Send a request, once more if it was sent before: the node does so after a time-out.
+
+        The node has as many under way per client as `ClientPort.outstanding` says.
+        """
 
     def close(self) -> None:
         """Leave the channels; when it returns, the receiver is called no more."""

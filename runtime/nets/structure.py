@@ -91,6 +91,10 @@ class Structure:
     ports: ports.Ports
 
 
+_Common = tuple[str, str | None, tuple[ports.FieldMapping, ...]]
+"""Channel, existing interface and mappings of a port."""
+
+
 class _Instance(NamedTuple):
     """A server instance: the port's channel, the number, the page it copies."""
 
@@ -307,10 +311,11 @@ class _Reading:
                     quality = (_quality(port, common[1]), port.dispatcherLimit)
                     subscribers.append(ports.SubscriberPort(*common, *ends, *quality))
                 elif isinstance(port, rtm.ClientPort):
-                    clients.append(ports.ClientPort(*common, port.service, *self._client(port, number)))
+                    clients.append(self._client(port, number, common))
                 elif isinstance(port, rtm.ServerPort):
                     entries, exits = self._copies(place), self._copies(port.exit)
-                    servers.append(ports.ServerPort(*common, port.service, entries, exits))
+                    asked = (port.depth, port.outstanding)
+                    servers.append(ports.ServerPort(*common, port.service, entries, exits, *asked))
         return ports.Ports(
             model=model.systemModel,
             node=node.id,
@@ -344,16 +349,22 @@ class _Reading:
                 types[place.id] = types[self.place_ids[index]] = type_
         return types
 
-    def _client(self, port: rtm.ClientPort, number: int) -> tuple[str, str, str]:
-        """Return id and places of a client; those of a server instance where it has a number."""
-        request = port.eContainer()
+    def _client(self, port: rtm.ClientPort, number: int, common: _Common) -> ports.ClientPort:
+        """Return a client; that of a server instance where it has a number."""
+        request, client = port.eContainer(), port.client
         assert isinstance(request, rtm.Place)
         if number:
-            channel = self.servers[self.prototypes[request]].channel
-            ends = (self.places[place, number] for place in (request, port.response))
-            asked, answered = (self.place_ids[end] for end in ends)
-            return copy_id(channel, number, port.client), asked, answered
-        return port.client, request.id, port.response.id
+            client = copy_id(self.servers[self.prototypes[request]].channel, number, client)
+        return ports.ClientPort(
+            *common,
+            service=port.service,
+            client=client,
+            request=self.place_ids[self.places[request, number]],
+            response=self.place_ids[self.places[port.response, number]],
+            outstanding=port.outstanding,
+            timeout=port.timeout,
+            timed_out=None if port.timedOut is None else self.place_ids[self.places[port.timedOut, number]],
+        )
 
     def _copies(self, place: pn.Node) -> tuple[str, ...]:
         return tuple(self.place_ids[index] for (node, _), index in self.places.items() if node is place)

@@ -262,6 +262,7 @@ class Core:
             requests={},
             serving={},
             responses={},
+            kept_responses={},
             aside={
                 structure.transitions[transition]: {
                     structure.places[place]: sorted(ids) for place, ids in by_place.items()

@@ -353,13 +353,17 @@ class Runner:
         """Let a message of a topic wait for the loop."""
         self._arrivals.arrived(port, message, lost)
 
-    def is_open(self, port: SubscriberPort) -> bool:
-        """Return whether a message of a topic is taken now."""
+    def is_open(self, port: SubscriberPort | ServerPort) -> bool:
+        """Return whether a message of a topic, or a request, is taken now."""
         return self._arrivals.is_open(port)
 
     def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Have a request served."""
-        self._post(lambda: self.exchange.requested(port, message, answer))
+        self._arrivals.requested(port, message, answer)
+
+    def requests_wait(self, port: ServerPort) -> None:
+        """Have requests taken that the transport keeps."""
+        self._post(lambda: self.exchange.serve(port))
 
     def response_arrived(self, port: ClientPort, message: Message) -> None:
         """Have a response put on its place."""

@@ -267,8 +267,6 @@ class RclpyTransport:
         return cast("Listener", self._own(Listener.close, listener))
 
     def _add_server(self, node: Any, port: ServerPort, codecs: Codecs, receiver: Receiver) -> None:
-        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-
         interface, requests, responses = codecs.service(port)
         self._checks[port] = responses.check
 
@@ -279,7 +277,7 @@ class RclpyTransport:
             if self._is_open:
                 receiver.request_arrived(port, message, answer)
 
-        group, listener = MutuallyExclusiveCallbackGroup(), None
+        group, listener = pausing_group(lambda: receiver.is_open(port)), None
         if port.type is not None:
             service_name = node.resolve_service_name(port.service)
             listener = self._listen(
@@ -294,8 +292,8 @@ class RclpyTransport:
                 announced=lambda message, info, is_alone: None,
                 known=requested,
                 strange=requested,
+                group=group,
             )
-            group = listener.group
         service = self._own(
             node.destroy_service,
             _made(
@@ -304,11 +302,12 @@ class RclpyTransport:
                     interface,
                     port.service,
                     hand_on,
-                    qos_profile=service_quality(),
+                    qos_profile=service_quality(port.depth if self._has_histories else SERVICE_DEPTH),
                     callback_group=group,
                 ),
             ),
         )
+        group.entity = service
         send_response = service.send_response
 
         def keep(request: Any, header: Any) -> None:
@@ -378,6 +377,11 @@ class RclpyTransport:
         """Ask a service, as soon as it is there; a time-out is told to the receiver."""
         assert self._clients is not None
         self._clients.request(port, message)
+
+    def forget(self, port: ClientPort, message_id: str) -> None:
+        """Wait for the response to a request no longer."""
+        assert self._clients is not None
+        self._clients.forget(port, message_id)
 
     def check(self, port: Port) -> Check | None:
         """Return what raises for data outside the ranges of the ROS fields that it is mapped to."""
