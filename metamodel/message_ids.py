@@ -110,6 +110,11 @@ class Numbers:
         if self._limit is not None and len(firsts) > self._limit:
             del firsts[0], lasts[0]
 
+    @property
+    def highest(self) -> int:
+        """The highest number; 0: there is none."""
+        return self._lasts[-1] if self._lasts else 0
+
     def ranges(self) -> list[tuple[int, int]]:
         """Return first and last number of each range, in order."""
         return list(zip(self._firsts, self._lasts, strict=True))
