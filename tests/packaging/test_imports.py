@@ -70,6 +70,8 @@ FOLDERS = {
         "properties",
         "callbacks",
         "questions",
+        "requirements",
+        "checks",
         "suggestions",
         "evidence",
         "conformance",
