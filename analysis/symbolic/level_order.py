@@ -49,7 +49,7 @@ LEAST_GOOD_EFFORT = 50_000
 #: A net whose local states are more than so many times those of its smallest instance is tried there first.
 WIDE = 4
 #: But where there are so few of them, the first order is tried with what a race costs.
-FEW_STATES = 400
+FEW_STATES = 200
 RACE_EFFORT = 16_000
 #: Work of a climb after which another one begins, how many there are, and how many times the largest marking
 #: is larger in the instance that decides between them.
