@@ -245,7 +245,7 @@ def cluster() -> Iterator[str]:
     """Yield the address of a Dask scheduler with two workers on this machine."""
     from distributed import LocalCluster
 
-    with LocalCluster(  # type: ignore[no-untyped-call]
+    with LocalCluster(
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50
     ) as started:
         yield str(started.scheduler_address)
