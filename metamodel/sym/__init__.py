@@ -1523,7 +1523,8 @@ class CallbackPage(pn.Page):
     kind : CallbackKind
         What calls it.
     group : CallbackGroup | None
-        Its callback group.
+        Its callback group; absent: that of the node, which is exclusive. A client callback that names
+        none is in none.
     timer : float | None
         Period of a timer callback.
     priority : int
