@@ -8,8 +8,10 @@ from typing import TypeVar, cast
 
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.message_ids import Senders
+from dineros.metamodel.records.schema import requests_of
 from dineros.metamodel.token_data import Value
-from dineros.runtime.channels.services import Client, Instance, Server
+from dineros.runtime.channels.clients import Client
+from dineros.runtime.channels.services import Instance, Server
 from dineros.runtime.channels.topics import Publisher, Subscriber, Writer
 from dineros.runtime.channels.traffic import SendError, Traffic
 from dineros.runtime.channels.transport import Answer, Transport, check_of
@@ -87,7 +89,8 @@ class Exchange:
         }
         self._clients: dict[ClientPort, Client] = {}
         for departure, client in enumerate(ports.clients, len(self._publishers)):
-            ends = places[client.request], places[client.response]
+            told = None if client.timed_out is None else places[client.timed_out]
+            ends = places[client.request], places[client.response], told
             self._clients[client] = Client(traffic, client, ends, departure, request_timeout)
         self._servers = {port: Server(traffic, port) for port in ports.servers}
         self._instances: list[Instance] = []
@@ -128,10 +131,7 @@ class Exchange:
         for departure in range(len(self._publishers)):
             self._engine.unhold_departure(departure)
         for client in self._clients.values():
-            if client.pending is None:
-                self._engine.unhold_departure(client.departure)
-            else:
-                client.ask_again()
+            client.begin()
 
     def _send_again(self, writer: Writer) -> None:
         try:
@@ -139,7 +139,7 @@ class Exchange:
         except SendError as error:
             LOG.error("%s", error, exc_info=error.__cause__)
             self._traffic.tell_error(str(error), "retry")
-            self._loop.timers.call_later(RETRY_DELAY, lambda: self._send_again(writer))
+            self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._send_again(writer))
 
     def checks(self, transport: Transport) -> dict[int, Check]:
         """Return what checks the data that comes onto places whose tokens are sent: place -> check."""
@@ -167,7 +167,7 @@ class Exchange:
         LOG.error("%s", error, exc_info=error.__cause__)
         self._traffic.tell_error(str(error), "retry")
         self._engine.hold_departure(number)
-        self._loop.timers.call_later(RETRY_DELAY, lambda: self._engine.unhold_departure(number))
+        self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._engine.unhold_departure(number))
 
     def place_of(self, port: SubscriberPort) -> int:
         """Return the place that the messages of a port come to."""
@@ -177,11 +177,19 @@ class Exchange:
         """Return whether the place of a port has room for a message; from any thread."""
         return self._engine.has_room(self._subscribers[port].place)
 
+    def is_open(self, port: ServerPort, arriving: int) -> bool:
+        """Return whether a request is taken now, besides some that arrive; from any thread."""
+        return self._servers[port].is_open(arriving)
+
+    def serve(self, port: ServerPort) -> None:
+        """Take requests that a transport keeps."""
+        self._servers[port].serve()
+
     def let_in(self, places: Collection[int]) -> bool:
-        """Take responses and requests that wait for room on some places; return whether there were any."""
+        """Take what waits for room on some places; return whether there was anything."""
         before = self._engine.next_token
         for client in self._clients.values():
-            if client.response in places:
+            if client.response in places or client.timed_out in places:
                 client.let_in()
         for instance in self._instances:
             if instance.entry in places:
@@ -241,12 +249,16 @@ class Exchange:
                 checkpoint["seen"][f"{port.channel}/{port.place}"] = seen
             if apart:
                 checkpoint["seen_apart"][f"{port.channel}/{port.place}"] = apart
+        now = self._loop.clock()
         checkpoint["requests"] = {
-            f"{port.channel}/{port.client}": PendingRequest(
-                message=client.pending.id, data=_plain(client.pending.data), attempts=client.attempts
-            )
+            f"{port.channel}/{port.client}": [
+                PendingRequest(
+                    message=id, data=_plain(call.message.data), attempts=call.attempts, age=now - call.asked
+                )
+                for id, call in client.calls.items()
+            ]
             for port, client in self._clients.items()
-            if client.pending is not None
+            if client.calls
         }
         checkpoint["serving"] = {
             places[instance.entry]: instance.message
@@ -254,9 +266,16 @@ class Exchange:
             if instance.message is not None
         }
         checkpoint["responses"] = {
-            port.channel: {kept.id: _plain(kept.data) for kept in server.responses.values()}
+            port.channel: {
+                id: _plain(kept.data)
+                for responses in server.responses.values()
+                for id, kept in responses.items()
+            }
             for port, server in self._servers.items()
             if server.responses
+        }
+        checkpoint["kept_responses"] = {
+            port.channel: server.kept for port, server in self._servers.items() if server.kept > 1
         }
 
     def restore(self, checkpoint: Checkpoint) -> None:
@@ -287,10 +306,11 @@ class Exchange:
         for key, missing in checkpoint.get("missing", {}).items():
             _known(subscribers, key, "subscriber").missing = missing
         clients = {f"{port.channel}/{port.client}": each for port, each in self._clients.items()}
-        for key, request in checkpoint["requests"].items():
+        for key, requests in checkpoint["requests"].items():
             client = _known(clients, key, "client")
-            client.pending = Message(request["message"], request["data"])
-            client.attempts = request["attempts"]
+            for request in requests_of(requests):
+                pending = Message(request["message"], request["data"])
+                client.restore(pending, request["attempts"], request["age"])
         instances = {places[instance.entry]: instance for instance in self._instances}
         for entry, message in checkpoint["serving"].items():
             instance = _known(instances, entry, "server instance at")
