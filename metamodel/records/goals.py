@@ -106,11 +106,21 @@ class Hear(GoalStep):
 
 @dataclass(frozen=True, kw_only=True)
 class Finish(GoalStep):
-    """A goal ends: the server's token leaves as its result."""
+    """A goal ends: the server's token leaves as its result.
+
+    Attributes
+    ----------
+    outcome : {"succeeded", "aborted", "canceled"}
+        How it ends.
+    unheeded : int or None
+        Id of the token by which the work was to learn that the goal is to be canceled, and which goes with
+        it; None: there is none left. Only in runs.
+    """
 
     event = "finish"
 
     outcome: OutcomeKind
+    unheeded: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,6 +156,16 @@ class TooLate(Record):
 
 
 GOAL_EVENTS: tuple[type[Record], ...] = (
-    *(Goal, Accept, Accepted, Reject, Cancel, Canceling, TooLate, Feedback, Hear, Finish, Outcome),
+    Goal,
+    Accept,
+    Accepted,
+    Reject,
+    Cancel,
+    Canceling,
+    TooLate,
+    Feedback,
+    Hear,
+    Finish,
+    Outcome,
 )
 """The classes of these records."""

@@ -293,29 +293,28 @@ class Stop(Record):
     reason: str | None = None
 
 
-EVENTS: dict[str, type[Record]] = {
-    kind.event: kind
-    for kind in (
-        Header,
-        Start,
-        Checkpoint,
-        Fire,
-        Signal,
-        Publish,
-        Take,
-        Drop,
-        Request,
-        Serve,
-        Reply,
-        Response,
-        GiveUp,
-        *GOAL_EVENTS,
-        Transfer,
-        Timeout,
-        Error,
-        Aside,
-        Release,
-        Stop,
-    )
-}
+_KINDS: tuple[type[Record], ...] = (
+    Header,
+    Start,
+    Checkpoint,
+    Fire,
+    Signal,
+    Publish,
+    Take,
+    Drop,
+    Request,
+    Serve,
+    Reply,
+    Response,
+    GiveUp,
+    *GOAL_EVENTS,
+    Transfer,
+    Timeout,
+    Error,
+    Aside,
+    Release,
+    Stop,
+)
+
+EVENTS: dict[str, type[Record]] = {kind.event: kind for kind in _KINDS}
 """Class of the records of each event."""
