@@ -16,6 +16,7 @@ from dineros.analysis.checks.clauses import Clauses
 from dineros.analysis.checks.goals import Goals
 from dineros.analysis.checks.matching import Matching
 from dineros.analysis.checks.overflow import Overflow
+from dineros.analysis.checks.properties import Properties
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.repetition import Repetition
 from dineros.analysis.checks.unused import Use
@@ -56,14 +57,14 @@ def check(
     work = None if at_any_cost else CHEAP
     checked = Checked(model, report, budget.begun(), work, orders)
     for question in QUESTIONS if questions is None else questions:
+        if checked.is_closed and question.needs_space:
+            continue
         checked.budget.stage(question.asks)
         try:
             checked.budget.check_time()
             question.ask(checked)
         except BudgetExceededError as limit:
             question.leave_open(checked, str(limit))
-        if checked.is_closed:
-            break
     return report
 
 
@@ -77,6 +78,7 @@ QUESTIONS: tuple[Question, ...] = (
     Callbacks(),
     Goals(),
     Repetition(),
+    Properties(),
 )
 """All questions, in the order they are asked."""
 

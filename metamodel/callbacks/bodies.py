@@ -24,7 +24,7 @@ from collections.abc import Collection, Iterator
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import answers
-from dineros.metamodel.elements import resolve
+from dineros.metamodel.elements import pages, resolve
 
 
 def calls_of(net: EObject | None) -> list[tuple[pn.Place, pn.Place]]:
@@ -43,6 +43,12 @@ def calls_of(net: EObject | None) -> list[tuple[pn.Place, pn.Place]]:
         goals = [(place, port) for place, port in ports if isinstance(port, rtm.ActionClientPort)]
         return [*calls, *((place, answer) for place, port in goals for answer in answers(port))]
     return []
+
+
+def timers_of(net: pn.Net) -> list[sym.CallbackPage]:
+    """Return the callbacks of timers with a period, in model order."""
+    found = [page for page in pages(net) if isinstance(page, sym.CallbackPage)]
+    return [page for page in found if page.kind == sym.CallbackKind.timer and page.timer]
 
 
 def _goals(net: sym.SystemModel) -> list[tuple[pn.Place, pn.Place]]:

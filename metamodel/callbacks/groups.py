@@ -47,16 +47,6 @@ def holds_thread(page: sym.CallbackPage) -> bool:
     return not (works_on_goals(page) and page.awaits)
 
 
-def group_of(asking: Asking) -> sym.CallbackGroup | None:
-    """Return the group of a callback or a client; None stands for the node's own, which is exclusive.
-
-    A response's callback that names no group is in that of the client whose response it is.
-    """
-    if asking.group is None and isinstance(asking, sym.CallbackPage):
-        return next((client.group for client in answered_on(asking)), None)
-    return asking.group
-
-
 def answered_on(page: sym.CallbackPage) -> list[sym.ClientPort | sym.ActionClientPort]:
     """Return the clients whose responses, results or feedback begin the callback of a page."""
     called: list[sym.ClientPort | sym.ActionClientPort] = [
@@ -131,9 +121,15 @@ def is_awaited(client: sym.ClientPort) -> bool:
 def group_or_node(asking: Asking) -> EObject | None:
     """Return the callback group of a callback or a client, or the node net whose own group it is in.
 
-    That of a goal's page takes goals and requests to cancel; what works on a goal does not wait for it.
+    What a response, a result or feedback begins is in no group where it names none: its executor runs
+    the callbacks of a future as tasks of their own (`rclpy.task.Future.add_done_callback`). That of a goal's
+    page takes goals and requests to cancel; what works on a goal does not wait for it.
     """
-    return group_of(asking) or node_net_of(place_of(asking))
+    if asking.group is not None:
+        return asking.group
+    if isinstance(asking, sym.CallbackPage) and asking.kind == sym.CallbackKind.client:
+        return None
+    return node_net_of(place_of(asking))
 
 
 def place_of(asking: Asking) -> EObject:

@@ -40,6 +40,7 @@ __all__ = [
     "ActionChannel",
     "ActionClientPort",
     "ActionServerPort",
+    "Assumption",
     "BalloonToken",
     "CallbackGroup",
     "CallbackGroupKind",
@@ -50,8 +51,10 @@ __all__ = [
     "Disjunction",
     "Dispatcher",
     "Durability",
+    "ExclusiveSignals",
     "Execution",
     "Executor",
+    "Fairness",
     "FieldKind",
     "FieldMapping",
     "InputClause",
@@ -63,11 +66,14 @@ __all__ = [
     "NodeNet",
     "Place",
     "PlaceKind",
+    "Property",
+    "PropertyLanguage",
     "PublisherPort",
     "QualityOfService",
     "Reliability",
     "ServerPort",
     "ServiceChannel",
+    "SignalVariant",
     "SubscriberPort",
     "SystemModel",
     "TokenField",
@@ -204,6 +210,28 @@ if TYPE_CHECKING:
         feedback: ClassVar[MessagePart]
         """Feedback of an action."""
 
+    class PropertyLanguage(EnumLiteral):
+        """What a property is written in."""
+
+        words: ClassVar[PropertyLanguage]
+        """A pattern in words, such as never or leads to."""
+        ltl: ClassVar[PropertyLanguage]
+        """Linear temporal logic."""
+        ctl: ClassVar[PropertyLanguage]
+        """Branching temporal logic."""
+
+    class SignalVariant(EnumLiteral):
+        """What of the input signals is in the net that is asked."""
+
+        none: ClassVar[SignalVariant]
+        """Nothing."""
+        fullyEnabled: ClassVar[SignalVariant]
+        """Each signal, changed one at a time."""
+        inputEnabled: ClassVar[SignalVariant]
+        """Each signal, tested by the transitions."""
+        ioEnabled: ClassVar[SignalVariant]
+        """Changes of signals together with what tests them."""
+
 else:
     Executor = enumeration(
         "Executor",
@@ -301,6 +329,23 @@ else:
             "goal",
             "result",
             "feedback",
+        ],
+    )
+    PropertyLanguage = enumeration(
+        "PropertyLanguage",
+        [
+            "words",
+            "ltl",
+            "ctl",
+        ],
+    )
+    SignalVariant = enumeration(
+        "SignalVariant",
+        [
+            "none",
+            "fullyEnabled",
+            "inputEnabled",
+            "ioEnabled",
         ],
     )
 
@@ -1209,6 +1254,88 @@ class SubscriberPort(TopicPort):
         )
 
 
+class Property(pn.Element):
+    """What is asked of a model, and what is expected.
+
+    Attributes
+    ----------
+    text : str
+        The pattern or the formula.
+    language : PropertyLanguage
+        What the text is written in.
+    signals : SignalVariant
+        What of the signals is in the net that is asked.
+    expected : bool
+        Whether it is to hold.
+    """
+
+    text: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    language: PropertyLanguage = Ecore.EAttribute(
+        eType=PropertyLanguage, default_value=PropertyLanguage.words
+    )
+    signals: SignalVariant = Ecore.EAttribute(eType=SignalVariant, default_value=SignalVariant.none)
+    expected: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=True)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        text: str | None = None,
+        language: PropertyLanguage | str | None = None,
+        signals: SignalVariant | str | None = None,
+        expected: bool | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "text": text,
+                "language": language,
+                "signals": signals,
+                "expected": expected,
+            },
+            unknown,
+        )
+
+
+@Ecore.abstract
+class Assumption(pn.Element):
+    """What all properties of a model may rely on."""
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+            },
+            unknown,
+        )
+
+
 class SystemModel(pn.Net):
     """The whole application: node nets on pages, joined by channels.
 
@@ -1222,12 +1349,18 @@ class SystemModel(pn.Net):
         Topics, services and actions, in order.
     middleware : Middleware
         The rules that flatten it.
+    properties : ModelList[Property]
+        What is asked of it, in order.
+    assumptions : ModelList[Assumption]
+        What its properties may rely on.
     """
 
     tokenType: TokenType | None = Ecore.EReference(containment=True)
     otherTokenTypes: ModelList[TokenType] = Ecore.EReference(containment=True, upper=-1)
     channels: ModelList[Channel] = Ecore.EReference(containment=True, upper=-1)
     middleware: Middleware = Ecore.EAttribute(eType=Middleware, default_value=Middleware.ros1)
+    properties: ModelList[Property] = Ecore.EReference(containment=True, upper=-1)
+    assumptions: ModelList[Assumption] = Ecore.EReference(containment=True, upper=-1)
 
     def __init__(
         self,
@@ -1242,6 +1375,8 @@ class SystemModel(pn.Net):
         otherTokenTypes: Iterable[TokenType] | None = None,
         channels: Iterable[Channel] | None = None,
         middleware: Middleware | str | None = None,
+        properties: Iterable[Property] | None = None,
+        assumptions: Iterable[Assumption] | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1258,6 +1393,8 @@ class SystemModel(pn.Net):
                 "otherTokenTypes": otherTokenTypes,
                 "channels": channels,
                 "middleware": middleware,
+                "properties": properties,
+                "assumptions": assumptions,
             },
             unknown,
         )
@@ -1459,6 +1596,85 @@ class ActionChannel(Channel):
         )
 
 
+class Fairness(Assumption):
+    """No run neglects these transitions for ever.
+
+    Attributes
+    ----------
+    of : str
+        A transition, all, signals, node:ID or all-but:T1,T2.
+    strong : bool
+        Whether those that are enabled again and again must fire, not only those enabled all the time.
+    """
+
+    of: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    strong: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        of: str | None = None,
+        strong: bool | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "of": of,
+                "strong": strong,
+            },
+            unknown,
+        )
+
+
+class ExclusiveSignals(Assumption):
+    """These signals are never true together.
+
+    Attributes
+    ----------
+    signals : ModelList[InputSignal]
+        The signals, two or more.
+    """
+
+    signals: ModelList[InputSignal] = Ecore.EReference(upper=-1)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        signals: Iterable[InputSignal] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "signals": signals,
+            },
+            unknown,
+        )
+
+
 class NodeNet(pn.Page):
     """A page that is exactly one ROS node (paper, Sect. 5.1).
 
@@ -1542,7 +1758,8 @@ class CallbackPage(pn.Page):
     kind : CallbackKind
         What calls it.
     group : CallbackGroup | None
-        Its callback group.
+        Its callback group; absent: that of the node, which is exclusive. A client callback that names
+        none is in none.
     timer : float | None
         Period of a timer callback.
     priority : int
@@ -1757,6 +1974,8 @@ resolve_references(
         (SystemModel.tokenType, TokenType),
         (SystemModel.otherTokenTypes, TokenType),
         (SystemModel.channels, Channel),
+        (SystemModel.properties, Property),
+        (SystemModel.assumptions, Assumption),
         (TopicChannel.qos, QualityOfService),
         (TopicChannel.publishers, PublisherPort),
         (TopicChannel.subscribers, SubscriberPort),
@@ -1765,6 +1984,7 @@ resolve_references(
         (ServiceChannel.clients, ClientPort),
         (ActionChannel.server, ActionServerPort),
         (ActionChannel.clients, ActionClientPort),
+        (ExclusiveSignals.signals, InputSignal),
         (NodeNet.signals, InputSignal),
         (NodeNet.callbackGroups, CallbackGroup),
         (CallbackPage.group, CallbackGroup),
@@ -1802,6 +2022,8 @@ for _enumeration in (
     Liveliness,
     Execution,
     MessagePart,
+    PropertyLanguage,
+    SignalVariant,
 ):
     eClassifiers[_enumeration.name] = _enumeration
     eClass.eClassifiers.append(_enumeration)

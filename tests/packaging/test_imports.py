@@ -70,6 +70,7 @@ FOLDERS = {
         "properties",
         "callbacks",
         "questions",
+        "requirements",
         "checks",
         "suggestions",
         "evidence",

@@ -101,16 +101,10 @@ class ExecutorInterpreter(Interpreter):
         asking: sym.CallbackPage | sym.ClientPort | sym.ActionClientPort,
         node: sym.NodeNet,
     ) -> object:
-        """Return what has only one callback at a time; None where a group is reentrant."""
+        """Return what has only one callback at a time; None where a group is reentrant, or there is none."""
         named = asking.group
         if named is None and isinstance(asking, sym.CallbackPage) and str(asking.kind) == "client":
-            asked = [c.group for _, c in self._ports if _comes_anew(c, asking)]
-            for action in self._actions:
-                for client in action.clients:
-                    heard = [*_told(client), client.feedback]
-                    if any(p and _page_of(p) is asking is not _page_of(client.goal) for p in heard):
-                        asked.append(client.group)
-            named = next(iter(asked), None)
+            return None  # a task of the executor, as rclpy has it
         if named is None:
             return node
         return named if str(named.kind) == "exclusive" else None
