@@ -33,8 +33,8 @@ class Meaning:
     part : str
         What it is there: ``load``, ``capacity``, ``enter``, ``leave`` or ``drop`` of a queue; ``threads``,
         ``lock``, ``running`` or ``awaiting`` of an executor; ``idle``, ``due`` or ``tick`` of a timer;
-        ``idle slot``, ``executing``, ``asked``, ``canceling``, ``waits``, ``works``, ``ask``, ``nothing``,
-        ``reject``, ``refuse``, ``end``, ``too late``, ``unheeded`` or ``result`` of goals.
+        ``idle slot``, ``executing``, ``asked``, ``canceling``, ``waits``, ``works``, ``over``, ``ask``,
+        ``nothing``, ``reject``, ``refuse``, ``end``, ``too late``, ``unheeded`` or ``result`` of goals.
     value : bool or None
         The value of a signal that it stands for.
     rests : bool
