@@ -20,6 +20,7 @@ from dineros.transformations.rules.catalogue import OverflowVariant, SignalVaria
 from tests.histories.comparing import features_of_model, variants
 from tests.support.executor_models import executor_models
 from tests.support.history_models import history_models
+from tests.support.lifecycle_models import lifecycle_models
 
 
 def main() -> int:
@@ -39,7 +40,7 @@ def main() -> int:
         phases=[Phase.generate],
         suppress_health_check=list(HealthCheck),
     )
-    @given(st.one_of(history_models(), executor_models(), executor_models()))
+    @given(st.one_of(history_models(), executor_models(), lifecycle_models(), lifecycle_models()))
     def every(model: sym.SystemModel) -> None:
         totals["models"] += 1
         totals.update(features_of_model(model))

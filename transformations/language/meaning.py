@@ -19,7 +19,8 @@ class Meaning:
     words : str
         What it is, or what its firing does. Names in braces are filled in: ``topic``, ``service``,
         ``client``, ``instance``, ``signal``, ``publisher``, ``subscriber``, ``place``, ``callback``,
-        ``group`` and ``node`` are of what the rule matched, ``queue`` is its queue, ``writer`` the server
+        ``group`` and ``node`` are of what the rule matched, ``writing`` and ``reading`` the node
+        nets of a publisher and a subscriber, ``queue`` is its queue, ``writer`` the server
         instance that writes there, and ``waits`` what a client does whose request is lost.
     on_server_page : str
         What is said instead where the client stands on a server page.
@@ -31,7 +32,8 @@ class Meaning:
         What that queue is called, with names in braces.
     part : str
         What it is there: ``load``, ``capacity``, ``enter``, ``leave`` or ``drop`` of a queue; ``threads``,
-        ``lock``, ``running`` or ``awaiting`` of an executor; ``idle``, ``due`` or ``tick`` of a timer.
+        ``lock``, ``running`` or ``awaiting`` of an executor; ``idle``, ``due`` or ``tick`` of a timer; of a
+        managed node its state, or what it is asked for.
     value : bool or None
         The value of a signal that it stands for.
     rests : bool
