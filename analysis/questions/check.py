@@ -22,7 +22,7 @@ from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.questions import unused
-from dineros.analysis.questions.matching import Matching
+from dineros.analysis.questions.matching import Matching, Presence
 from dineros.analysis.questions.question import Checked, Question
 from dineros.analysis.questions.remedies import remedy_text
 from dineros.analysis.questions.repetition import Repetition
@@ -38,9 +38,6 @@ if TYPE_CHECKING:
 
 CHEAP = 1_500_000
 """Cache misses of saturation, about half a second, that liveness and the like may cost by default."""
-
-NEAR = 64 << 20
-"""Bytes for the search for a shortest way to a fault; one that is further off is found by the state space."""
 
 FIRST_SHARE = 4_000_000
 """Cache misses of saturation, a few seconds, that the state space may cost before a smaller net is asked."""
@@ -227,7 +224,7 @@ class Overflow(Question):
             if losing is None:
                 checked.report.proved.append(f"{queue} never overflows")
                 continue
-            witness = self._witness(checked, losing)
+            witness = checked.way_to(losing)
             if witness is None:
                 checked.leave_open(f"how {queue} overflows", OUT_OF_MEMORY)
             checked.report.findings.append(
@@ -248,22 +245,6 @@ class Overflow(Question):
                 checked.report.proved.append(f"{queue} never overflows")
             else:
                 checked.leave_open(f"whether {queue} can overflow", known.why_open)
-
-    @staticmethod
-    def _witness(checked: Checked, transition: str) -> Witness | None:
-        """Return a sequence that ends with a transition: a shortest one where few markings are nearer."""
-        # Most models need no search.
-        from dineros.analysis.questions.reachability import find_firing, way_to_firing
-
-        subject = checked.subject
-        number = subject.transition_index[transition]
-        trace = find_firing(subject.net, number, checked.budget.share(most_bytes=NEAR)).trace
-        if trace is None:
-            try:
-                trace = way_to_firing(checked.space, subject.names, number)
-            except DiagramMemoryError:
-                return None
-        return witness_of(subject, trace)
 
 
 class Use(Question):
@@ -397,6 +378,7 @@ QUESTIONS: tuple[Question, ...] = (
     Matching(),
     Boundedness(),
     Overflow(),
+    Presence(),
     Use(),
     Deadlock(),
     Callbacks(),

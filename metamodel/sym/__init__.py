@@ -307,6 +307,8 @@ class Lifecycle(EObject, metaclass=MetaEClass):
         Configuring may fail, which leaves it unconfigured.
     activateFails : bool
         Activating may fail, which leaves it inactive.
+    pauses : bool
+        What the node does of itself rests while it is inactive; by default only its publishers do.
     configureStep : int
         Step of the start order in which it is configured: after all that earlier steps do; 0: at any
         time.
@@ -319,6 +321,7 @@ class Lifecycle(EObject, metaclass=MetaEClass):
     shutsDown: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
     configureFails: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
     activateFails: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    pauses: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
     configureStep: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
     activateStep: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
 
@@ -333,6 +336,7 @@ class Lifecycle(EObject, metaclass=MetaEClass):
         shutsDown: bool | None = None,
         configureFails: bool | None = None,
         activateFails: bool | None = None,
+        pauses: bool | None = None,
         configureStep: int | None = None,
         activateStep: int | None = None,
         **unknown: Never,
@@ -346,6 +350,7 @@ class Lifecycle(EObject, metaclass=MetaEClass):
                 "shutsDown": shutsDown,
                 "configureFails": configureFails,
                 "activateFails": activateFails,
+                "pauses": pauses,
                 "configureStep": configureStep,
                 "activateStep": activateStep,
             },

@@ -38,6 +38,7 @@ FOLDERS = {
         "build",
         "calls",
         "callbacks",
+        "lifecycles",
         "matching",
         "token_data",
         "positions",

@@ -38,6 +38,7 @@ def lifecycles(draw: st.DrawFn) -> sym.Lifecycle:
         shutsDown=draw(st.booleans()),
         configureFails=draw(st.booleans()),
         activateFails=draw(st.booleans()),
+        pauses=draw(st.booleans()),
         configureStep=configured,
         activateStep=0 if activated <= configured else activated,
     )

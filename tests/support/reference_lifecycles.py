@@ -90,6 +90,8 @@ class LifecycleInterpreter(ExecutorInterpreter):
 
     def _works(self, node: sym.NodeNet) -> None:
         """Let nothing of a node happen before it is configured; a callback that has begun goes on."""
+        pauses = node.lifecycle is not None and node.lifecycle.pauses
+        works = self._in(node, ACTIVE) if pauses else self._is_there(node)
         for page in self._pages:
             if isinstance(page, sym.CallbackPage) and str(page.kind) == "timer" and _node_of(page) is node:
                 for copy in self._copies_of(page):
@@ -107,7 +109,7 @@ class LifecycleInterpreter(ExecutorInterpreter):
                         or callback is None
                         or (str(callback.kind) == "timer" and name in self._begins(callback, copy))
                     ):
-                        self._if(name, self._is_there(node))
+                        self._if(name, works)
 
     def _calls_of(self, service: sym.ServiceChannel) -> None:
         server = self._is_there(_node_of(service.server.page))

@@ -50,8 +50,27 @@ class Home(Expression):
         return f"node net of {self.place}"
 
 
+class Working(Expression):
+    """The state in which a managed node does something of itself: active where it pauses, else configured."""
+
+    eclass = pn.Place
+
+    def __init__(self, life: Expression, active: Expression, configured: Expression) -> None:
+        super().__init__(life, active, configured)
+        self.life, self.active, self.configured = life, active, configured
+
+    def evaluate(self, match: Match) -> pn.Place:
+        """Return its place."""
+        life: sym.Lifecycle = self.life.evaluate(match)
+        place: pn.Place = (self.active if life.pauses else self.configured).evaluate(match)
+        return place
+
+    def __str__(self) -> str:
+        return f"{self.active} where {self.life} pauses, else {self.configured}"
+
+
 def _state(id: str, words: str, tokens: int = 0, part: str = "") -> New:
-    return place(id, tokens, Meaning(f"node net {{node}} {words}", part=part, rests=True))
+    return place(id, tokens, Meaning(f"node net {{node}} {words}", part=f"state.{part}", rests=True))
 
 
 class StateChange(Fragment):
@@ -347,15 +366,18 @@ class L2(Rule):
 
 
 class L3(Rule):
-    """Nothing of a node's net happens before it is configured."""
+    """Nothing of a node's net happens before it is configured, or active where it pauses."""
 
     move = Node(pn.Transition)
     node = Node(sym.NodeNet, execution="net", of=ancestor(move, sym.NodeNet))
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+    active = Made(L1.active, of=node)
     configured = Made(L1.configured, of=node)
+    works = Node(pn.Place, of=Working(life, active, configured))
 
-    waits = read(configured, move)
+    waits = read(works, move)
 
-    lhs = [move, node, configured]
+    lhs = [move, node, life, active, configured, works]
     rhs = [*lhs, waits]
 
 
@@ -365,11 +387,14 @@ class L3Begin(Rule):
     page = Node(sym.CallbackPage)
     node = Node(sym.NodeNet, execution="callbacks", of=ancestor(page, sym.NodeNet))
     move = Node(pn.Transition, of=Beginnings(page))
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+    active = Made(L1.active, of=node)
     configured = Made(L1.configured, of=node)
+    works = Node(pn.Place, of=Working(life, active, configured))
 
-    waits = read(configured, move)
+    waits = read(works, move)
 
-    lhs = [page, node, move, configured]
+    lhs = [page, node, move, life, active, configured, works]
     rhs = [*lhs, waits]
 
 
@@ -378,13 +403,16 @@ class L3Outside(Rule):
 
     move = Node(pn.Transition)
     node = Node(sym.NodeNet, execution="callbacks", of=ancestor(move, sym.NodeNet))
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+    active = Made(L1.active, of=node)
     configured = Made(L1.configured, of=node)
+    works = Node(pn.Place, of=Working(life, active, configured))
     page = Node(sym.CallbackPage, of=Callback(move))
 
-    waits = read(configured, move)
+    waits = read(works, move)
 
     absent = [Absent(page)]
-    lhs = [move, node, configured]
+    lhs = [move, node, life, active, configured, works]
     rhs = [*lhs, waits]
 
 
