@@ -11,6 +11,7 @@ from dineros.metamodel.records import (
     Checkpoint,
     Drop,
     Fire,
+    Lifecycle,
     Publish,
     Record,
     Reply,
@@ -49,6 +50,10 @@ def step_words(record: Record) -> str:
             return f"{record.transition} fires"
         case Signal():
             return f"signal {record.signal} becomes {str(record.value).lower()}"
+        case Lifecycle():
+            return f"it is asked to {record.label}, and is {record.state} then"
+        case Drop(queue="inactive"):
+            return f"{record.place} publishes while the node is inactive ({record.channel})"
         case Drop():
             return f"the {record.queue} queue of {record.channel} drops {counted(record.count, 'message')}"
         case ChannelStep():

@@ -29,6 +29,22 @@ def managed_nodes(model: pn.Net) -> list[sym.NodeNet]:
     return [node for node in node_nets(model) if node.lifecycle is not None]
 
 
+def start_steps(node: sym.NodeNet) -> dict[str, float]:
+    """Return in which step a manager configures and activates a node; nothing for one without a lifecycle.
+
+    What a model leaves open is configured first, and activated last.
+    """
+    life = node.lifecycle
+    return (
+        {} if life is None else {"configure": life.configureStep, "activate": life.activateStep or math.inf}
+    )
+
+
+def in_order(step: tuple[float, str]) -> tuple[float, bool]:
+    """Return what steps are sorted by: of the same step, nodes are configured before any is activated."""
+    return step[0], step[1] == "activate"
+
+
 def start_order(model: pn.Net) -> list[Start]:
     """Return what a manager does, one after the other, so that it obeys the start order of a model.
 
@@ -42,10 +58,7 @@ def start_order(model: pn.Net) -> list[Start]:
     >>> [f"{label} {node.id}" for label, node in start_order(net)]
     ['configure camera', 'configure display', 'activate display', 'activate camera']
     """
-    steps: list[tuple[float, Start]] = []
-    for node in managed_nodes(model):
-        assert node.lifecycle is not None
-        steps.append((node.lifecycle.configureStep, Start("configure", node)))
-        steps.append((node.lifecycle.activateStep or math.inf, Start("activate", node)))
-    # Of the same step, nodes are configured before any is activated.
-    return [start for _, start in sorted(steps, key=lambda each: (each[0], each[1].label == "activate"))]
+    steps = [
+        (number, label, node) for node in managed_nodes(model) for label, number in start_steps(node).items()
+    ]
+    return [Start(label, node) for _, label, node in sorted(steps, key=lambda step: in_order(step[:2]))]

@@ -172,6 +172,8 @@ class Checkpoint(Start):
         Transition -> place -> ids of the tokens that it leaves alone after a failure.
     run : str
         What the ids of the run's messages carry besides the node's id.
+    lifecycle : str
+        The state of a managed node; empty: it is none.
     """
 
     event = "checkpoint"
@@ -189,6 +191,7 @@ class Checkpoint(Start):
     responses: dict[str, dict[str, Data]] = field(default_factory=dict)
     aside: dict[str, dict[str, list[int]]] = field(default_factory=dict)
     run: str = ""
+    lifecycle: Literal["", "unconfigured", "inactive", "active", "finalized"] = ""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 from typing import TypeVar, cast
 
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import Senders
 from dineros.metamodel.token_data import Value
 from dineros.runtime.channels.services import Client, Instance, Server
@@ -73,6 +74,7 @@ class Exchange:
     ) -> None:
         self._engine = engine
         self._loop = loop
+        self._is_there = True
         self._traffic = traffic = Traffic(engine, loop, observer, run)
         places = {id: number for number, id in enumerate(engine.structure.places)}
         ports = engine.structure.ports
@@ -145,10 +147,15 @@ class Exchange:
         found += [(each.exit, check_of(transport, each.server.port)) for each in self._instances]
         return {place: check for place, check in found if check is not None}
 
+    def obey(self, state: State) -> None:
+        """Let tokens depart as the state of a managed node says."""
+        self._is_there = state in ("inactive", "active")
+        self._traffic.is_active = state == "active"
+
     def depart(self) -> bool:
         """Send all tokens that are due; return whether there were any."""
         due = self._engine.due
-        if not due:
+        if not due or not self._is_there:
             return False
         first = self._engine.first_departure
         while due:

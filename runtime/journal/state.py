@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
 from dineros.metamodel.records import (
     Aside,
@@ -15,6 +16,7 @@ from dineros.metamodel.records import (
     Data,
     Drop,
     Fire,
+    Lifecycle,
     Publish,
     Record,
     Release,
@@ -70,6 +72,7 @@ class JournalState:
         self._responses: dict[str, dict[str, Data]] = {}
         self._aside: dict[str, dict[str, list[int]]] = {}
         self._run = ""
+        self.lifecycle: State | None = None
 
     def counts(self) -> dict[str, int]:
         """Return the number of tokens of each marked place."""
@@ -80,7 +83,7 @@ class JournalState:
         seen, apart = {}, {}
         for port, senders in self._seen.items():
             seen[port], apart[port] = senders.saved()
-        return {
+        saved: recording.Checkpoint = {
             "marking": {
                 place: [[id, data] for id, data in tokens.items()] for place, tokens in self.marking.items()
             },
@@ -105,6 +108,9 @@ class JournalState:
             },
             "run": self._run,
         }
+        if self.lifecycle is not None:
+            saved["lifecycle"] = self.lifecycle
+        return saved
 
     def apply(self, record: Record) -> None:
         """Let a record happen.
@@ -146,6 +152,7 @@ class JournalState:
         self._responses = {channel: dict(kept) for channel, kept in record.responses.items()}
         self._aside = {transition: dict(tokens) for transition, tokens in record.aside.items()}
         self._run = record.run
+        self.lifecycle = record.lifecycle or None
 
     def _fire(self, record: Fire) -> None:
         for place, ids in record.taken.items():
@@ -225,6 +232,9 @@ class JournalState:
             port = f"{record.channel}/{record.place}"
             self._missing[port] = self._missing.get(port, 0) + record.count
 
+    def _change_state(self, record: Lifecycle) -> None:
+        self.lifecycle = record.state
+
     def _put_aside(self, record: Aside) -> None:
         aside = self._aside.setdefault(record.transition, {})
         for place, ids in record.tokens.items():
@@ -301,6 +311,7 @@ _APPLY: Mapping[type[Record], Callable[..., None]] = {
     Response: JournalState._response,
     Serve: JournalState._serve,
     Reply: JournalState._reply,
+    Lifecycle: JournalState._change_state,
     Aside: JournalState._put_aside,
     Release: JournalState._release,
 }

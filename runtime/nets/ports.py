@@ -12,8 +12,9 @@ from dineros.metamodel.token_data import TokenType, Value
 Data = Mapping[str, Value]
 """The fields of a token or message. Nobody changes it once it is made: it is shared, not copied."""
 
-Queue = Literal["publisher", "dispatcher", "subscriber", "restart"]
-"""A queue of a topic that can overflow; ``restart``: that of a publisher, which died with its process."""
+Queue = Literal["publisher", "dispatcher", "subscriber", "restart", "inactive"]
+"""A queue of a topic that can overflow; ``restart``: that of a publisher, which died with its process;
+``inactive``: none, a managed node that was not active published."""
 
 
 class Message(NamedTuple):
@@ -190,6 +191,10 @@ class Ports:
         What they carry in the others, by the places' ids as they run and in the model.
     middleware : {"ros1", "ros2"}
         Whose queues its topics have.
+    start_steps : mapping
+        Of a managed node, in which step of the start order it is configured and activated.
+    pauses : bool
+        Whether it fires while it is active only; else only its publishers are held back.
     """
 
     model: str
@@ -206,6 +211,13 @@ class Ports:
     servers: tuple[ServerPort, ...]
     signals: tuple[SignalPort, ...]
     place_types: Mapping[str, TokenType] = field(default_factory=dict)
+    start_steps: Mapping[str, float] = field(default_factory=dict)
+    pauses: bool = False
+
+    @property
+    def is_managed(self) -> bool:
+        """Whether it has a lifecycle, and is nothing before it is configured."""
+        return bool(self.start_steps)
 
     def type_at(self, place: str) -> TokenType:
         """Return what the tokens of a place carry."""

@@ -15,6 +15,7 @@ from dineros.metamodel.callbacks.bodies import Body, calls_of
 from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, pages, resolve
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.lifecycles.start_order import start_steps
 from dineros.metamodel.limits import exceeds
 from dineros.metamodel.matching import Quality, plain
 from dineros.metamodel.token_data import TokenType, Value, read_data
@@ -335,6 +336,8 @@ class _Reading:
             servers=tuple(servers),
             signals=tuple(ports.SignalPort(s.id, label(s), bool(s.initial)) for s in node.signals),
             place_types=self._place_types(),
+            start_steps=start_steps(node) if str(model.middleware) == "ros2" else {},
+            pauses=node.lifecycle is not None and bool(node.lifecycle.pauses),
         )
 
     def _interface(self, place: pn.Node, port: rtm.PlacePort) -> str | None:

@@ -74,6 +74,7 @@ class Runner:
         if resume is not None:
             self.exchange.restore(resume)
         core.exchange = self.exchange
+        core.obey_state()
         self._loop = core.loop
         self._execution = core.execution
         self._arrivals = Arrivals(self.exchange, core.engine, core.loop, transport)

@@ -98,6 +98,7 @@ FOLDERS = {
         "running",
         "managed",
         "node_main",
+        "bringup",
         "wheels",
     ],
     "cli": [

@@ -287,7 +287,7 @@ class L5(Rule):
     room = place(
         "{channel.id}.writer.{writer.place.id}.{reader.place.id}.Room",
         tokens=writer.limit,
-        means=Meaning("{queue}: room for more to keep", called=WRITER, rests=True),
+        means=Meaning("{queue}: room for more to keep", called=WRITER, part="room", rests=True),
     )
     arcs = [
         arc(room, queue.enter),
