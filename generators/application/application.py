@@ -235,6 +235,8 @@ class Application:
         Name of the package that starts its nodes.
     nodes : tuple of NodePackage
         Its node nets.
+    manager : tuple of str
+        What the manager of its managed nodes is told, in the start order.
     """
 
     id: str
@@ -242,6 +244,7 @@ class Application:
     interfaces: Interfaces
     bringup: Name
     nodes: tuple[NodePackage, ...]
+    manager: tuple[str, ...] = ()
 
     @property
     def launch(self) -> Name:

@@ -40,6 +40,7 @@ from dineros.metamodel.elements import (
     transitions,
 )
 from dineros.metamodel.files.xmi import xmi_bytes
+from dineros.metamodel.lifecycles.start_order import manager_arguments
 from dineros.metamodel.ros_names import resource_names
 from dineros.metamodel.token_types.declared import type_of_place
 from dineros.metamodel.token_types.passing import passing
@@ -62,6 +63,7 @@ def application_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED
         name=label(model),
         interfaces=interfaces,
         bringup=bringup_package(model.id),
+        manager=tuple(manager_arguments(model)),
         nodes=tuple(
             _node(part, packages[part.node.id], interfaces, _subscribing(model), reserved) for part in parts
         ),

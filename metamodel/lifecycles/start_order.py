@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.elements import node_nets
+from dineros.metamodel.elements import label, node_nets
 
 
 class Start(NamedTuple):
@@ -61,4 +61,19 @@ def start_order(model: pn.Net) -> list[Start]:
     steps = [
         (number, label, node) for node in managed_nodes(model) for label, number in start_steps(node).items()
     ]
-    return [Start(label, node) for _, label, node in sorted(steps, key=lambda step: in_order(step[:2]))]
+    return [Start(what, node) for _, what, node in sorted(steps, key=lambda step: in_order(step[:2]))]
+
+
+def manager_arguments(model: pn.Net) -> list[str]:
+    """Return what the manager of an application is told, such as ``configure:/cell/camera``, in its order.
+
+    Nothing without managed nodes, and under rules that know none.
+    """
+    if not isinstance(model, sym.SystemModel) or model.middleware != sym.Middleware.ros2:
+        return []
+    return [start_argument(what, node.namespace or "", label(node)) for what, node in start_order(model)]
+
+
+def start_argument(what: str, namespace: str, name: str) -> str:
+    """Return what a manager is told about one node."""
+    return f"{what}:{'/'.join(['', *filter(None, namespace.split('/')), name])}"

@@ -13,9 +13,6 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from dineros.metamodel import pn
-from dineros.metamodel.elements import label
-from dineros.metamodel.lifecycles.start_order import start_order
 from dineros.metamodel.lifecycles.states import STATE_AFTER, STATES_BEFORE
 
 PATIENCE = 60.0
@@ -26,15 +23,6 @@ ATTEMPTS = 5
 
 PAUSE = 1.0
 """Seconds until it is asked again."""
-
-
-def bringup_arguments(model: pn.Net) -> list[str]:
-    """Return what a manager is told that obeys the start order of a model; nothing without managed nodes."""
-    found = []
-    for what, node in start_order(model):
-        namespace = (node.namespace or "").strip("/")
-        found.append(f"{what}:/{namespace}{'/' if namespace else ''}{label(node)}")
-    return found
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -52,7 +40,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     finally:
         node.destroy_node()
-        rclpy.try_shutdown()
+        if rclpy.ok():
+            rclpy.shutdown()
 
 
 def _bring(node: Any, what: str, name: str) -> bool:

@@ -94,7 +94,7 @@ def make_managed_node(name: str, **options: Any) -> Any:
         def _LifecycleNodeMixin__change_state(self, transition: int) -> Any:  # noqa: N802
             """Refuse what the state does not allow: rclpy would raise an error, and answer nobody."""
             try:
-                return super()._LifecycleNodeMixin__change_state(transition)
+                return super()._LifecycleNodeMixin__change_state(transition)  # type: ignore[misc]
             except RCLError as error:
                 LOG.warning("a change of state is refused: %s", error)
                 return failure

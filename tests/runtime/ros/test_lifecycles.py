@@ -8,8 +8,8 @@ from dineros.analysis.conformance import conform
 from dineros.metamodel import sym
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import save
+from dineros.metamodel.lifecycles.start_order import manager_arguments
 from dineros.metamodel.records import read_trace, traces_of_runs
-from dineros.runtime.ros.bringup import bringup_arguments
 from dineros.transformations.flattening.split import split
 from tests.runtime.ros.conftest import Ros
 from tests.runtime.ros.post import post
@@ -52,7 +52,7 @@ def test_started_in_order_deactivated_and_killed(ros: Ros) -> None:
         save(part, ros.folder / f"{part.node.id}.rtm.xmi")
     house = ros.node("house")
     office = ros.node("office")
-    steps = bringup_arguments(model)
+    steps = manager_arguments(model)
     assert steps == ["configure:/house", "activate:/house", "configure:/office", "activate:/office"]
     said = ros.script(f"import sys\nfrom dineros.runtime.ros.bringup import main\nsys.exit(main({steps!r}))")
     assert said.splitlines() == [
@@ -90,7 +90,7 @@ def test_what_is_published_while_active_arrives(ros: Ros) -> None:
         save(part, ros.folder / f"{part.node.id}.rtm.xmi")
     house = ros.node("house")
     office = ros.node("office", {"signals.Open": True, "expected_subscribers.Letters": 1})
-    manager = ros.start("bringup", "-m", "dineros.runtime.ros.bringup", *bringup_arguments(model))
+    manager = ros.start("bringup", "-m", "dineros.runtime.ros.bringup", *manager_arguments(model))
     ros.wait(lambda: ros.records("house", "take"), "taking a letter")
     assert manager.popen.wait(30) == 0
     ros.wait(lambda: len(ros.records("office", "fire")) >= LETTERS, "sending")
