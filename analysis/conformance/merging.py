@@ -93,7 +93,8 @@ class Merger:
     Attributes
     ----------
     forces : bool
-        Whether a message of ROS 2 is lost when nothing else can be done: there is nothing more to come.
+        Whether a message of ROS 2 is lost when nothing else can be done: there is nothing more to come. Until
+        then a loss waits for the record after it, which says whose message was lost.
     """
 
     def __init__(
@@ -135,8 +136,11 @@ class Merger:
             dropped = isinstance(record, Publish) and self._is_dropped(self.feeds[node], record)
             if dropped is None:
                 continue
+            following = self.feeds[node].following() if isinstance(record, Drop) else None
+            if isinstance(record, Drop) and following is None and not self.forces:
+                continue
             forced, self._forced = self._forced == node, None
-            refusal = self.replay.step(record, dropped, forced)
+            refusal = self.replay.step(record, dropped, forced, following)
             if isinstance(refusal, Fault):
                 self.failed[node] = (record, refusal)
                 continue

@@ -54,6 +54,7 @@ class Messages:
         self._pasts: dict[tuple[str, str], tuple[str, Past]] = {}
         self._gaps: list[Take] = []
         self._drops: Counter[tuple[str, str]] = Counter()
+        self._publishers = {(channel, port) for (channel, _), port in net.ports.items()}
 
     # Of traces that begin within the run.
 
@@ -95,6 +96,7 @@ class Messages:
     def dropped(self, record: Drop) -> None:
         """Note messages that a queue dropped."""
         at = record.node if record.queue == "dispatcher" else record.place
+        at = self._net.ports.get((record.channel, at or ""), at)
         if record.queue != "publisher" or not any(record.change.values()):
             self._drops[record.channel, at or ""] += record.count
 
@@ -145,7 +147,7 @@ class Messages:
         if number is None:
             return Fault(f"{record.message!r} is no message of the model: another program sent it")
         place = sender.rpartition("/")[2]
-        if _node(sender) not in self._net.nodes or not self._sends(record.channel, place):
+        if _node(sender) not in self._net.nodes or (record.channel, place) not in self._publishers:
             return Fault(f"{record.message!r} comes from no publisher of topic channel {record.channel!r}")
         if number in self._taken[record.channel, record.place, sender]:
             return Fault(f"it has taken {record.message} before")
@@ -211,14 +213,12 @@ class Messages:
         if (number := _parts(message or "")[1]) is not None:
             self._pass_over(record.channel, client, number)
 
-    def _sends(self, channel: str, place: str) -> bool:
-        return place in self._net.topics[channel].publishers
-
     def _fresh(self, record: ChannelStep) -> Refusal | None:
         if not record.message:
             return None
         sender, number = _parts(record.message)
-        if number is None or _node(sender) != record.node or sender.rpartition("/")[2] != record.place:
+        place = self._net.ports.get((record.channel, record.place), record.place)
+        if number is None or _node(sender) != record.node or sender.rpartition("/")[2] != place:
             return Fault(f"{record.message!r} is no id of a message that {record.node}/{record.place} sends")
         known = number in self._sent[record.channel, sender]
         return Fault(f"{record.message} was sent before") if known else None

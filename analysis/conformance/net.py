@@ -93,10 +93,10 @@ class Pair:
 
     Attributes
     ----------
+    publisher, subscriber : str
+        The places of the ports.
     publishers : tuple of str
-        The places of the publisher: on a server page one for each instance.
-    subscriber : str
-        The place of the subscriber.
+        Where the publisher's messages come from: on a server page, a place of each instance.
     queue : Queue
         The writer history.
     lose : int or None
@@ -105,8 +105,9 @@ class Pair:
         The transition that loses a message since the subscriber is not there; None: it always is.
     """
 
-    publishers: tuple[str, ...]
+    publisher: str
     subscriber: str
+    publishers: tuple[str, ...]
     queue: Queue
     lose: int | None
     miss: int | None = None
@@ -299,6 +300,16 @@ class ConformanceNet:
             if isinstance(channel, sym.TopicChannel)
         }
 
+    @cached_property
+    def ports(self) -> dict[tuple[str, str], str]:
+        """Place of a publisher's port, as ids of messages name it, by channel and place as it runs."""
+        return {
+            (role.channel or "", role.place or ""): port.place.id
+            for link in self.subject.links()
+            if (role := self.roles.get(link.target.id or "")) is not None
+            if role.kind is Publish and (port := topic_port(link)) is not None
+        }
+
     def _topic(self, channel: sym.TopicChannel) -> Topic:
         found: dict[str, dict[str, Queue]] = {"publisher": {}, "dispatcher": {}, "subscriber": {}}
         nodes = {}
@@ -346,7 +357,7 @@ class ConformanceNet:
             else:
                 writer, reader = _ports_of(queue.link)
                 lost = [losing.get((part, (writer, reader))) for part in ("lose", "miss")]
-                pairs.append(Pair(tuple(ports[writer]), reader.place.id, made, *lost))
+                pairs.append(Pair(writer.place.id, reader.place.id, tuple(ports[writer]), made, *lost))
         publishers = {
             place: [pair for pair in pairs if place in pair.publishers]
             for places in ports.values()

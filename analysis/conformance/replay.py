@@ -119,7 +119,13 @@ class Replay:
         else:
             self.marking[self._flows[channel].topic.subscribers[place].source] += sent - taken
 
-    def step(self, record: Record, dropped: bool = False, forced: bool = False) -> Refusal | None:
+    def step(
+        self,
+        record: Record,
+        dropped: bool = False,
+        forced: bool = False,
+        following: Record | None = None,
+    ) -> Refusal | None:
         """Replay a record; return why it cannot be, and change nothing then.
 
         Parameters
@@ -130,6 +136,8 @@ class Replay:
             Whether a later record says that this message was lost in the publisher's queue.
         forced : bool
             Whether a message may be lost that nothing says to be lost, since nothing else can be done.
+        following : Record, optional
+            The next record of the node, of one that tells of losses.
         """
         handle = _HANDLERS.get(type(record))
         if handle is None:
@@ -138,6 +146,8 @@ class Replay:
         refusal: Refusal | None
         if isinstance(record, Publish):
             refusal = handle(self, record, dropped, forced)
+        elif isinstance(record, Drop):
+            refusal = handle(self, record, following)
         else:
             refusal = handle(self, record)
         if refusal is None:
@@ -322,10 +332,13 @@ class Replay:
         reason = _without_room(self.net, leave, self.marking)
         if reason:
             return Fault(reason)
-        sender = (record.message or "").split("/")
-        return self._flows[record.channel].take(record.place, sender[-2] if len(sender) > 1 else None)
+        sender = (record.message or "").rpartition("/")[0].rpartition("/")[2]
+        ports = self.net.ports
+        places = self._flows[record.channel].topic.publishers
+        publisher = next((place for place in places if ports[record.channel, place] == sender), None)
+        return self._flows[record.channel].take(record.place, publisher)
 
-    def _drop(self, record: Drop) -> Refusal | None:
+    def _drop(self, record: Drop, following: Record | None) -> Refusal | None:
         if record.channel not in self.net.topics:
             return Fault(f"the model has no topic channel {record.channel!r}")
         if record.queue == "inactive":
@@ -342,7 +355,10 @@ class Replay:
                 "a larger limit of its queue helps"
             )
         if record.channel in self._histories:
-            refusal = self._histories[record.channel].drop(record)
+            at = record.channel, record.place
+            if not isinstance(following, Take) or (following.channel, following.place) != at:
+                following = None
+            refusal = self._histories[record.channel].drop(record, following)
             if refusal is None:
                 self.messages.dropped(record)
             return refusal

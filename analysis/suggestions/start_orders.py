@@ -11,8 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
-from dineros.analysis.questions.check import Boundedness, check
-from dineros.analysis.questions.matching import Presence
+from dineros.analysis.checks.boundedness import Boundedness
+from dineros.analysis.checks.check import check
+from dineros.analysis.checks.presence import Presence
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import sym
 from dineros.metamodel.elements import node_net_of

@@ -147,7 +147,8 @@ class Checkpoint(Start):
     next_token : int
         Id of the next token.
     numbers : dict of str to int
-        Number of the last message of each sending place.
+        Number of the last message of each publisher's or client's port, by its place; instances of a server
+        page share their publishers.
     history : dict of str to list of StoredToken
         Number and data of the last messages of each publishing place, as many as its queue holds: a node that
         goes on publishes them again, since the queue has died with its process.

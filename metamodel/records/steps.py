@@ -97,7 +97,8 @@ class ChannelStep(Step):
     token : int or None
         Id of the token that leaves or arrives; only in runs.
     message : str or None
-        Id of the message, ``NODE/PLACE/NUMBER``; a response has that of its request. Only in runs.
+        Id of the message, ``NODE/PLACE/NUMBER`` by the port's place; a response has that of its request. Only
+        in runs.
     """
 
     channel: str

@@ -11,7 +11,7 @@ from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import Senders
 from dineros.metamodel.token_data import Value
 from dineros.runtime.channels.services import Client, Instance, Server
-from dineros.runtime.channels.topics import Publisher, Subscriber
+from dineros.runtime.channels.topics import Publisher, Subscriber, Writer
 from dineros.runtime.channels.traffic import SendError, Traffic
 from dineros.runtime.channels.transport import Answer, Transport, check_of
 from dineros.runtime.firing.observing import Observer
@@ -78,8 +78,11 @@ class Exchange:
         self._traffic = traffic = Traffic(engine, loop, observer, run)
         places = {id: number for number, id in enumerate(engine.structure.places)}
         ports = engine.structure.ports
+        self._writers = [Writer(traffic, port) for port in ports.publishers]
         self._publishers = [
-            Publisher(traffic, port, places[place]) for port in ports.publishers for place in port.places
+            Publisher(traffic, writer, places[place])
+            for writer in self._writers
+            for place in writer.port.places
         ]
         self._subscribers = {
             port: Subscriber(traffic, port, places[port.place]) for port in ports.subscribers
@@ -122,8 +125,8 @@ class Exchange:
         self._traffic.transport = transport
         for port, server in self._servers.items():
             server.check = check_of(transport, port)
-        for publisher in self._publishers:
-            self._send_again(publisher)
+        for writer in self._writers:
+            self._send_again(writer)
         for departure in range(len(self._publishers)):
             self._engine.unhold_departure(departure)
         for client in self._clients.values():
@@ -132,13 +135,13 @@ class Exchange:
             else:
                 client.ask_again()
 
-    def _send_again(self, publisher: Publisher) -> None:
+    def _send_again(self, writer: Writer) -> None:
         try:
-            publisher.send_again()
+            writer.send_again()
         except SendError as error:
             LOG.error("%s", error, exc_info=error.__cause__)
             self._traffic.tell_error(str(error), "retry")
-            self._loop.timers.call_later(RETRY_DELAY, lambda: self._send_again(publisher))
+            self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._send_again(writer))
 
     def checks(self, transport: Transport) -> dict[int, Check]:
         """Return what checks the data that comes onto places whose tokens are sent: place -> check."""
@@ -171,7 +174,7 @@ class Exchange:
         LOG.error("%s", error, exc_info=error.__cause__)
         self._traffic.tell_error(str(error), "retry")
         self._engine.hold_departure(number)
-        self._loop.timers.call_later(RETRY_DELAY, lambda: self._engine.unhold_departure(number))
+        self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._engine.unhold_departure(number))
 
     def place_of(self, port: SubscriberPort) -> int:
         """Return the place that the messages of a port come to."""
@@ -230,14 +233,12 @@ class Exchange:
         """Write what is known of channels into a checkpoint."""
         places = self._engine.structure.places
         checkpoint["run"] = self._traffic.run
-        checkpoint["numbers"] = {places[place]: number for place, number in self._traffic.numbers.items()}
-        checkpoint["queues"] = {places[each.place]: each.history.maxlen or 1 for each in self._publishers}
+        checkpoint["numbers"] = dict(self._traffic.numbers)
+        checkpoint["queues"] = {each.port.place: each.history.maxlen or 1 for each in self._writers}
         checkpoint["history"] = {
-            places[publisher.place]: [
-                [_number(message), _plain(message.data)] for message in publisher.history
-            ]
-            for publisher in self._publishers
-            if publisher.history
+            writer.port.place: [[_number(message), _plain(message.data)] for message in writer.history]
+            for writer in self._writers
+            if writer.history
         }
         for port, subscriber in self._subscribers.items():
             seen, apart = subscriber.seen.saved()
@@ -274,17 +275,18 @@ class Exchange:
             It speaks of ports that the model does not have.
         """
         places = self._engine.structure.places
-        numbers = {id: number for number, id in enumerate(places)}
+        writers = {each.port.place: each for each in self._writers}
+        senders = {*places, *writers}
         self._traffic.run = checkpoint["run"]
         self._traffic.numbers = {
-            _known(numbers, place, "place"): number for place, number in checkpoint["numbers"].items()
+            _known({place: place for place in senders}, place, "place"): number
+            for place, number in checkpoint["numbers"].items()
         }
-        publishers = {places[each.place]: each for each in self._publishers}
         for place, messages in checkpoint.get("history", {}).items():
-            publisher = _known(publishers, place, "publisher at")
+            writer = _known(writers, place, "publisher at")
             for number, data in messages:
-                id = self._traffic.id_of(publisher.place, int(str(number)))
-                publisher.history.append(Message(id, cast("Data", data)))
+                id = self._traffic.id_of(place, int(str(number)))
+                writer.history.append(Message(id, cast("Data", data)))
         subscribers = {f"{port.channel}/{port.place}": each for port, each in self._subscribers.items()}
         seen, apart = checkpoint["seen"], checkpoint.get("seen_apart", {})
         for key in {**seen, **apart}:

@@ -67,11 +67,11 @@ class Client:
         """
         traffic, port, place = self._traffic, self.port, self.request
         token = traffic.engine.oldest(place)
-        message = Message(traffic.next_id(place), token.data)
+        message = Message(traffic.next_id(port.request), token.data)
         self._ask(message)
         traffic.engine.take(place)
         traffic.engine.hold_departure(self.departure)
-        traffic.count_sent(place)
+        traffic.count_sent(port.request)
         self.pending, self.attempts = message, 1
         if traffic.observer.is_observing:
             traffic.observer.emit(
@@ -110,7 +110,8 @@ class Client:
         )
         delay = min(LONGEST_RESEND_DELAY, RESEND_DELAY * 2.0 ** min(self.attempts - 1, 30))
         self.attempts += 1
-        self._timer = self._traffic.loop.timers.call_later(delay, self.ask_again)
+        # In real time, also where a simulation stands still: what was lost is no matter of its time.
+        self._timer = self._traffic.loop.steady_timers.call_later(delay, self.ask_again)
 
     def ask_again(self) -> None:
         """Send the request under way once more, if there is one."""

@@ -20,6 +20,7 @@ from dineros.runtime.nets.ports import (
     Queue,
     ServerPort,
     SubscriberPort,
+    TimerPort,
 )
 from dineros.runtime.nets.sources import Source
 from dineros.runtime.nets.staleness import Expectation
@@ -48,6 +49,9 @@ class Receiver(Protocol):
 
     def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
         """Learn that a request timed out or was not sent: it is recorded and sent again with the same id."""
+
+    def ticked(self, timer: TimerPort) -> None:
+        """Learn that a timer ticks; a tick that comes before its callback has begun is gone."""
 
     def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
         """Learn that something came that is no message; it is counted, and the first is recorded."""
@@ -101,6 +105,14 @@ class Pausing(Protocol):
 
     def opened(self, port: SubscriberPort) -> object:
         """Learn that the node takes messages of a topic again; on the thread of the node's loop."""
+
+
+@runtime_checkable
+class Ticking(Protocol):
+    """A transport that has timers; where it has none, those of a node go by the clock of its loop."""
+
+    def start_timers(self) -> object:
+        """Tell the receiver of each tick from now on, the first one after a period; once, when it is open."""
 
 
 class Transport(Protocol):

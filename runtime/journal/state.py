@@ -172,11 +172,11 @@ class JournalState:
 
     def _publish(self, record: Publish) -> None:
         data = self._remove(record, record.place, _token(record, record.token))
-        self._count(record)
-        number = self._numbers.get(record.place)
-        if number is not None:
-            limit = self._queues.get(record.place, 1)
-            history = self._history.setdefault(record.place, deque(maxlen=limit))
+        known = self._count(record)
+        if known is not None:
+            place, number = known
+            limit = self._queues.get(place, 1)
+            history = self._history.setdefault(place, deque(maxlen=limit))
             history.append((number, data))
 
     def _take(self, record: Take) -> None:
@@ -277,10 +277,14 @@ class JournalState:
         else:
             aside.pop(place, None)
 
-    def _count(self, record: Publish | Request) -> None:
+    def _count(self, record: Publish | Request) -> tuple[str, int] | None:
+        """Note a message by the place that its id names, on a server page one for all instances."""
         known = _parts(record, record.message)
-        if known is not None:
-            self._numbers[record.place] = known[1]
+        if known is None:
+            return None
+        place, number = known[0].rpartition("/")[2], known[1]
+        self._numbers[place] = number
+        return place, number
 
 
 def _parts(record: Record, message: str | None) -> tuple[str, int] | None:

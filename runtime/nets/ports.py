@@ -23,8 +23,8 @@ class Message(NamedTuple):
     Attributes
     ----------
     id : str
-        ``NODE/PLACE/NUMBER``: sending node, sending place, and how many messages that place had sent with
-        this one. A message that is sent again keeps its id; a response has the id of its request. Empty
+        ``NODE/PLACE/NUMBER``: sending node, place of the port, and how many messages had been sent from there
+        with this one. A message that is sent again keeps its id; a response has the id of its request. Empty
         where the sender gives no ids, as programs that know nothing of DiNeROS.
     data : mapping
         Values of the fields of the token type.
@@ -160,6 +160,22 @@ class ServerPort(Port):
         return len(self.entries)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class TimerPort:
+    """The timer of a callback, which ticks (rule C1); each is equal to itself only.
+
+    Attributes
+    ----------
+    callback : str
+        Id of the callback page.
+    period : float
+        Seconds, as the model has it.
+    """
+
+    callback: str
+    period: float
+
+
 @dataclass(frozen=True, slots=True)
 class SignalPort:
     """An input signal that the outside may set."""
@@ -210,6 +226,7 @@ class Ports:
     clients: tuple[ClientPort, ...]
     servers: tuple[ServerPort, ...]
     signals: tuple[SignalPort, ...]
+    timers: tuple[TimerPort, ...] = ()
     place_types: Mapping[str, TokenType] = field(default_factory=dict)
     start_steps: Mapping[str, float] = field(default_factory=dict)
     pauses: bool = False

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from dineros.metamodel import pn, rtm, sym
-from dineros.metamodel.callbacks.bodies import Body, calls_of
+from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
 from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, pages, resolve
 from dineros.metamodel.errors import DinerosError
@@ -55,8 +55,8 @@ class Structure:
         For each transition, those of higher priority: while one of them is enabled, it may not fire.
     intervals : tuple
         For each transition, the earliest and latest seconds since it is ready, or None.
-    timers : tuple of (float, tuple of int)
-        For each timer callback, its period, and the transitions by which it begins.
+    timers : tuple of tuple of int
+        For each timer of the ports, the transitions by which its callback begins.
     clauses : tuple of Clause
         For each transition, its input clause.
     initial : tuple
@@ -83,7 +83,7 @@ class Structure:
     inhibitors: tuple[Arcs, ...]
     superiors: tuple[tuple[int, ...], ...]
     intervals: tuple[tuple[float, float | None] | None, ...]
-    timers: tuple[tuple[float, tuple[int, ...]], ...]
+    timers: tuple[tuple[int, ...], ...]
     clauses: tuple[Clause, ...]
     signals: tuple[str, ...]
     initial: tuple[tuple[dict[str, Value], ...], ...]
@@ -277,20 +277,11 @@ class _Reading:
                         superiors[below].append(index)
         return tuple(tuple(above) for above in superiors)
 
-    def _timers(self) -> tuple[tuple[float, tuple[int, ...]], ...]:
+    def _timers(self) -> tuple[tuple[int, ...], ...]:
         calls = calls_of(self.model)
-        return tuple(
-            (
-                page.timer,
-                tuple(
-                    number
-                    for begin in Body(page, calls).beginnings()
-                    if (number := self.transitions.get((begin, 0))) is not None
-                ),
-            )
-            for page in pages(self.model)
-            if isinstance(page, sym.CallbackPage) and page.kind == sym.CallbackKind.timer and page.timer
-        )
+        begins = (Body(page, calls).beginnings() for page in timers_of(self.model))
+        known = self.transitions
+        return tuple(tuple(known[each, 0] for each in some if (each, 0) in known) for some in begins)
 
     def _initial(self, place: pn.Node) -> tuple[dict[str, Value], ...]:
         assert isinstance(place, pn.Place)
@@ -335,6 +326,7 @@ class _Reading:
             clients=tuple(clients),
             servers=tuple(servers),
             signals=tuple(ports.SignalPort(s.id, label(s), bool(s.initial)) for s in node.signals),
+            timers=tuple(ports.TimerPort(page.id, page.timer or 0.0) for page in timers_of(model)),
             place_types=self._place_types(),
             start_steps=start_steps(node) if str(model.middleware) == "ros2" else {},
             pauses=node.lifecycle is not None and bool(node.lifecycle.pauses),

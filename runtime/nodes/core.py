@@ -73,11 +73,18 @@ class Core:
         Called when the node's status may be another one; from any thread.
     """
 
-    def __init__(self, structure: Structure, seed: int, policy: Policy, clock: Callable[[], float]) -> None:
+    def __init__(
+        self,
+        structure: Structure,
+        seed: int,
+        policy: Policy,
+        clock: Callable[[], float],
+        steady: Callable[[], float] | None = None,
+    ) -> None:
         self.structure = structure
         self.seed = seed
         self.names = Names(structure)
-        self.loop = Loop(clock)
+        self.loop = Loop(clock, steady)
         self.on_status: Callable[[], None] | None = None
         self.handlers = Handlers(self.names.transitions, len(structure.transitions))
         self._departures = departures_of(structure)

@@ -15,9 +15,17 @@ from typing import Self
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.channels.arrivals import Arrivals
 from dineros.runtime.channels.exchange import Exchange
-from dineros.runtime.channels.transport import Answer, Transport
+from dineros.runtime.channels.transport import Answer, Ticking, Transport
 from dineros.runtime.journal.recording import Checkpoint, NullRecorder, Recorder
-from dineros.runtime.nets.ports import ClientPort, Message, Port, Queue, ServerPort, SubscriberPort
+from dineros.runtime.nets.ports import (
+    ClientPort,
+    Message,
+    Port,
+    Queue,
+    ServerPort,
+    SubscriberPort,
+    TimerPort,
+)
 from dineros.runtime.nets.sources import Source
 from dineros.runtime.nets.staleness import Expectation
 from dineros.runtime.nodes.core import Core
@@ -135,6 +143,9 @@ class Runner:
             # arrives now: it is sent and recorded first, so that the records are in the order of events.
             with self._loop:
                 self.exchange.depart()
+        if isinstance(transport, Ticking):
+            self._execution.timing.leave_ticks()
+            transport.start_timers()
 
     def step(self) -> bool:
         """Do what came in, begin at most one firing, send what is due; return whether there was anything."""
@@ -358,6 +369,10 @@ class Runner:
     def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
         """Have a request sent again."""
         self._post(lambda: self.exchange.failed(port, message_id, reason))
+
+    def ticked(self, timer: TimerPort) -> None:
+        """Have the callback of a timer begin."""
+        self._post(lambda: self._execution.timing.ticked(timer))
 
     def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
         """Have it counted that something came that is no message."""

@@ -29,6 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Bring nodes up as the arguments say."""
     import rclpy
     from rclpy.executors import ExternalShutdownException
+    from rclpy.utilities import ok
 
     given = list(sys.argv[1:] if arguments is None else arguments)
     steps = [step.split(":", 1) for step in given if ":/" in step]
@@ -40,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     finally:
         node.destroy_node()
-        if rclpy.ok():
+        if ok():
             rclpy.shutdown()
 
 

@@ -71,6 +71,8 @@ FOLDERS = {
         "properties",
         "callbacks",
         "questions",
+        "requirements",
+        "checks",
         "suggestions",
         "evidence",
         "conformance",

@@ -79,8 +79,6 @@ class L4(Rule):
     waits = [read(configured, queue.enter), read(configured, queue.drop)]
 
     where = [~Kept(writer, reader)]
-    lhs = [channel, writer, reader, node, written, queue, configured, away]
-    rhs = [*lhs, miss, *arcs, *waits]
 
 
 class L4Kept(Rule):
@@ -100,8 +98,6 @@ class L4Kept(Rule):
     waits = [read(existing, queue.enter), read(existing, queue.drop)]
 
     where = [Kept(writer, reader)]
-    lhs = [channel, writer, reader, node, written, queue, existing, finalized]
-    rhs = [*lhs, miss, *arcs, *waits]
 
 
 class L4Deliver(Rule):
@@ -114,9 +110,6 @@ class L4Deliver(Rule):
     configured = Made(L1.configured, of=node)
 
     waits = read(configured, queue.leave)
-
-    lhs = [writer, reader, node, queue, configured]
-    rhs = [*lhs, waits]
 
 
 LEFT = "a message of the {queue} is lost: node net {reading} is not there any more"
@@ -137,8 +130,6 @@ class L4Left(Rule):
     arcs = [arc(queue.load, left), arc(left, queue.capacity), read(away, left)]
 
     where = [~Kept(writer, reader), Leaves(life)]
-    lhs = [channel, writer, reader, node, life, queue, away]
-    rhs = [*lhs, left, *arcs]
 
 
 class L4LeftKept(Rule):
@@ -156,8 +147,6 @@ class L4LeftKept(Rule):
     arcs = [arc(queue.load, left), arc(left, queue.capacity), read(finalized, left)]
 
     where = [Kept(writer, reader)]
-    lhs = [channel, writer, reader, node, life, queue, finalized]
-    rhs = [*lhs, left, *arcs]
 
 
 class L4Gone(Rule):
@@ -179,8 +168,6 @@ class L4Gone(Rule):
     arcs = [arc(queue.load, gone), arc(gone, queue.capacity), read(away, gone)]
 
     where = [Leaves(life)]
-    lhs = [channel, writer, reader, node, life, queue, away]
-    rhs = [*lhs, gone, *arcs]
 
 
 class L4Written(Rule):
@@ -193,9 +180,6 @@ class L4Written(Rule):
     change = Made(Configuring, of=node)
 
     waits = read(queue.capacity, change.move, weight=queue.capacity.tokens)
-
-    lhs = [writer, node, life, queue, change]
-    rhs = [*lhs, waits]
 
 
 class L4Read(Rule):
@@ -211,8 +195,6 @@ class L4Read(Rule):
     waits = read(queue.capacity, change.move, weight=queue.capacity.tokens)
 
     where = [~Kept(writer, reader)]
-    lhs = [writer, reader, node, life, queue, change]
-    rhs = [*lhs, waits]
 
 
 class L4Clear(Rule):
@@ -238,9 +220,6 @@ class L4Clear(Rule):
     loses = [arc(received, gone), read(away, gone)]
     clears = [arc(queue.load, clear), arc(clear, queue.capacity), read(away, clear)]
 
-    lhs = [channel, reader, node, life, received, queue, away]
-    rhs = [*lhs, gone, clear, *loses, *clears]
-
 
 class L4Cleared(Rule):
     """A reader's history is empty when its node is configured."""
@@ -256,9 +235,6 @@ class L4Cleared(Rule):
         read(bound.free, change.move),
         read(queue.capacity, change.move, weight=queue.capacity.tokens),
     ]
-
-    lhs = [reader, node, life, bound, queue, change]
-    rhs = [*lhs, *waits]
 
 
 class L5(Rule):
@@ -297,8 +273,6 @@ class L5(Rule):
     ]
 
     where = [Kept(writer, reader)]
-    lhs = [channel, writer, reader, node, life, queue]
-    rhs = [*lhs, delivered, undelivered, kept, room, *arcs]
 
 
 class L5Replace(Rule):
@@ -332,9 +306,6 @@ class L5Replace(Rule):
         read(kept, replace, weight=writer.limit),
     ]
 
-    lhs = [channel, writer, reader, written, queue, delivered, undelivered, kept]
-    rhs = [*lhs, replace, *arcs]
-
 
 class L5ReplaceFinalized(Rule):
     """Not for one that is shut down."""
@@ -346,9 +317,6 @@ class L5ReplaceFinalized(Rule):
     existing = Made(L1Shutdown.existing, of=node)
 
     waits = read(existing, replace)
-
-    lhs = [writer, reader, node, replace, existing]
-    rhs = [*lhs, waits]
 
 
 class L5Again(Rule):
@@ -381,9 +349,6 @@ class L5Again(Rule):
         read(unconfigured, again),
     ]
 
-    lhs = [channel, writer, reader, node, queue, delivered, undelivered, unconfigured]
-    rhs = [*lhs, again, *arcs]
-
 
 class L5Forget(Rule):
     """A writer that goes keeps nothing."""
@@ -412,9 +377,6 @@ class L5Forget(Rule):
     arcs = [arc(delivered, forget), arc(forget, undelivered), read(away, forget)]
     frees = [arc(kept, forget), arc(forget, room), arc(kept, gone), arc(gone, room)]
 
-    lhs = [channel, writer, reader, node, gone, delivered, undelivered, kept, room, away]
-    rhs = [*lhs, forget, *arcs, *frees]
-
 
 class L5Left(Rule):
     """What is lost with a reader that is shut down makes room."""
@@ -426,9 +388,6 @@ class L5Left(Rule):
     room = Made(L5.room, of=[writer, reader])
 
     frees = [arc(kept, left), arc(left, room)]
-
-    lhs = [writer, reader, left, kept, room]
-    rhs = [*lhs, *frees]
 
 
 class L5Drained(Rule):
@@ -442,9 +401,6 @@ class L5Drained(Rule):
 
     waits = read(undelivered, change.move, weight=writer.limit)
 
-    lhs = [writer, reader, node, undelivered, change]
-    rhs = [*lhs, waits]
-
 
 class L5Forgotten(Rule):
     """A writer keeps nothing when its node is configured again."""
@@ -456,6 +412,3 @@ class L5Forgotten(Rule):
     change = Made(Configuring, of=node)
 
     waits = read(room, change.move, weight=writer.limit)
-
-    lhs = [writer, node, life, room, change]
-    rhs = [*lhs, waits]

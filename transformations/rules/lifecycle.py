@@ -128,9 +128,6 @@ class L1(Rule):
     )
     activate = Activating("{node.id}.activate", "is activated", "activate", [inactive], [active])
 
-    lhs = [node, life]
-    rhs = [*lhs, unconfigured, inactive, active, finalized, configured, away, *configure, *activate]
-
 
 class L1ConfigureFails(Rule):
     """Configuring may fail, where the model says so."""
@@ -147,9 +144,6 @@ class L1ConfigureFails(Rule):
         [unconfigured],
     )
 
-    lhs = [node, life, unconfigured]
-    rhs = [*lhs, *fails]
-
 
 class L1ActivateFails(Rule):
     """Activating may fail, where the model says so."""
@@ -162,9 +156,6 @@ class L1ActivateFails(Rule):
         "{node.id}.activate.fails", "fails to be activated", "activate.fails", [inactive], [inactive]
     )
 
-    lhs = [node, life, inactive]
-    rhs = [*lhs, *fails]
-
 
 class L1Deactivate(Rule):
     """A managed node may be deactivated, where the model says so."""
@@ -175,9 +166,6 @@ class L1Deactivate(Rule):
     active = Made(L1.active, of=node)
 
     deactivate = StateChange("{node.id}.deactivate", "is deactivated", "deactivate", [active], [inactive])
-
-    lhs = [node, life, inactive, active]
-    rhs = [*lhs, *deactivate]
 
 
 class L1Cleanup(Rule):
@@ -197,9 +185,6 @@ class L1Cleanup(Rule):
         [inactive, configured],
         [unconfigured, away],
     )
-
-    lhs = [node, life, unconfigured, inactive, configured, away]
-    rhs = [*lhs, *cleanup]
 
 
 class L1Shutdown(Rule):
@@ -237,9 +222,6 @@ class L1Shutdown(Rule):
         [finalized, away],
     )
 
-    lhs = [node, life, unconfigured, inactive, active, finalized, configured, away]
-    rhs = [*lhs, existing, *at_once, *while_inactive, *while_active]
-
 
 class L1Configured(Rule):
     """A node is configured after those that an earlier step of the start order configures."""
@@ -254,8 +236,6 @@ class L1Configured(Rule):
     waits = read(configured, change.move)
 
     where = [earlier.configureStep > 0, earlier.configureStep < life.configureStep]
-    lhs = [node, life, other, earlier, change, configured]
-    rhs = [*lhs, waits]
 
 
 class L1ConfiguredActive(Rule):
@@ -271,8 +251,6 @@ class L1ConfiguredActive(Rule):
     waits = read(active, change.move)
 
     where = [other != node, earlier.activateStep > 0, earlier.activateStep < life.configureStep]
-    lhs = [node, life, other, earlier, change, active]
-    rhs = [*lhs, waits]
 
 
 class L1Activated(Rule):
@@ -288,8 +266,6 @@ class L1Activated(Rule):
     waits = read(configured, change.move)
 
     where = [other != node, earlier.configureStep > 0, earlier.configureStep < life.activateStep]
-    lhs = [node, life, other, earlier, change, configured]
-    rhs = [*lhs, waits]
 
 
 class L1ActivatedActive(Rule):
@@ -305,8 +281,6 @@ class L1ActivatedActive(Rule):
     waits = read(active, change.move)
 
     where = [earlier.activateStep > 0, earlier.activateStep < life.activateStep]
-    lhs = [node, life, other, earlier, change, active]
-    rhs = [*lhs, waits]
 
 
 class L1Thread(Rule):
@@ -318,9 +292,6 @@ class L1Thread(Rule):
 
     needs_thread = read(threads, change.move)
 
-    lhs = [node, change, threads]
-    rhs = [*lhs, needs_thread]
-
 
 class L1Exclusive(Rule):
     """It is served while no callback of the node's default group runs."""
@@ -330,9 +301,6 @@ class L1Exclusive(Rule):
     lock = Made(Lock, of=node)
 
     needs_lock = read(lock.lock, change.move)
-
-    lhs = [node, change, lock]
-    rhs = [*lhs, needs_lock]
 
 
 class L2(Rule):
@@ -361,9 +329,6 @@ class L2(Rule):
         read(inactive, discard),
     ]
 
-    lhs = [channel, writer, publication, source, node, active, inactive]
-    rhs = [*lhs, discard, *arcs]
-
 
 class L3(Rule):
     """Nothing of a node's net happens before it is configured, or active where it pauses."""
@@ -376,9 +341,6 @@ class L3(Rule):
     works = Node(pn.Place, of=Working(life, active, configured))
 
     waits = read(works, move)
-
-    lhs = [move, node, life, active, configured, works]
-    rhs = [*lhs, waits]
 
 
 class L3Begin(Rule):
@@ -393,9 +355,6 @@ class L3Begin(Rule):
     works = Node(pn.Place, of=Working(life, active, configured))
 
     waits = read(works, move)
-
-    lhs = [page, node, move, life, active, configured, works]
-    rhs = [*lhs, waits]
 
 
 class L3Outside(Rule):
@@ -412,8 +371,6 @@ class L3Outside(Rule):
     waits = read(works, move)
 
     absent = [Absent(page)]
-    lhs = [move, node, life, active, configured, works]
-    rhs = [*lhs, waits]
 
 
 class L3Tick(Rule):
@@ -426,9 +383,6 @@ class L3Tick(Rule):
 
     waits = read(configured, tick)
 
-    lhs = [page, node, tick, configured]
-    rhs = [*lhs, waits]
-
 
 class L3Take(Rule):
     """It takes no message."""
@@ -439,9 +393,6 @@ class L3Take(Rule):
     configured = Made(L1.configured, of=node)
 
     waits = read(configured, queue.leave)
-
-    lhs = [reader, node, queue, configured]
-    rhs = [*lhs, waits]
 
 
 class L3Serve(Rule):
@@ -458,9 +409,6 @@ class L3Serve(Rule):
 
     waits = [read(configured, t_call), read(configured, t_return)]
 
-    lhs = [service, client, instance, copy, node, t_call, t_return, configured]
-    rhs = [*lhs, *waits]
-
 
 class L3Late(Rule):
     """Nor one whose client has given up."""
@@ -475,9 +423,6 @@ class L3Late(Rule):
 
     waits = [read(configured, t_call), read(configured, t_return)]
 
-    lhs = [service, instance, copy, node, t_call, t_return, configured]
-    rhs = [*lhs, *waits]
-
 
 class L3Ask(Rule):
     """It asks for nothing, and takes no response."""
@@ -490,9 +435,6 @@ class L3Ask(Rule):
 
     waits = [read(configured, t_req), read(configured, t_res)]
 
-    lhs = [client, node, t_req, t_res, configured]
-    rhs = [*lhs, *waits]
-
 
 class L3GiveUp(Rule):
     """Nor does it give anything up."""
@@ -503,6 +445,3 @@ class L3GiveUp(Rule):
     configured = Made(L1.configured, of=node)
 
     waits = read(configured, given.give_up)
-
-    lhs = [client, node, given, configured]
-    rhs = [*lhs, waits]

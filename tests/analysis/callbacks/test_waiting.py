@@ -8,9 +8,9 @@ from hypothesis import HealthCheck, assume, given, settings
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks.blocking import blocked
 from dineros.analysis.callbacks.waiting import Circle, Waiting
+from dineros.analysis.checks.check import check
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.questions.check import check
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.witnesses.findings import Finding
 from dineros.metamodel import pn, sym
@@ -30,6 +30,8 @@ CIRCLES = {
     "one_thread": f"{MONITOR} the thread of node net monitor, which callback OnTimer has",
     "reentrant": f"{MONITOR} one of the 2 threads of node net monitor, which callback OnTimer has",
     "awaiting": f"{MONITOR} the default callback group of node net monitor, which callback OnTimer has",
+    "answer_one_thread": "callback OnLevel waits for the response of service level to client again, which "
+    "waits for the thread of node net monitor, which callback OnLevel has",
     "calling_each_other": "callback OnRoute of server instance 1 waits for the response of service position "
     "to instance 1 of service route, which waits for the thread of node net planner, which callback OnRoute "
     "of server instance 1 has",

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
 
-from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.budget import RAN_OUT, Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.covering.firings import Firings
@@ -22,6 +22,8 @@ from dineros.metamodel import pn
 
 NEAR = 64 << 20
 """Bytes for the search for a shortest way to a fault; one that is further off is found by the state space."""
+
+OUT_OF_MEMORY = RAN_OUT["memory"]
 
 RECURRENCE_SHARE = 0.2
 """Part of the time that is left in which a smaller net is looked at."""
@@ -52,7 +54,7 @@ class Checked:
     recurs : bool
         Whether it is proved that the net can always come back to its initial marking.
     is_closed : bool
-        Whether no further question can be asked: there is no state space.
+        Whether no question can be asked that needs a state space.
     """
 
     model: pn.Net
@@ -119,10 +121,13 @@ class Question(ABC):
         What it may find.
     asks : str
         What is not known where it is left open.
+    needs_space : bool
+        Whether it cannot be asked once there is no state space.
     """
 
     faults: ClassVar[Sequence[Fault]]
     asks: ClassVar[str]
+    needs_space: ClassVar[bool] = True
 
     def leave_open(self, checked: Checked, reason: str) -> None:
         """Leave it, or what is left of it, undecided."""

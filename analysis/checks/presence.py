@@ -1,51 +1,12 @@
-"""Whether messages find their subscribers: whether ports match, and whether managed nodes are there."""
+"""Whether messages are lost because a managed node is not there, or not active."""
 
 from __future__ import annotations
 
 from typing import ClassVar
 
-from dineros.analysis.answers.budget import RAN_OUT
+from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.model.losses import Kind, Loss, losses_of
-from dineros.analysis.questions.question import Checked, Question
 from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
-from dineros.metamodel import sym
-from dineros.metamodel.matching import mismatch
-
-
-class Matching(Question):
-    """Whether every subscriber gets the messages of every publisher of its topic."""
-
-    NOT_MATCHED = Fault(
-        "ports-not-matched",
-        "warning",
-        "A subscriber asks for more quality of service than a publisher offers, and gets nothing of it.",
-        "{subscriber} gets no message of {publisher} (topic {topic}): {reason}; to mend it, set {fix}",
-    )
-    faults = (NOT_MATCHED,)
-    asks = "whether ports match"
-
-    def ask(self, checked: Checked) -> None:
-        """Compare the quality of service of each pair of ports."""
-        channels = checked.model.channels if isinstance(checked.model, sym.SystemModel) else ()
-        for channel in channels:
-            if not isinstance(channel, sym.TopicChannel):
-                continue
-            for publisher in channel.publishers:
-                for subscriber in channel.subscribers:
-                    found = mismatch(publisher, subscriber)
-                    if found is not None:
-                        ends = publisher.place.id, subscriber.place.id
-                        checked.report.findings.append(
-                            self.NOT_MATCHED.found(
-                                channel.id,
-                                *ends,
-                                publisher=ends[0],
-                                subscriber=ends[1],
-                                topic=channel.topic,
-                                reason=found.reason,
-                                fix=found.fix,
-                            )
-                        )
 
 
 class Presence(Question):
@@ -97,7 +58,7 @@ class Presence(Question):
                 return True
             witness = checked.way_to(losing)
             if witness is None:
-                checked.leave_open(f"how this comes about: {loss.text}", RAN_OUT["memory"])
+                checked.leave_open(f"how this comes about: {loss.text}", OUT_OF_MEMORY)
         else:
             numbers = [subject.transition_index[each] for each in loss.transitions]
             if known.dead.issuperset(numbers):
