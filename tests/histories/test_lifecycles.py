@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from dineros.analysis.model.wording import words
 from dineros.metamodel import sym
+from dineros.metamodel.build import flow
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import load, save
@@ -86,6 +87,19 @@ def test_figures() -> None:
     for lives, states in (((0, 0), 32), ((1, 0), 38), ((0, 1), 72), ((1, 1), 90), ((3, 3), 288)):
         model = talk(*(LIVES[life]() for life in lives))
         assert LifecycleInterpreter(model).count()[0] == states
+
+
+def test_a_node_that_hears_itself() -> None:
+    """A history at whose both ends the same node stands is asked once whether it is empty."""
+    model = talk(sym.Lifecycle(cleansUp=True, deactivates=True), None, depth=1)
+    talker = find(model, "talker", sym.NodeNet)
+    heard = sym.Place(id="Echo", page=talker)
+    flow(heard, sym.Transition(id="Hear itself", page=talker))
+    model.channels[0].subscribers.append(sym.SubscriberPort(place=heard, limit=1))  # type: ignore[attr-defined]
+    for overflow in ("weighted", "inhibitor"):
+        net = plain_net_of(flatten(model, "none", overflow).net)  # type: ignore[arg-type]
+        found = compare(net, LifecycleInterpreter(model), 3000)
+        assert (found.difference, found.complete) == ("", True)
 
 
 def test_ros1_has_no_managed_nodes() -> None:

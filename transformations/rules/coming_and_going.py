@@ -183,7 +183,7 @@ class L4Written(Rule):
 
 
 class L4Read(Rule):
-    """So is a history for a reader of it, where a late one gets nothing of it."""
+    """So is a history for a reader of it, of another node, where a late one gets nothing of it."""
 
     writer = Node(sym.PublisherPort)
     reader = Node(sym.SubscriberPort)
@@ -194,7 +194,7 @@ class L4Read(Rule):
 
     waits = read(queue.capacity, change.move, weight=queue.capacity.tokens)
 
-    where = [~Kept(writer, reader)]
+    where = [~Kept(writer, reader), Home(writer.place) != node]
 
 
 class L4Clear(Rule):
