@@ -97,7 +97,7 @@ def test_a_node_that_hears_itself() -> None:
     flow(heard, sym.Transition(id="Hear itself", page=talker))
     model.channels[0].subscribers.append(sym.SubscriberPort(place=heard, limit=1))  # type: ignore[attr-defined]
     for overflow in ("weighted", "inhibitor"):
-        net = plain_net_of(flatten(model, "none", overflow).net)  # type: ignore[arg-type]
+        net = plain_net_of(flatten(model, "none", overflow).net)
         found = compare(net, LifecycleInterpreter(model), 3000)
         assert (found.difference, found.complete) == ("", True)
 
