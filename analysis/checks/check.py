@@ -13,9 +13,9 @@ from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededErr
 from dineros.analysis.checks.blocking import Callbacks, Deadlock
 from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.clauses import Clauses
+from dineros.analysis.checks.goals import Goals
 from dineros.analysis.checks.matching import Matching
-from dineros.analysis.checks.overflow import Overflow
-from dineros.analysis.checks.presence import Presence
+from dineros.analysis.checks.overflow import Overflow, Presence
 from dineros.analysis.checks.properties import Properties
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.repetition import Repetition
@@ -77,6 +77,7 @@ QUESTIONS: tuple[Question, ...] = (
     Use(),
     Deadlock(),
     Callbacks(),
+    Goals(),
     Repetition(),
     Properties(),
 )

@@ -16,12 +16,8 @@ from dineros.analysis.model.subject import Subject
 from dineros.analysis.properties.recurrence import Recurrence, recurrence
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.order_cache import OrderCache
-from dineros.analysis.symbolic.saturation import DiagramMemoryError
-from dineros.analysis.witnesses.findings import Fault, Report, Witness, witness_of
+from dineros.analysis.witnesses.findings import Fault, Report
 from dineros.metamodel import pn
-
-NEAR = 64 << 20
-"""Bytes for the search for a shortest way to a fault; one that is further off is found by the state space."""
 
 OUT_OF_MEMORY = RAN_OUT["memory"]
 
@@ -83,24 +79,6 @@ class Checked:
     def identity(self) -> str:
         """Id of the model."""
         return str(self.model.id)
-
-    def way_to(self, transition: str) -> Witness | None:
-        """Return a sequence that ends with a transition: a shortest one where few markings are nearer.
-
-        None where the state space, which must be there, takes too much memory.
-        """
-        # Most models need no search.
-        from dineros.analysis.questions.reachability import find_firing, way_to_firing
-
-        subject = self.subject
-        number = subject.transition_index[transition]
-        trace = find_firing(subject.net, number, self.budget.share(most_bytes=NEAR)).trace
-        if trace is None:
-            try:
-                trace = way_to_firing(self.space, subject.names, number)
-            except DiagramMemoryError:
-                return None
-        return witness_of(subject, trace)
 
     def leave_open(self, question: str, reason: str, hint: str = "", may_be_fault: bool = True) -> None:
         """Put a question into the report that is not decided."""

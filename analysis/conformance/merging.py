@@ -19,9 +19,20 @@ from random import Random
 
 from dineros.analysis.conformance.refusals import Fault, Waiting
 from dineros.analysis.conformance.replay import Replay
-from dineros.metamodel.records import Drop, Publish, Record, Reply, Request, Serve, Stop, Take
+from dineros.metamodel.records import (
+    Drop,
+    GiveUp,
+    GoalStep,
+    Publish,
+    Record,
+    Reply,
+    Request,
+    Serve,
+    Stop,
+    Take,
+)
 
-_WAKING = (Publish, Take, Drop, Request, Serve, Reply)
+_WAKING = (Publish, Take, Drop, Request, Serve, Reply, GoalStep)
 """What a step may wait for."""
 
 
@@ -202,7 +213,13 @@ class Merger:
         self._queued.add(node)
 
     def _urgency(self, record: Record) -> tuple[int, float]:
-        """Return the order of steps that can come in any: what comes last has the greater number."""
+        """Return the order of steps that can come in any: what comes last has the greater number.
+
+        A client gives up when nothing else can be done: nobody waits for that, and its request takes room in
+        the history of its service from then on, if it is not served before.
+        """
+        if isinstance(record, GiveUp):
+            return 4, record.time or 0.0
         if self.replay.is_ambiguous(record):
             if self._draw is not None:
                 return self._draw.choice((0, 1, 3)), self._draw.random()

@@ -18,6 +18,7 @@ from dineros.metamodel.elements import node_net_of, node_nets
 from dineros.metamodel.records import (
     Drop,
     Fire,
+    GiveUp,
     Lifecycle,
     Publish,
     Reply,
@@ -26,7 +27,6 @@ from dineros.metamodel.records import (
     Serve,
     Signal,
     Take,
-    Transfer,
 )
 from dineros.metamodel.records.schema import ServiceStep, Step
 from dineros.transformations.flattening.traces import Link
@@ -178,11 +178,69 @@ class ConformanceNet:
         """Return the transition of a publisher's or subscriber's port."""
         return self._steps.get((kind, channel, place))
 
-    def service(self, kind: type[ServiceStep], channel: str, client: str, instance: int | None) -> int | None:
-        """Return a transition of a call: of the client's port, or between it and a server instance."""
+    def service(
+        self, kind: type[ServiceStep], channel: str, client: str | None, instance: int | None
+    ) -> int | None:
+        """Return a transition of a call: of the client's port, or between it and a server instance.
+
+        Without a client, it is of a call whose client has given up.
+        """
         if kind in (Request, Response):
             return self._steps.get((kind, channel, client))
         return self._steps.get((kind, channel, client, instance))
+
+    def giving_up(
+        self, channel: str, client: str, stage: type[ServiceStep], instance: int | None
+    ) -> list[int]:
+        """Return the transitions by which a client may give up a call whose last step is known.
+
+        A request that is not served is in the history, or lost; what comes first is what is likelier.
+        """
+        parts = self._histories.get((channel, client), {})
+        if stage is Request:
+            before = [parts.get("request.enter"), parts.get("drop")]
+        else:
+            before = [self.service(stage, channel, client, instance or 1)]
+        left = [
+            {place for place, change in self.net.delta[index].items() if change > 0}
+            for index in before
+            if index is not None
+        ]
+        ways = self._giving_up[channel, client]
+        return [way for places in left for way in ways if places & {place for place, _ in self.pre[way]}]
+
+    @cached_property
+    def _giving_up(self) -> dict[tuple[str, str], list[int]]:
+        """The transitions by which each client gives up."""
+        found: dict[tuple[str, str], list[int]] = defaultdict(list)
+        for name, role in self.roles.items():
+            if role.kind is GiveUp:
+                found[role.channel or "", role.client or ""].append(self.subject.transition_index[name])
+        return found
+
+    @cached_property
+    def _histories(self) -> dict[tuple[str, str], dict[str, int]]:
+        """How the requests of each client enter the history of a service, or are lost."""
+        found: dict[tuple[str, str], dict[str, int]] = defaultdict(dict)
+        for name, role in self.roles.items():
+            if role.queue == "request":
+                found[role.channel or "", role.client or ""][role.stage or "drop"] = (
+                    self.subject.transition_index[name]
+                )
+        return found
+
+    def entering(self, channel: str, client: str) -> int | None:
+        """Return the transition by which a client's request enters the history; None: there is none."""
+        return self._histories.get((channel, client), {}).get("request.enter")
+
+    @cached_property
+    def depths(self) -> dict[str, int]:
+        """How many requests each service keeps."""
+        return {
+            channel.id: channel.depth
+            for channel in self.model.channels
+            if isinstance(channel, sym.ServiceChannel)
+        }
 
     @cached_property
     def signals(self) -> dict[str, tuple[str, bool]]:
@@ -227,14 +285,17 @@ class ConformanceNet:
 
     @cached_property
     def names_in_ros(self) -> dict[str, str]:
-        """Topic or service of each channel, in words."""
-        return {
-            channel.id: f"topic {channel.topic}"
-            if isinstance(channel, sym.TopicChannel)
-            else f"service {channel.service}"
-            for channel in self.model.channels
-            if isinstance(channel, (sym.TopicChannel, sym.ServiceChannel))
-        }
+        """Topic, service or action of each channel, in words."""
+        names = {}
+        for channel in self.model.channels:
+            match channel:
+                case sym.TopicChannel():
+                    names[channel.id] = f"topic {channel.topic}"
+                case sym.ServiceChannel():
+                    names[channel.id] = f"service {channel.service}"
+                case sym.ActionChannel():
+                    names[channel.id] = f"action {channel.action}"
+        return names
 
     @cached_property
     def typed_channels(self) -> set[str]:
@@ -407,12 +468,24 @@ class ConformanceNet:
         return found
 
     @cached_property
+    def feedback_queues(self) -> dict[tuple[str, str], Queue]:
+        """The feedback history of each client of an action that listens, by channel and client."""
+        return {
+            (channel.id, source_of(queue.link, sym.ActionClientPort).client): self._queue(
+                queue, queue.entrances[0]
+            )
+            for channel, found in self._queues.items()
+            if isinstance(channel, sym.ActionChannel)
+            for queue in found
+        }
+
+    @cached_property
     def suppliers(self) -> dict[int, list[int]]:
-        """Steps that nobody records, by the places they supply: ticks of timers, requests that are kept."""
+        """Steps without records, by the places they supply: ticks, requests that are kept or lost."""
         silent = []
         for link in self.subject.links():
             role = self.roles.get(link.target.id or "") if isinstance(link.target, pn.Transition) else None
-            is_kept = role is not None and role.kind is Transfer and role.queue == "request"
+            is_kept = role is not None and role.queue == "request"
             is_tick = role is not None and link.meaning is not None and link.meaning.part == "tick"
             if is_kept or is_tick:
                 silent.append(str(link.target.id))

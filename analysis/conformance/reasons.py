@@ -8,12 +8,23 @@ from dineros.analysis.conformance.net import ConformanceNet
 from dineros.metamodel import sym
 from dineros.metamodel.errors import counted
 from dineros.metamodel.records import (
+    Accept,
+    Cancel,
+    Canceling,
     Checkpoint,
     Drop,
+    Feedback,
+    Finish,
     Fire,
+    GiveUp,
+    Goal,
+    GoalStep,
+    Hear,
     Lifecycle,
+    Outcome,
     Publish,
     Record,
+    Reject,
     Reply,
     Request,
     Response,
@@ -54,6 +65,10 @@ def step_words(record: Record) -> str:
             return f"it is asked to {record.label}, and is {record.state} then"
         case Drop(queue="inactive"):
             return f"{record.place} publishes while the node is inactive ({record.channel})"
+        case GiveUp():
+            return f"client {record.client} gives up {record.message or 'a request'} ({record.channel})"
+        case Drop(queue="request"):
+            return f"the request history of {record.channel} loses {record.message or 'a request'}"
         case Drop():
             return f"the {record.queue} queue of {record.channel} drops {counted(record.count, 'message')}"
         case ChannelStep():
@@ -61,6 +76,9 @@ def step_words(record: Record) -> str:
                 f"{_DOES[type(record)]} {record.message}" if record.message else _DOES_NAMELESS[type(record)]
             )
             return f"{record.place} {does} ({record.channel})"
+        case GoalStep():
+            goal = f"goal {record.message}" if record.message else "no goal"
+            return f"{_DOES[type(record)]} {goal} ({record.channel})"
         case Checkpoint():
             return "checkpoint"
         case Start():
@@ -75,6 +93,15 @@ _DOES: dict[type[Record], str] = {
     Serve: "gets request",
     Reply: "replies to",
     Response: "gets the response to",
+    Goal: "the client sends",
+    Accept: "the server accepts",
+    Reject: "the client learns of the refusal of",
+    Cancel: "the client asks to cancel",
+    Canceling: "the server hears of the request to cancel",
+    Feedback: "the server gives feedback on",
+    Hear: "the client hears feedback on",
+    Finish: "the server ends",
+    Outcome: "the client learns of the end of",
 }
 
 _DOES_NAMELESS: dict[type[Record], str] = {

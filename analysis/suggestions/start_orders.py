@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import check
-from dineros.analysis.checks.presence import Presence
+from dineros.analysis.checks.overflow import Presence
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import sym
 from dineros.metamodel.elements import node_net_of

@@ -5,7 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.records.base import Data, Record, StoredToken
+from dineros.metamodel.records.goals import (
+    GOAL_EVENTS,
+    Accept,
+    Accepted,
+    Cancel,
+    Canceling,
+    Feedback,
+    Finish,
+    Goal,
+    GoalStep,
+    Hear,
+    Outcome,
+    Reject,
+    TooLate,
+)
 from dineros.metamodel.records.steps import (
     ChannelStep,
     Drop,
@@ -27,18 +43,29 @@ from dineros.metamodel.records.steps import (
 __all__ = [
     "EVENTS",
     "SCHEMA",
+    "Accept",
+    "Accepted",
     "Aside",
+    "Cancel",
+    "Canceling",
     "ChannelStep",
     "Checkpoint",
     "Data",
     "Drop",
     "Error",
+    "Feedback",
+    "Finish",
     "Fire",
     "GiveUp",
+    "Goal",
+    "GoalStep",
     "Header",
+    "Hear",
     "Lifecycle",
+    "Outcome",
     "Publish",
     "Record",
+    "Reject",
     "Release",
     "Reply",
     "Request",
@@ -52,6 +79,7 @@ __all__ = [
     "StoredToken",
     "Take",
     "Timeout",
+    "TooLate",
     "Transfer",
 ]
 
@@ -164,11 +192,22 @@ class Checkpoint(Start):
     missing : dict of str to int
         ``CHANNEL/PLACE`` -> messages that were lost since the last one came.
     requests : dict
-        ``CHANNEL/CLIENT`` -> the request under way: its message id, data and attempts.
+        ``CHANNEL/CLIENT`` -> the requests under way, the oldest first: message id, data, attempts, and for
+        how many seconds (`age`); earlier versions wrote the only one, without a list and an age.
     serving : dict of str to str
         Entry place of a server instance -> message id of the request that it serves.
     responses : dict
         Channel -> message id -> data of the responses kept for requests that come again, the oldest first.
+    goals : dict
+        ``CHANNEL/CLIENT`` of an action -> the goals under way, the oldest first: id, data, whether it is
+        accepted and whether it is to be canceled, the number of the feedback heard last, attempts so far.
+    slots : dict
+        Entry place of a slot of an action's server -> the goal that it works on: id, data, whether it is to
+        be canceled, the number of its last feedback, and number and data of the last ones.
+    results : dict
+        Channel of an action's server -> id of a goal -> its outcome and data, the oldest first.
+    kept_responses : dict of str to int
+        Channel -> how many responses to each sender are kept, where that is more than one.
     aside : dict
         Transition -> place -> ids of the tokens that it leaves alone after a failure.
     run : str
@@ -187,12 +226,47 @@ class Checkpoint(Start):
     seen: dict[str, dict[str, int]] = field(default_factory=dict)
     seen_apart: dict[str, dict[str, list[list[int]]]] = field(default_factory=dict)
     missing: dict[str, int] = field(default_factory=dict)
-    requests: dict[str, dict[str, Any]] = field(default_factory=dict)
+    requests: dict[str, Any] = field(default_factory=dict)
     serving: dict[str, str] = field(default_factory=dict)
     responses: dict[str, dict[str, Data]] = field(default_factory=dict)
+    goals: dict[str, Any] = field(default_factory=dict)
+    slots: dict[str, dict[str, Any]] = field(default_factory=dict)
+    results: dict[str, dict[str, Any]] = field(default_factory=dict)
+    kept_responses: dict[str, int] = field(default_factory=dict)
     aside: dict[str, dict[str, list[int]]] = field(default_factory=dict)
     run: str = ""
     lifecycle: Literal["", "unconfigured", "inactive", "active", "finalized"] = ""
+
+    def pending(self, channel: str, client: str) -> list[dict[str, Any]]:
+        """Return the requests that a client has under way, the oldest first.
+
+        Raises
+        ------
+        DinerosError
+            What the checkpoint says of them is none.
+        """
+        return requests_of(self.requests.get(f"{channel}/{client}", []), self.location)
+
+
+def requests_of(value: Any, location: Location | None = None) -> list[dict[str, Any]]:
+    """Return the requests under way that a checkpoint tells of a client.
+
+    Raises
+    ------
+    DinerosError
+        It tells something else.
+    """
+    found: list[dict[str, Any]] = []
+    requests: list[Any] = value if isinstance(value, list) else [value]
+    for request in requests:
+        match request:
+            case {"message": str(), "data": dict(), "attempts": int()}:
+                age = request.get("age", 0.0)
+                if isinstance(age, (int, float)) and age >= 0:
+                    found.append({**request, "age": float(age)})
+                    continue
+        raise DinerosError("a checkpoint with a request that is none", location=location)
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -261,29 +335,29 @@ class Stop(Record):
     reason: str | None = None
 
 
-EVENTS: dict[str, type[Record]] = {
-    kind.event: kind
-    for kind in (
-        Header,
-        Start,
-        Checkpoint,
-        Fire,
-        Signal,
-        Publish,
-        Take,
-        Drop,
-        Request,
-        Serve,
-        Reply,
-        Response,
-        GiveUp,
-        Lifecycle,
-        Transfer,
-        Timeout,
-        Error,
-        Aside,
-        Release,
-        Stop,
-    )
-}
+_KINDS: tuple[type[Record], ...] = (
+    Header,
+    Start,
+    Checkpoint,
+    Fire,
+    Signal,
+    Publish,
+    Take,
+    Drop,
+    Request,
+    Serve,
+    Reply,
+    Response,
+    GiveUp,
+    Lifecycle,
+    *GOAL_EVENTS,
+    Transfer,
+    Timeout,
+    Error,
+    Aside,
+    Release,
+    Stop,
+)
+
+EVENTS: dict[str, type[Record]] = {kind.event: kind for kind in _KINDS}
 """Class of the records of each event."""

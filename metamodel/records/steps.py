@@ -179,6 +179,8 @@ class GiveUp(Step):
         Id of that token; only in runs.
     message : str or None
         Id of the request; only in runs.
+    data : dict
+        What that token carries; only in runs.
     """
 
     event = "giveUp"
@@ -188,6 +190,7 @@ class GiveUp(Step):
     place: str | None = None
     token: int | None = None
     message: str | None = None
+    data: Data = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,14 +201,16 @@ class Drop(Step):
     ----------
     channel : str
         Id of the channel.
-    queue : {"publisher", "dispatcher", "subscriber", "request", "restart", "inactive"}
-        Which queue; ``request``: that of a service; ``restart``: that of a publisher which has been started
-        again, and which kept less than the subscriber had not got yet; ``inactive``: none, as the managed
-        node that published was not active.
+    queue : {"publisher", "dispatcher", "subscriber", "request", "feedback", "restart", "inactive"}
+        Which queue; ``request``: that of a service; ``feedback``: that of an action's client; ``restart``:
+        that of a publisher which has been started again, and which kept less than the subscriber had not
+        got yet; ``inactive``: none, as the managed node that published was not active.
     place : str or None
         Place of the publisher's or subscriber's port, or of the requests.
     token : int or None
         Id of the token that leaves the publisher's place and is lost at once.
+    message : str or None
+        Id of the request that a service has lost; only in runs.
     count : int
         How many were lost.
     """
@@ -213,9 +218,10 @@ class Drop(Step):
     event = "drop"
 
     channel: str
-    queue: Literal["publisher", "dispatcher", "subscriber", "request", "restart", "inactive"]
+    queue: Literal["publisher", "dispatcher", "subscriber", "request", "feedback", "restart", "inactive"]
     place: str | None = None
     token: int | None = None
+    message: str | None = None
     count: int = 1
 
 

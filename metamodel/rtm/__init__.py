@@ -35,6 +35,8 @@ eSubpackages: list[Any] = []
 eSuperPackage = None
 
 __all__ = [
+    "ActionClientPort",
+    "ActionServerPort",
     "ClientPort",
     "Place",
     "PlacePort",
@@ -194,11 +196,20 @@ class ClientPort(PlacePort):
         Id of the client.
     response : sym.Place
         Receives the responses.
+    outstanding : int
+        Requests that the client has under way at most, 1 or more.
+    timeout : float | None
+        Seconds until the client gives up; absent: it waits for ever.
+    timedOut : sym.Place | None
+        Gets a token when the client gives up; absent: it is ready to ask again.
     """
 
     service: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     client: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     response: sym.Place = Ecore.EReference(lower=1, required=True)
+    outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    timeout: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
+    timedOut: sym.Place | None = Ecore.EReference()
 
     def __init__(
         self,
@@ -209,6 +220,9 @@ class ClientPort(PlacePort):
         service: str | None = None,
         client: str | None = None,
         response: sym.Place | None = None,
+        outstanding: int | None = None,
+        timeout: float | None = None,
+        timedOut: sym.Place | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -221,6 +235,9 @@ class ClientPort(PlacePort):
                 "service": service,
                 "client": client,
                 "response": response,
+                "outstanding": outstanding,
+                "timeout": timeout,
+                "timedOut": timedOut,
             },
             unknown,
         )
@@ -239,12 +256,18 @@ class ServerPort(PlacePort):
         The server page.
     instances : int
         Number of server instances.
+    depth : int
+        Requests that wait for the server at most, under the rules of ROS 2.
+    outstanding : int
+        Requests that one of its clients has under way at most.
     """
 
     service: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     exit: sym.Place = Ecore.EReference(lower=1, required=True)
     page: pn.Page = Ecore.EReference(lower=1, required=True)
     instances: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+    outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
 
     def __init__(
         self,
@@ -256,6 +279,8 @@ class ServerPort(PlacePort):
         exit: sym.Place | None = None,
         page: pn.Page | None = None,
         instances: int | None = None,
+        depth: int | None = None,
+        outstanding: int | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -269,6 +294,164 @@ class ServerPort(PlacePort):
                 "exit": exit,
                 "page": page,
                 "instances": instances,
+                "depth": depth,
+                "outstanding": outstanding,
+            },
+            unknown,
+        )
+
+
+class ActionClientPort(PlacePort):
+    """Tokens are goals of an action.
+
+    Attributes
+    ----------
+    action : str
+        Action name.
+    client : str
+        Id of the client.
+    succeeded : sym.Place | None
+        Receives results of goals that succeeded; absent: nobody fetches them.
+    aborted : sym.Place | None
+        Receives results of goals that were aborted; absent: nobody fetches them.
+    canceled : sym.Place | None
+        Receives results of goals that were canceled; absent: nobody fetches them.
+    rejected : sym.Place | None
+        Gets a token when the server refuses a goal.
+    cancel : sym.Place | None
+        A token here asks the server to cancel the goal.
+    feedback : sym.Place | None
+        Receives feedback.
+    outstanding : int
+        Goals that the client has under way at most, 1 or more.
+    depth : int
+        QoS depth of the feedback.
+    """
+
+    action: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    client: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    succeeded: sym.Place | None = Ecore.EReference()
+    aborted: sym.Place | None = Ecore.EReference()
+    canceled: sym.Place | None = Ecore.EReference()
+    rejected: sym.Place | None = Ecore.EReference()
+    cancel: sym.Place | None = Ecore.EReference()
+    feedback: sym.Place | None = Ecore.EReference()
+    outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+
+    def __init__(
+        self,
+        *,
+        channel: str | None = None,
+        type: str | None = None,
+        mappings: Iterable[sym.FieldMapping] | None = None,
+        action: str | None = None,
+        client: str | None = None,
+        succeeded: sym.Place | None = None,
+        aborted: sym.Place | None = None,
+        canceled: sym.Place | None = None,
+        rejected: sym.Place | None = None,
+        cancel: sym.Place | None = None,
+        feedback: sym.Place | None = None,
+        outstanding: int | None = None,
+        depth: int | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "type": type,
+                "mappings": mappings,
+                "action": action,
+                "client": client,
+                "succeeded": succeeded,
+                "aborted": aborted,
+                "canceled": canceled,
+                "rejected": rejected,
+                "cancel": cancel,
+                "feedback": feedback,
+                "outstanding": outstanding,
+                "depth": depth,
+            },
+            unknown,
+        )
+
+
+class ActionServerPort(PlacePort):
+    """Goals of an action that are accepted become tokens.
+
+    Attributes
+    ----------
+    action : str
+        Action name.
+    page : pn.Page
+        What works on a goal.
+    succeeded : sym.Place | None
+        Holds results of goals that succeed; absent: none does.
+    aborted : sym.Place | None
+        Holds results of goals that are aborted; absent: none is.
+    canceled : sym.Place | None
+        Holds results of goals that are canceled; absent: none is.
+    cancel : sym.Place | None
+        Gets a token when the goal is to be canceled; absent: all requests to cancel are refused.
+    feedback : sym.Place | None
+        Holds feedback for the client whose goal it is; absent: it gives none.
+    mayReject : bool
+        Whether the server may refuse a goal.
+    instances : int
+        Number of goals that it works on at once.
+    depth : int
+        QoS depth of the feedback.
+    """
+
+    action: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    page: pn.Page = Ecore.EReference(lower=1, required=True)
+    succeeded: sym.Place | None = Ecore.EReference()
+    aborted: sym.Place | None = Ecore.EReference()
+    canceled: sym.Place | None = Ecore.EReference()
+    cancel: sym.Place | None = Ecore.EReference()
+    feedback: sym.Place | None = Ecore.EReference()
+    mayReject: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    instances: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+
+    def __init__(
+        self,
+        *,
+        channel: str | None = None,
+        type: str | None = None,
+        mappings: Iterable[sym.FieldMapping] | None = None,
+        action: str | None = None,
+        page: pn.Page | None = None,
+        succeeded: sym.Place | None = None,
+        aborted: sym.Place | None = None,
+        canceled: sym.Place | None = None,
+        cancel: sym.Place | None = None,
+        feedback: sym.Place | None = None,
+        mayReject: bool | None = None,
+        instances: int | None = None,
+        depth: int | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "type": type,
+                "mappings": mappings,
+                "action": action,
+                "page": page,
+                "succeeded": succeeded,
+                "aborted": aborted,
+                "canceled": canceled,
+                "cancel": cancel,
+                "feedback": feedback,
+                "mayReject": mayReject,
+                "instances": instances,
+                "depth": depth,
             },
             unknown,
         )
@@ -392,8 +575,21 @@ resolve_references(
         (PublisherPort.qos, sym.QualityOfService),
         (SubscriberPort.qos, sym.QualityOfService),
         (ClientPort.response, sym.Place),
+        (ClientPort.timedOut, sym.Place),
         (ServerPort.exit, sym.Place),
         (ServerPort.page, pn.Page),
+        (ActionClientPort.succeeded, sym.Place),
+        (ActionClientPort.aborted, sym.Place),
+        (ActionClientPort.canceled, sym.Place),
+        (ActionClientPort.rejected, sym.Place),
+        (ActionClientPort.cancel, sym.Place),
+        (ActionClientPort.feedback, sym.Place),
+        (ActionServerPort.page, pn.Page),
+        (ActionServerPort.succeeded, sym.Place),
+        (ActionServerPort.aborted, sym.Place),
+        (ActionServerPort.canceled, sym.Place),
+        (ActionServerPort.cancel, sym.Place),
+        (ActionServerPort.feedback, sym.Place),
         (RuntimeModel.node, sym.NodeNet),
         (RuntimeModel.tokenType, sym.TokenType),
         (RuntimeModel.otherTokenTypes, sym.TokenType),

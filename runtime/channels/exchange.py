@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Collection, Mapping
-from typing import TypeVar, cast
+from typing import cast
 
-from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import Senders
+from dineros.metamodel.records.schema import requests_of
 from dineros.metamodel.token_data import Value
-from dineros.runtime.channels.services import Client, Instance, Server
+from dineros.runtime.channels.actions import Actions, action_departures
+from dineros.runtime.channels.clients import Client
+from dineros.runtime.channels.services import Instance, Server
 from dineros.runtime.channels.topics import Publisher, Subscriber, Writer
-from dineros.runtime.channels.traffic import SendError, Traffic
+from dineros.runtime.channels.traffic import SendError, Traffic, known_port
 from dineros.runtime.channels.transport import Answer, Transport, check_of
 from dineros.runtime.firing.observing import Observer
 from dineros.runtime.journal.recording import Checkpoint, PendingRequest
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.ports import (
+    ActionServerPort,
     Check,
     ClientPort,
     Data,
@@ -31,18 +34,18 @@ from dineros.runtime.nets.structure import Structure
 from dineros.runtime.scheduling.loop import Loop
 
 LOG = logging.getLogger("dineros.runtime")
-T = TypeVar("T")
 RETRY_DELAY = 1.0
 
 
 def departures_of(structure: Structure) -> list[int]:
-    """Return the places whose tokens depart: of publishers, clients, server instances."""
+    """Return the places whose tokens depart: of publishers, clients, server instances, actions."""
     number = {id: index for index, id in enumerate(structure.places)}
     ports = structure.ports
     return [
         *(number[place] for port in ports.publishers for place in port.places),
         *(number[port.request] for port in ports.clients),
         *(number[place] for port in ports.servers for place in port.exits),
+        *(number[place] for place in action_departures(ports)),
     ]
 
 
@@ -61,6 +64,11 @@ class Exchange:
         Goes into the ids of messages after the node's id.
     request_timeout : float, optional
         Seconds after which a request is sent again.
+
+    Attributes
+    ----------
+    actions : Actions
+        Its clients and servers of goals.
     """
 
     def __init__(
@@ -89,7 +97,8 @@ class Exchange:
         }
         self._clients: dict[ClientPort, Client] = {}
         for departure, client in enumerate(ports.clients, len(self._publishers)):
-            ends = places[client.request], places[client.response]
+            told = None if client.timed_out is None else places[client.timed_out]
+            ends = places[client.request], places[client.response], told
             self._clients[client] = Client(traffic, client, ends, departure, request_timeout)
         self._servers = {port: Server(traffic, port) for port in ports.servers}
         self._instances: list[Instance] = []
@@ -99,11 +108,13 @@ class Exchange:
                 instance = Instance(server, number, places[entry], places[exit_], departure)
                 server.instances.append(instance)
                 self._instances.append(instance)
-        self._senders: list[Publisher | Client | Instance] = [
+        callers: list[Publisher | Client | Instance] = [
             *self._publishers,
             *self._clients.values(),
             *self._instances,
         ]
+        self.actions = Actions(traffic, len(callers))
+        self._senders = [*(each.send for each in callers), *self.actions.senders]
 
     @property
     def drops(self) -> Mapping[tuple[str, str], int]:
@@ -117,8 +128,9 @@ class Exchange:
 
     @property
     def waiting_requests(self) -> int:
-        """How many requests wait for a server instance."""
-        return sum(len(server.waiting) for server in self._servers.values())
+        """How many requests wait for a server instance, and goals for a slot."""
+        waiting = sum(len(server.waiting) for server in self._servers.values())
+        return waiting + self.actions.waiting_goals
 
     def begin(self, transport: Transport) -> None:
         """Let tokens depart; what was sent or asked before a restart is sent or asked again."""
@@ -130,10 +142,8 @@ class Exchange:
         for departure in range(len(self._publishers)):
             self._engine.unhold_departure(departure)
         for client in self._clients.values():
-            if client.pending is None:
-                self._engine.unhold_departure(client.departure)
-            else:
-                client.ask_again()
+            client.begin()
+        self.actions.begin(transport)
 
     def _send_again(self, writer: Writer) -> None:
         try:
@@ -148,7 +158,8 @@ class Exchange:
         found = [(each.place, check_of(transport, each.port)) for each in self._publishers]
         found += [(each.request, check_of(transport, port)) for port, each in self._clients.items()]
         found += [(each.exit, check_of(transport, each.server.port)) for each in self._instances]
-        return {place: check for place, check in found if check is not None}
+        known = {place: check for place, check in found if check is not None}
+        return known | self.actions.checks(transport)
 
     def obey(self, state: State) -> None:
         """Let tokens depart as the state of a managed node says."""
@@ -164,7 +175,7 @@ class Exchange:
         while due:
             number = due[0] - first
             try:
-                self._senders[number].send()
+                self._senders[number]()
             except SendError as error:
                 self._postpone(number, error)
         return True
@@ -184,15 +195,24 @@ class Exchange:
         """Return whether the place of a port has room for a message; from any thread."""
         return self._engine.has_room(self._subscribers[port].place)
 
+    def is_open(self, port: ServerPort, arriving: int) -> bool:
+        """Return whether a request is taken now, besides some that arrive; from any thread."""
+        return self._servers[port].is_open(arriving)
+
+    def serve(self, port: ServerPort) -> None:
+        """Take requests that a transport keeps."""
+        self._servers[port].serve()
+
     def let_in(self, places: Collection[int]) -> bool:
-        """Take responses and requests that wait for room on some places; return whether there were any."""
+        """Take what waits for room on some places; return whether there was anything."""
         before = self._engine.next_token
         for client in self._clients.values():
-            if client.response in places:
+            if client.response in places or client.timed_out in places:
                 client.let_in()
         for instance in self._instances:
             if instance.entry in places:
                 instance.server.serve()
+        self.actions.let_in(places)
         return self._engine.next_token > before
 
     def arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
@@ -210,9 +230,15 @@ class Exchange:
         else:
             self._traffic.lost(port, queue, count)
 
-    def refuse(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
+    def refuse(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
         """Count something that came and is no message; the first is recorded."""
-        name = port.topic if isinstance(port, SubscriberPort) else port.service
+        match port:
+            case SubscriberPort():
+                name = port.topic
+            case ServerPort():
+                name = port.service
+            case ActionServerPort():
+                name = port.action
         self._traffic.refuse(port.channel, name, error)
 
     def requested(self, port: ServerPort, message: Message, answer: Answer) -> None:
@@ -248,12 +274,16 @@ class Exchange:
                 checkpoint["seen"][f"{port.channel}/{port.place}"] = seen
             if apart:
                 checkpoint["seen_apart"][f"{port.channel}/{port.place}"] = apart
+        now = self._loop.clock()
         checkpoint["requests"] = {
-            f"{port.channel}/{port.client}": PendingRequest(
-                message=client.pending.id, data=_plain(client.pending.data), attempts=client.attempts
-            )
+            f"{port.channel}/{port.client}": [
+                PendingRequest(
+                    message=id, data=_plain(call.message.data), attempts=call.attempts, age=now - call.asked
+                )
+                for id, call in client.calls.items()
+            ]
             for port, client in self._clients.items()
-            if client.pending is not None
+            if client.calls
         }
         checkpoint["serving"] = {
             places[instance.entry]: instance.message
@@ -261,10 +291,18 @@ class Exchange:
             if instance.message is not None
         }
         checkpoint["responses"] = {
-            port.channel: {kept.id: _plain(kept.data) for kept in server.responses.values()}
+            port.channel: {
+                id: _plain(kept.data)
+                for responses in server.responses.values()
+                for id, kept in responses.items()
+            }
             for port, server in self._servers.items()
             if server.responses
         }
+        checkpoint["kept_responses"] = {
+            port.channel: server.kept for port, server in self._servers.items() if server.kept > 1
+        }
+        self.actions.save(checkpoint)
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Take over what is known of channels from a checkpoint, before `begin`.
@@ -279,44 +317,37 @@ class Exchange:
         senders = {*places, *writers}
         self._traffic.run = checkpoint["run"]
         self._traffic.numbers = {
-            _known({place: place for place in senders}, place, "place"): number
+            known_port({place: place for place in senders}, place, "place"): number
             for place, number in checkpoint["numbers"].items()
         }
         for place, messages in checkpoint.get("history", {}).items():
-            writer = _known(writers, place, "publisher at")
+            writer = known_port(writers, place, "publisher at")
             for number, data in messages:
                 id = self._traffic.id_of(place, int(str(number)))
                 writer.history.append(Message(id, cast("Data", data)))
         subscribers = {f"{port.channel}/{port.place}": each for port, each in self._subscribers.items()}
         seen, apart = checkpoint["seen"], checkpoint.get("seen_apart", {})
         for key in {**seen, **apart}:
-            _known(subscribers, key, "subscriber").seen = Senders(seen.get(key), apart.get(key))
+            known_port(subscribers, key, "subscriber").seen = Senders(seen.get(key), apart.get(key))
         for key, missing in checkpoint.get("missing", {}).items():
-            _known(subscribers, key, "subscriber").missing = missing
+            known_port(subscribers, key, "subscriber").missing = missing
         clients = {f"{port.channel}/{port.client}": each for port, each in self._clients.items()}
-        for key, request in checkpoint["requests"].items():
-            client = _known(clients, key, "client")
-            client.pending = Message(request["message"], request["data"])
-            client.attempts = request["attempts"]
+        for key, requests in checkpoint["requests"].items():
+            client = known_port(clients, key, "client")
+            for request in requests_of(requests):
+                pending = Message(request["message"], request["data"])
+                client.restore(pending, request["attempts"], request["age"])
         instances = {places[instance.entry]: instance for instance in self._instances}
         for entry, message in checkpoint["serving"].items():
-            instance = _known(instances, entry, "server instance at")
+            instance = known_port(instances, entry, "server instance at")
             instance.message = message
             self._engine.unhold_departure(instance.departure)
         servers = {port.channel: each for port, each in self._servers.items()}
         for channel, responses in checkpoint["responses"].items():
-            server = _known(servers, channel, "server of")
+            server = known_port(servers, channel, "server of")
             for id, data in responses.items():
                 server.keep(Message(id, data))
-
-
-def _known(table: Mapping[str, T], key: str, kind: str) -> T:
-    if key not in table:
-        raise DinerosError(
-            f"the node cannot go on: the model has no {kind} {key!r}",
-            hint="go on with the model of the first run, or start anew",
-        )
-    return table[key]
+        self.actions.restore(checkpoint)
 
 
 def _number(message: Message) -> int:

@@ -11,14 +11,27 @@ from __future__ import annotations
 import random
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
 from dineros.metamodel.errors import DinerosError
+from dineros.runtime.channels.goals import KnownGoal
 from dineros.runtime.channels.histories import HistoryTopic
-from dineros.runtime.channels.transport import Receiver
-from dineros.runtime.nets.ports import ClientPort, Message, Ports, PublisherPort, ServerPort, SubscriberPort
+from dineros.runtime.channels.local_actions import LocalAction
+from dineros.runtime.channels.transport import Answer, Receiver
+from dineros.runtime.nets.ports import (
+    ActionClientPort,
+    ActionServerPort,
+    ClientPort,
+    Data,
+    Message,
+    OutcomeKind,
+    Ports,
+    PublisherPort,
+    ServerPort,
+    SubscriberPort,
+)
 from dineros.runtime.scheduling.threads import join
 
 Move = Callable[[], None]
@@ -57,12 +70,29 @@ class _Dispatcher:
 
 @dataclass
 class _Service:
-    """Requests on their way to a server, and those it has not answered."""
+    """Requests on their way to a server, and those it has not answered, each with its client.
+
+    Attributes
+    ----------
+    depth : int or None
+        How many may wait, under the rules of ROS 2; None: any number, which are handed on one by one.
+    waiting : deque
+        Those that wait.
+    unanswered : dict
+        Those that the server has, for one that comes back.
+    lost : list of str
+        Ids of those that the full history has lost, until the server knows.
+    is_told : bool
+        Whether the server knows of what waits and was lost: it takes that by itself.
+    """
 
     receiver: Receiver | None = None
     port: ServerPort | None = None
+    depth: int | None = None
+    lost: list[str] = field(default_factory=list)
+    is_told: bool = True
     waiting: deque[tuple[str, Message]] = field(default_factory=deque)
-    unanswered: dict[str, Message] = field(default_factory=dict)
+    unanswered: dict[tuple[str, str], Message] = field(default_factory=dict)
 
 
 @dataclass
@@ -91,6 +121,7 @@ class LocalNetwork:
         self._topics: dict[str, HistoryTopic] = {}  # those with histories
         self._services: dict[str, _Service] = {}
         self._clients: dict[str, _Client] = {}
+        self._actions: dict[str, LocalAction] = {}
         self._thread: threading.Thread | None = None
         self._is_ending = False
 
@@ -120,9 +151,13 @@ class LocalNetwork:
         for with_histories in self._topics.values():
             moves += with_histories.moves()
         for service in self._services.values():
-            if service.waiting and service.receiver is not None:
+            if service.receiver is not None and service.depth is not None and not service.is_told:
+                moves.append(partial(self._tell, service))
+            elif service.receiver is not None and service.depth is None and service.waiting:
                 moves.append(partial(self._call, service))
         moves += [partial(self._respond, client) for client in self._clients.values() if client.waiting]
+        for action in self._actions.values():
+            moves += action.moves()
         return moves
 
     def _spread(self, topic: str, queue: _PublisherQueue) -> None:
@@ -146,21 +181,32 @@ class LocalNetwork:
         for port in dispatcher.ports:
             dispatcher.receiver.message_arrived(port, message, 0)
 
-    def _call(self, service: _Service) -> None:
-        key, message = service.waiting.popleft()
-        service.unanswered[key] = message
+    @staticmethod
+    def _tell(service: _Service) -> None:
+        """Let the server know that it is asked."""
         assert service.receiver is not None and service.port is not None
+        service.is_told = True
+        service.receiver.requests_wait(service.port)
+
+    def _call(self, service: _Service) -> None:
+        assert service.receiver is not None and service.port is not None
+        service.receiver.request_arrived(service.port, *self._taken(service))
+
+    def _taken(self, service: _Service) -> tuple[Message, Answer]:
+        """Return the oldest request that waits, and what sends its response."""
+        key, message = service.waiting.popleft()
+        service.unanswered[key, message.id] = message
 
         def answer(response: Message) -> None:
             with self._changed:
-                if service.unanswered.get(key) is message:
-                    del service.unanswered[key]
+                if service.unanswered.get((key, message.id)) is message:
+                    del service.unanswered[key, message.id]
                 client = self._clients.get(key)
                 if client is not None:
                     client.waiting.append(response)
                 self._changed.notify()
 
-        service.receiver.request_arrived(service.port, message, answer)
+        return message, answer
 
     @staticmethod
     def _respond(client: _Client) -> None:
@@ -202,6 +248,9 @@ class LocalNetwork:
             for server in ports.servers:
                 if self._services.setdefault(server.channel, _Service()).receiver is not None:
                     raise DinerosError(f"two nodes serve {server.service!r}")
+            for action in ports.action_servers:
+                if self._action(action.channel).has_server:
+                    raise DinerosError(f"two nodes serve {action.action!r}")
             if ports.middleware == "ros2":
                 self._join_topics(ports, receiver)
             for publisher in ports.publishers if ports.middleware != "ros2" else ():
@@ -222,9 +271,22 @@ class LocalNetwork:
             for server in ports.servers:
                 service = self._services[server.channel]
                 service.receiver, service.port = receiver, server
-                service.waiting.extendleft(reversed(service.unanswered.items()))
+                again = [(key, message) for (key, _), message in service.unanswered.items()]
+                service.waiting.extendleft(reversed(again))
                 service.unanswered.clear()
+                service.depth = server.depth if ports.middleware == "ros2" else None
+                service.is_told = False
+                self._forget_oldest(service)
+            for action_client in ports.action_clients:
+                self._action(action_client.channel).add_client(receiver, action_client)
+            for action in ports.action_servers:
+                self._action(action.channel).add_server(receiver, action)
             self._changed.notify()
+
+    def _action(self, channel: str) -> LocalAction:
+        if channel not in self._actions:
+            self._actions[channel] = LocalAction(self.change)
+        return self._actions[channel]
 
     def _join_topics(self, ports: Ports, receiver: Receiver) -> None:
         for port in (*ports.publishers, *ports.subscribers):
@@ -234,9 +296,11 @@ class LocalNetwork:
         for subscriber in ports.subscribers:
             self._topics[subscriber.channel].add_reader(ports.node, receiver, subscriber)
 
-    def leave(self, ports: Ports) -> None:
+    def leave(self, ports: Ports, receiver: Receiver) -> None:
         """Disconnect a node; what it has published and asked stays on its way."""
         with self._changed:
+            for action in self._actions.values():
+                action.remove(receiver)
             for topic in self._topics.values():
                 topic.remove(ports.node)
             for subscriber in ports.subscribers if ports.middleware != "ros2" else ():
@@ -281,8 +345,47 @@ class LocalNetwork:
         """Take a request on its way."""
         with self._changed:
             service = self._services.setdefault(port.channel, _Service())
-            service.waiting.append((_client_key(port), message))
+            request = _client_key(port), message
+            if request not in service.waiting:  # one that is sent again takes no more room
+                service.waiting.append(request)
+            service.is_told = False
+            self._forget_oldest(service)
             self._changed.notify()
+
+    def action(self, channel: str) -> LocalAction:
+        """Return an action, to be changed by `change` only."""
+        with self._changed:
+            return self._action(channel)
+
+    def change(self, action: Callable[[], None]) -> None:
+        """Have something put on its way; from any thread."""
+        with self._changed:
+            action()
+            self._changed.notify()
+
+    @staticmethod
+    def _forget_oldest(service: _Service) -> None:
+        while service.depth is not None and len(service.waiting) > service.depth:
+            _, message = service.waiting.popleft()
+            service.lost.append(message.id)
+
+    def take_request(self, port: ServerPort) -> tuple[Message, Answer] | None:
+        """Return the oldest request that waits for a server, and what sends its response."""
+        with self._changed:
+            service = self._services[port.channel]
+            return self._taken(service) if service.waiting else None
+
+    def lost_requests(self, port: ServerPort) -> list[str]:
+        """Return the ids of the requests that a full history has lost since this was asked last."""
+        with self._changed:
+            service = self._services[port.channel]
+            lost, service.lost = service.lost, []
+            return lost
+
+    def forget(self, port: ClientPort, message_id: str) -> None:
+        """Hand a request that its client has given up to no server that comes back."""
+        with self._changed:
+            self._services[port.channel].unanswered.pop((_client_key(port), message_id), None)
 
 
 class LocalTransport:
@@ -290,21 +393,24 @@ class LocalTransport:
 
     def __init__(self, network: LocalNetwork) -> None:
         self._network = network
-        self._ports: Ports | None = None
+        self._joined: tuple[Ports, Receiver] | None = None
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
         """Join the channels."""
         self._network.join(ports, receiver)
-        self._ports = ports
+        self._joined = (ports, receiver)
+
+    @property
+    def _ports(self) -> Ports:
+        assert self._joined is not None
+        return self._joined[0]
 
     def publish(self, port: PublisherPort, message: Message) -> bool:
         """Send a message; False: the publisher's queue is full."""
-        assert self._ports is not None
         return self._network.publish(self._ports, port, message)
 
     def publish_again(self, port: PublisherPort, message: Message) -> None:
         """Send a message that was sent before a restart."""
-        assert self._ports is not None
         self._network.publish_again(self._ports, port, message)
 
     def opened(self, port: SubscriberPort) -> None:
@@ -315,11 +421,53 @@ class LocalTransport:
         """Send a request."""
         self._network.request(port, message)
 
+    def restore_goals(self, port: ActionServerPort, goals: Sequence[KnownGoal]) -> None:
+        """Know the goals of an earlier life again."""
+        action = self._network.action(port.channel)
+        self._network.change(lambda: action.restore(goals))
+
+    def send_goal(self, port: ActionClientPort, message: Message) -> None:
+        """Send a goal."""
+        action = self._network.action(port.channel)
+        self._network.change(lambda: action.send(port, message))
+
+    def follow_goal(self, port: ActionClientPort, message: Message) -> None:
+        """Ask for the result of a goal of an earlier life."""
+        action = self._network.action(port.channel)
+        self._network.change(lambda: action.follow(port, message))
+
+    def cancel_goal(self, port: ActionClientPort, goal: str) -> None:
+        """Ask to cancel a goal."""
+        action = self._network.action(port.channel)
+        self._network.change(lambda: action.cancel(goal))
+
+    def give_feedback(self, port: ActionServerPort, goal: str, number: int, data: Data) -> None:
+        """Send feedback."""
+        action = self._network.action(port.channel)
+        self._network.change(lambda: action.give_feedback(goal, number, data, port.depth))
+
+    def finish_goal(self, port: ActionServerPort, goal: str, outcome: OutcomeKind, data: Data) -> None:
+        """Send the result of a goal."""
+        action = self._network.action(port.channel)
+        self._network.change(lambda: action.finish(goal, outcome, data))
+
+    def take_request(self, port: ServerPort) -> tuple[Message, Answer] | None:
+        """Return the oldest request that waits for a server of the node, and what sends its response."""
+        return self._network.take_request(port)
+
+    def lost_requests(self, port: ServerPort) -> list[str]:
+        """Return the ids of the requests that a full history has lost since this was asked last."""
+        return self._network.lost_requests(port)
+
+    def forget(self, port: ClientPort, message_id: str) -> None:
+        """Learn that the node has given a request up."""
+        self._network.forget(port, message_id)
+
     def close(self) -> None:
         """Leave the channels."""
-        if self._ports is not None:
-            self._network.leave(self._ports)
-            self._ports = None
+        if self._joined is not None:
+            self._network.leave(*self._joined)
+            self._joined = None
 
 
 def _place_key(ports: Ports, port: PublisherPort) -> str:

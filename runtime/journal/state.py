@@ -4,21 +4,33 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
 from dineros.metamodel.records import (
+    Accept,
+    Accepted,
     Aside,
+    Cancel,
+    Canceling,
     Checkpoint,
     Data,
     Drop,
+    Feedback,
+    Finish,
     Fire,
+    GiveUp,
+    Goal,
+    Hear,
     Lifecycle,
+    Outcome,
     Publish,
     Record,
+    Reject,
     Release,
     Reply,
     Request,
@@ -29,15 +41,27 @@ from dineros.metamodel.records import (
     StoredToken,
     Take,
     Timeout,
+    TooLate,
     parts_of,
     read_records,
 )
+from dineros.metamodel.records.schema import requests_of
 from dineros.runtime.journal import recording
+from dineros.runtime.journal.goals import Goals
 from dineros.runtime.journal.outlined import Outlined
 
 
 class JournalStateError(DinerosError):
     """A record that cannot follow those before it."""
+
+
+@dataclass
+class _Pending:
+    """A request under way; `asked`: when, in seconds since the epoch."""
+
+    data: Data
+    asked: float
+    attempts: int = 1
 
 
 class JournalState:
@@ -67,9 +91,12 @@ class JournalState:
         self._kept: dict[str, Any] = {}
         self._seen: dict[str, Senders] = {}
         self._missing: dict[str, int] = {}  # of a subscriber: messages lost since its last one
-        self._requests: dict[str, recording.PendingRequest] = {}
+        self._requests: dict[str, dict[str, _Pending]] = {}
         self._serving: dict[str, str] = {}
         self._responses: dict[str, dict[str, Data]] = {}
+        self._kept_responses: dict[str, int] = {}
+        self._now = 0.0  # seconds since the epoch, of the last record that tells
+        self._goals = Goals()
         self._aside: dict[str, dict[str, list[int]]] = {}
         self._run = ""
         self.lifecycle: State | None = None
@@ -83,7 +110,7 @@ class JournalState:
         seen, apart = {}, {}
         for port, senders in self._seen.items():
             seen[port], apart[port] = senders.saved()
-        saved: recording.Checkpoint = {
+        made: recording.Checkpoint = {
             "marking": {
                 place: [[id, data] for id, data in tokens.items()] for place, tokens in self.marking.items()
             },
@@ -99,18 +126,30 @@ class JournalState:
             "seen": {port: numbers for port, numbers in seen.items() if numbers},
             "seen_apart": {port: ranges for port, ranges in apart.items() if ranges},
             "missing": {port: count for port, count in self._missing.items() if count},
-            "requests": dict(self._requests),
+            "requests": {
+                client: [
+                    {"message": id, "data": each.data, "attempts": each.attempts, "age": self._age(each)}
+                    for id, each in requests.items()
+                ]
+                for client, requests in self._requests.items()
+                if requests
+            },
             "serving": dict(self._serving),
             "responses": {channel: dict(kept) for channel, kept in self._responses.items()},
+            "kept_responses": dict(self._kept_responses),
+            "goals": {},
+            "slots": {},
+            "results": {},
             "aside": {
                 transition: {place: list(ids) for place, ids in tokens.items()}
                 for transition, tokens in self._aside.items()
             },
             "run": self._run,
         }
+        self._goals.save(made)
         if self.lifecycle is not None:
-            saved["lifecycle"] = self.lifecycle
-        return saved
+            made["lifecycle"] = self.lifecycle
+        return made
 
     def apply(self, record: Record) -> None:
         """Let a record happen.
@@ -121,6 +160,7 @@ class JournalState:
             It takes a token that is not there, or answers a request that was not served.
         """
         self.next_sequence = record.sequence + 1
+        self._now = self._now if record.time is None else record.time
         apply = _APPLY.get(type(record))
         if apply is not None:
             apply(self, record)
@@ -147,9 +187,17 @@ class JournalState:
             for port in {**record.seen, **record.seen_apart}
         }
         self._missing = dict(record.missing)
-        self._requests = cast("dict[str, recording.PendingRequest]", dict(record.requests))
+        self._requests = {
+            client: {
+                request["message"]: _Pending(request["data"], self._now - request["age"], request["attempts"])
+                for request in requests_of(found, record.location)
+            }
+            for client, found in record.requests.items()
+        }
         self._serving = dict(record.serving)
         self._responses = {channel: dict(kept) for channel, kept in record.responses.items()}
+        self._kept_responses = dict(record.kept_responses)
+        self._goals.begin(record)
         self._aside = {transition: dict(tokens) for transition, tokens in record.aside.items()}
         self._run = record.run
         self.lifecycle = record.lifecycle or None
@@ -190,17 +238,29 @@ class JournalState:
     def _request(self, record: Request) -> None:
         data = self._remove(record, record.place, _token(record, record.token))
         self._count(record)
-        key = f"{record.channel}/{record.client}"
-        self._requests[key] = {"message": record.message or "", "data": data, "attempts": 1}
+        self._pending(record)[record.message or ""] = _Pending(data, self._now)
+
+    def _pending(self, record: Request | Timeout | Response | GiveUp) -> dict[str, _Pending]:
+        """Return the requests that a client has under way, by id."""
+        return self._requests.setdefault(f"{record.channel}/{record.client}", {})
+
+    def _age(self, pending: _Pending) -> float:
+        return max(0.0, self._now - pending.asked)
 
     def _timeout(self, record: Timeout) -> None:
-        pending = self._requests.get(f"{record.channel}/{record.client}")
+        pending = self._pending(record).get(record.message or "")
         if pending is not None:
-            pending["attempts"] = record.attempt + 1
+            pending.attempts = record.attempt + 1
+        self._goals.failed(f"{record.channel}/{record.client}", record.message or "", record.attempt)
 
     def _response(self, record: Response) -> None:
         self._add(record.place, StoredToken(_token(record, record.token), record.data))
-        self._requests.pop(f"{record.channel}/{record.client}", None)
+        self._pending(record).pop(record.message or "", None)
+
+    def _give_up(self, record: GiveUp) -> None:
+        if record.place is not None and record.token is not None:
+            self._add(record.place, StoredToken(record.token, record.data))
+        self._pending(record).pop(record.message or "", None)
 
     def _serve(self, record: Serve) -> None:
         self._add(record.place, StoredToken(_token(record, record.token), record.data))
@@ -220,20 +280,58 @@ class JournalState:
         kept = self._responses.setdefault(record.channel, {})
         kept[message] = data
         sender = message.rpartition("/")[0]
-        for earlier in [id for id in kept if id != message and id.rpartition("/")[0] == sender]:
+        of_sender = [id for id in kept if id.rpartition("/")[0] == sender]
+        for earlier in of_sender[: -self._kept_responses.get(record.channel, 1)]:
             del kept[earlier]
 
     def _drop(self, record: Drop) -> None:
-        if record.place is None:
+        if record.place is None or record.queue == "request":
             return
         if record.change.get(record.place, 0) < 0:
             self._remove(record, record.place, _token(record, record.token))
-        elif record.queue != "restart":
+        elif record.queue not in ("restart", "feedback"):
             port = f"{record.channel}/{record.place}"
             self._missing[port] = self._missing.get(port, 0) + record.count
 
     def _change_state(self, record: Lifecycle) -> None:
         self.lifecycle = record.state
+
+    def _goal(self, record: Goal) -> None:
+        place = record.place or ""
+        self._goals.sent(record, self._remove(record, place, _token(record, record.token)))
+        self._numbers[place] = self._numbers.get(place, 0) + 1
+
+    def _told(self, record: Accepted | Cancel | TooLate) -> None:
+        if isinstance(record, Cancel):
+            self._remove(record, record.place or "", _token(record, record.token))
+        self._goals.told(record)
+
+    def _arrived(self, record: Accept | Canceling | Hear | Reject | Outcome) -> None:
+        if record.place is not None:
+            self._add(record.place, StoredToken(_token(record, record.token), record.data))
+        match record:
+            case Accept():
+                self._goals.accepted(record)
+            case Canceling():
+                self._goals.canceling(record)
+            case Hear():
+                self._goals.heard(record)
+            case _:
+                self._goals.over(record)
+
+    def _feedback(self, record: Feedback) -> None:
+        data = self._remove(record, record.place or "", _token(record, record.token))
+        self._goals.gave(record, data)
+
+    def _finish(self, record: Finish) -> None:
+        data = self._remove(record, record.place or "", _token(record, record.token))
+        if record.unheeded is not None:
+            for place in [place for place in record.change if place != record.place]:
+                self._remove(record, place, record.unheeded)
+        if not self._goals.finished(record, data):
+            raise JournalStateError(
+                f"goal {record.message!r} ends, which no slot works on", location=record.location
+            )
 
     def _put_aside(self, record: Aside) -> None:
         aside = self._aside.setdefault(record.transition, {})
@@ -313,9 +411,21 @@ _APPLY: Mapping[type[Record], Callable[..., None]] = {
     Request: JournalState._request,
     Timeout: JournalState._timeout,
     Response: JournalState._response,
+    GiveUp: JournalState._give_up,
     Serve: JournalState._serve,
     Reply: JournalState._reply,
     Lifecycle: JournalState._change_state,
+    Goal: JournalState._goal,
+    Accept: JournalState._arrived,
+    Accepted: JournalState._told,
+    Reject: JournalState._arrived,
+    Cancel: JournalState._told,
+    Canceling: JournalState._arrived,
+    TooLate: JournalState._told,
+    Feedback: JournalState._feedback,
+    Hear: JournalState._arrived,
+    Finish: JournalState._finish,
+    Outcome: JournalState._arrived,
     Aside: JournalState._put_aside,
     Release: JournalState._release,
 }

@@ -299,6 +299,10 @@ class Core:
             requests={},
             serving={},
             responses={},
+            kept_responses={},
+            goals={},
+            slots={},
+            results={},
             aside={
                 structure.transitions[transition]: {
                     structure.places[place]: sorted(ids) for place, ids in by_place.items()

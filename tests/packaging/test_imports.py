@@ -106,7 +106,7 @@ FOLDERS = {
     "cli": [
         *("failures", "options", "console", "searching", "supervising"),
         *("models", "rule_files", "outputs", "orders", "quick_start"),
-        *("analysing", "running", "presentation", "asking", "commands", "main"),
+        *("analysing", "running", "presentation", "asking", "stored_properties", "commands", "main"),
     ],
     "views": ["policy", "javascript", "nets", "traces", "reports", "exports", "live"],
     "views/nets": ["contents", "placement", "differences", "drawing"],

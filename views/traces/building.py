@@ -7,7 +7,8 @@ What a record does to a lane is a *mark*: a list of the lane's number, a letter,
 |---|---|
 | signal | ``v`` value |
 | queue | ``p`` level (publish), ``k`` level (take), ``d`` level, count (drop), ``n`` level |
-| client | call, after ``q`` (request), ``s`` (serve), ``r`` (reply), ``a`` (answer), ``o`` (late) |
+| client | call, after ``q`` request, ``s`` serve, ``r`` reply, ``a`` answer, ``o`` late, ``g`` given up |
+| goals | as of a client, and ``c`` (asks to cancel), ``x`` (is to be), ``b`` (feedback), ``h`` (hears it) |
 | transition | ``f`` handlers (fires), ``e`` (fails), ``z`` (leaves tokens), ``u`` (takes them again) |
 | place | ``n`` tokens |
 """
@@ -24,6 +25,7 @@ from dineros.metamodel.records import Header, Record, Start
 from dineros.metamodel.records.schema import ServiceStep
 from dineros.metamodel.records.schema import Step as StepRecord
 from dineros.views.traces.facts import Facts, prototype
+from dineros.views.traces.goals import GoalBars, GoalRecord
 from dineros.views.traces.lanes import Lane, Lanes
 
 Mark = list[Any]
@@ -40,6 +42,7 @@ _SHOWN = (
     "token",
     "message",
     "instance",
+    "outcome",
     "attempt",
     "handler",
     "error",
@@ -112,6 +115,8 @@ class TraceBuilder:
         self._published: dict[str, int] = {}
         self._counts: dict[int, int] = {}
         self._call_of: dict[tuple[str, str], tuple[Lane, int]] = {}
+        self._open: dict[int, dict[int, str]] = {}  # of each client's lane: the last mark of its open calls
+        self._goals = GoalBars(self.lanes, self.facts)
         self._started: set[str] = set()
         self._watched: dict[str, list[Lane]] = {}
         self._begun = False
@@ -173,6 +178,8 @@ class TraceBuilder:
                 self._queue_lane(channel, queue, place)
         for (channel, place), client in self.facts.ports.items():
             self._client_lane(channel, client, self.facts.owner_of(place))
+        for (channel, client), place in self.facts.goals.items():
+            self._goals.lane(channel, client, self.facts.owner_of(place))
 
     def _lanes_of_property(self, asked: list[str]) -> None:
         """Watch the places that the property speaks of; a prototype's name is the sum of its instances."""
@@ -268,6 +275,10 @@ class TraceBuilder:
                 step.text = said or f"signal {record.signal} becomes {'true' if record.value else 'false'}"
             case rec.Drop(queue="request") | rec.GiveUp():
                 self._unanswered(step, record)
+            case rec.GoalStep() | rec.Accepted() | rec.TooLate():
+                self._goal(step, record)
+            case rec.Timeout() if (record.channel, record.client) in self.facts.goals:
+                self._goal(step, record)
             case rec.Publish() | rec.Take() | rec.Drop():
                 self._topic(step, record)
             case ServiceStep() | rec.Timeout():
@@ -342,7 +353,7 @@ class TraceBuilder:
         lane = lane or self._client_lane(channel, client or "?", step.node)
         if isinstance(record, rec.Request) or not self._counts[lane.index]:
             call = self._counts[lane.index] = self._counts[lane.index] + 1
-        call = call or self._counts[lane.index]
+        call = call or self._following(lane, record)
         if record.message:
             self._call_of[key] = (lane, call)
         place = getattr(record, "place", None)
@@ -363,15 +374,38 @@ class TraceBuilder:
                 mark, text = ["o", call], f"{asking} of service {name} waits too long: asks again"
         step.marks.append([lane.index, *mark])
         step.text = step.text or text
+        if mark[0] == "a":
+            self._open.get(lane.index, {}).pop(call, None)
+        elif mark[0] != "o":
+            self._open.setdefault(lane.index, {})[call] = str(mark[0])
+
+    def _following(self, lane: Lane, record: Record) -> int:
+        """Return the oldest call of a client that a step without an id can follow; else the last one."""
+        before = {rec.Serve: "q", rec.Reply: "s", rec.Response: "r"}.get(type(record))
+        open_ = self._open.get(lane.index, {})
+        found = (call for call, mark in open_.items() if mark == before or before is None)
+        return next(found, self._counts[lane.index])
+
+    def _goal(self, step: Step, record: GoalRecord) -> None:
+        """Draw the bar of a goal; what is told of it but changes nothing is text only."""
+        step.node = step.node or self.facts.owner_of(getattr(record, "place", None))
+        lane, mark, text = self._goals.mark(record, step.node)
+        step.node = step.node or lane.node
+        step.marks += [] if mark is None else [[lane.index, *mark]]
+        step.text = step.text or text
 
     def _unanswered(self, step: Step, record: rec.Drop | rec.GiveUp) -> None:
         """Show in the client's lane that its request is lost, or that it waits no longer."""
         name, gives_up = self._name(record.channel), isinstance(record, rec.GiveUp)
-        client = record.client if isinstance(record, rec.GiveUp) else None
+        lane, call = self._call_of.get((record.channel, record.message or ""), (None, 0))
+        client = record.client if isinstance(record, rec.GiveUp) else lane.id if lane else None
         client = client or self.facts.ports.get((record.channel, record.place or ""), "?")
-        lane = self._client_lane(record.channel, client, step.node)
+        lane = lane or self._client_lane(record.channel, client, step.node)
         step.node = step.node or lane.node
-        step.marks.append([lane.index, "o", self._counts[lane.index]])
+        call = call or (self._following(lane, record) if gives_up else self._counts[lane.index])
+        step.marks.append([lane.index, "g" if gives_up else "o", call])
+        if gives_up:
+            self._open.get(lane.index, {}).pop(call, None)
         asking = self.facts.client_words(client)
         words = f"{asking} gives up waiting for" if gives_up else f"the request of {asking} is lost by"
         step.text = step.text or f"{words} service {name}"

@@ -17,6 +17,7 @@ _HEADINGS = {
     "signals": "Signals",
     "topics": "Topics",
     "services": "Services",
+    "actions": "Actions",
     "transitions": "Transitions",
 }
 _WORDS = {
@@ -28,6 +29,11 @@ _WORDS = {
     "r": "reply",
     "a": "answer",
     "o": "late",
+    "g": "given up",
+    "c": "asks to cancel",
+    "x": "is to be canceled",
+    "b": "feedback",
+    "h": "hears feedback",
     "f": "fires",
     "e": "fails",
     "z": "leaves tokens",

@@ -27,9 +27,9 @@ from dineros.cli.presentation.answers import say_unfairness, say_verdict
 from dineros.cli.presentation.evidence import certificate_option, confirm_option, refuse_certificates
 from dineros.cli.presentation.property_files import answer_properties, write_formula, write_properties
 from dineros.cli.presentation.scheduling import scheduler_option
-from dineros.cli.presentation.stored_properties import verify_stored, write_stored
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
+from dineros.cli.stored_properties import verify_stored, write_stored
 from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:

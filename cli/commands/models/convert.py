@@ -38,7 +38,7 @@ def convert(model: Path, output: Path, properties: str | None, settings: tuple[s
     refuse_output(output, (*files.SUFFIXES, *PICTURES))
     net = load(model, settings)
     if properties is not None:
-        from dineros.cli.presentation.stored_properties import take_in
+        from dineros.cli.stored_properties import take_in
 
         note(f"properties taken from {properties}: {take_in(net, properties, model)}")
     violations = violations_of(net)

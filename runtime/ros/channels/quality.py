@@ -99,13 +99,20 @@ def companion_quality(depth: int) -> Any:
     )
 
 
-def service_quality() -> Any:
-    """Return the QoS profile of services."""
+def service_quality(depth: int = SERVICE_DEPTH) -> Any:
+    """Return the QoS profile of services; the depth is that of a server's history of requests."""
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
     return QoSProfile(
-        depth=SERVICE_DEPTH, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE
+        depth=depth, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE
     )
+
+
+def feedback_quality(depth: int) -> Any:
+    """Return the QoS profile of an action's feedback."""
+    from rclpy.qos import QoSProfile
+
+    return QoSProfile(depth=max(1, depth))
 
 
 class LossCounter:

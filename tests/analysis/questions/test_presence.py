@@ -8,7 +8,7 @@ import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.checks.check import check
-from dineros.analysis.checks.presence import Presence
+from dineros.analysis.checks.overflow import Presence
 from dineros.analysis.witnesses.records import witness_records
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow

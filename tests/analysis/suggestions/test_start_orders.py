@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.checks.check import check
-from dineros.analysis.checks.presence import Presence
+from dineros.analysis.checks.overflow import Presence
 from dineros.analysis.suggestions.start_orders import suggest_start_order
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow

@@ -1,6 +1,6 @@
 // What the colours and marks of a figure mean.
 
-import { cross, diamond, hourglass, nodeColour, nodeLetter, triangle } from "./shapes.js";
+import { cross, diamond, hourglass, nodeColour, nodeLetter, square, triangle } from "./shapes.js";
 import { points, textWidth } from "./surface.js";
 
 /** @import { Data } from "./data.js" */
@@ -70,12 +70,25 @@ export function drawKey(surface, theme, left, top, lanes, causes) {
       surface.rect(x, middle - 4, 14, 8, { fill: theme.serviceFill });
     });
   }
-  if (calls.some((call) => call.response === undefined))
+  if (calls.some((call) => call.response === undefined && call.givenUp === undefined))
     item("not answered", () => {
       surface.path(points(x, middle + 4, x, middle - 4, x + 15, middle - 4), { ...waits, dash: [4, 3] });
     });
   if (calls.some((call) => call.timeouts.length))
     item("waits too long", () => hourglass(surface, x + 7, middle, theme));
+  if (calls.some((call) => call.givenUp !== undefined))
+    item("gives up", () => {
+      surface.path(points(x, middle + 4, x, middle - 4, x + 11, middle - 4), { ...waits, dash: [4, 3] });
+      hourglass(surface, x + 11, middle, theme);
+    });
+  if (calls.some((call) => call.feedback.length))
+    item("feedback", () => surface.path(points(x + 7, middle - 4, x + 7, middle + 4), waits));
+  if (calls.some((call) => call.cancels.length))
+    item("asks to cancel", () => square(surface, x + 7, middle, theme));
+  if (calls.some((call) => call.end !== undefined))
+    item("succeeded, aborted, canceled, rejected", () => {
+      surface.text(x - 5, top + 11, "SACR", { fill: theme.ink, size: 7.5, bold: true });
+    });
   if (kinds.has("transition"))
     item("fires", () => {
       surface.path(points(x + 7, middle - 6, x + 7, middle + 6), { stroke: theme.soft, width: 2 });
