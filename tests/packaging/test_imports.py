@@ -38,6 +38,7 @@ FOLDERS = {
         "build",
         "calls",
         "callbacks",
+        "lifecycles",
         "matching",
         "token_data",
         "positions",
@@ -99,6 +100,7 @@ FOLDERS = {
         "running",
         "managed",
         "node_main",
+        "bringup",
         "wheels",
     ],
     "cli": [
