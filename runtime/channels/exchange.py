@@ -195,6 +195,10 @@ class Exchange:
         """Return whether the place of a port has room for a message; from any thread."""
         return self._engine.has_room(self._subscribers[port].place)
 
+    def knows_request(self, port: ServerPort, message_id: str) -> bool:
+        """Return whether a request was taken before; from any thread."""
+        return self._servers[port].knows(message_id)
+
     def is_open(self, port: ServerPort, arriving: int) -> bool:
         """Return whether a request is taken now, besides some that arrive; from any thread."""
         return self._servers[port].is_open(arriving)

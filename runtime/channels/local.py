@@ -78,6 +78,8 @@ class _Service:
         How many may wait, under the rules of ROS 2; None: any number, which are handed on one by one.
     waiting : deque
         Those that wait.
+    again : deque
+        Those that come again to a server that has taken them: they take no room.
     unanswered : dict
         Those that the server has, for one that comes back.
     lost : list of str
@@ -92,6 +94,7 @@ class _Service:
     lost: list[str] = field(default_factory=list)
     is_told: bool = True
     waiting: deque[tuple[str, Message]] = field(default_factory=deque)
+    again: deque[tuple[str, Message]] = field(default_factory=deque)
     unanswered: dict[tuple[str, str], Message] = field(default_factory=dict)
 
 
@@ -151,6 +154,8 @@ class LocalNetwork:
         for with_histories in self._topics.values():
             moves += with_histories.moves()
         for service in self._services.values():
+            if service.receiver is not None and service.again:
+                moves.append(partial(self._call_again, service))
             if service.receiver is not None and service.depth is not None and not service.is_told:
                 moves.append(partial(self._tell, service))
             elif service.receiver is not None and service.depth is None and service.waiting:
@@ -192,9 +197,15 @@ class LocalNetwork:
         assert service.receiver is not None and service.port is not None
         service.receiver.request_arrived(service.port, *self._taken(service))
 
-    def _taken(self, service: _Service) -> tuple[Message, Answer]:
+    def _call_again(self, service: _Service) -> None:
+        assert service.receiver is not None and service.port is not None
+        service.receiver.request_arrived(service.port, *self._taken(service, service.again))
+
+    def _taken(
+        self, service: _Service, requests: deque[tuple[str, Message]] | None = None
+    ) -> tuple[Message, Answer]:
         """Return the oldest request that waits, and what sends its response."""
-        key, message = service.waiting.popleft()
+        key, message = (service.waiting if requests is None else requests).popleft()
         service.unanswered[key, message.id] = message
 
         def answer(response: Message) -> None:
@@ -276,6 +287,7 @@ class LocalNetwork:
                 service.unanswered.clear()
                 service.depth = server.depth if ports.middleware == "ros2" else None
                 service.is_told = False
+                self._part(service)
                 self._forget_oldest(service)
             for action_client in ports.action_clients:
                 self._action(action_client.channel).add_client(receiver, action_client)
@@ -348,6 +360,7 @@ class LocalNetwork:
             request = _client_key(port), message
             if request not in service.waiting:  # one that is sent again takes no more room
                 service.waiting.append(request)
+                self._part(service)
             service.is_told = False
             self._forget_oldest(service)
             self._changed.notify()
@@ -362,6 +375,17 @@ class LocalNetwork:
         with self._changed:
             action()
             self._changed.notify()
+
+    @staticmethod
+    def _part(service: _Service) -> None:
+        """Take the requests that a server has taken before out of its history."""
+        if service.receiver is None or service.port is None or service.depth is None:
+            return
+        waiting = list(service.waiting)
+        service.waiting.clear()
+        for request in waiting:
+            is_known = service.receiver.knows_request(service.port, request[1].id)
+            (service.again if is_known else service.waiting).append(request)
 
     @staticmethod
     def _forget_oldest(service: _Service) -> None:

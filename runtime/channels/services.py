@@ -109,6 +109,12 @@ class Server:
                 return  # answered long ago
         self.waiting.append((message, [answer]))
 
+    def knows(self, message_id: str) -> bool:
+        """Return whether a request was taken before, and is being served or has its response kept."""
+        if any(instance.message == message_id for instance in self.instances):
+            return True
+        return message_id in self.responses.get(_sender(message_id), {})
+
     def is_open(self, arriving: int) -> bool:
         """Return whether an instance is free for one more request than those that arrive; from any thread."""
         free = sum(map(self._is_free, self.instances))

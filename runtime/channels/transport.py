@@ -54,6 +54,9 @@ class Receiver(Protocol):
     def requests_wait(self, port: ServerPort) -> None:
         """Learn that a transport which is `Keeping` has requests, or has lost some."""
 
+    def knows_request(self, port: ServerPort, message_id: str) -> bool:
+        """Return whether a request was taken before: one that comes again waits for no instance."""
+
     def response_arrived(self, port: ClientPort, message: Message) -> None:
         """Take the response to the request of this id; one that nobody waits for (any more) is ignored."""
 

@@ -370,6 +370,10 @@ class Runner:
         """Have requests taken that the transport keeps."""
         self._post(lambda: self.exchange.serve(port))
 
+    def knows_request(self, port: ServerPort, message_id: str) -> bool:
+        """Return whether an instance serves a request, or its response is kept."""
+        return self.exchange.knows_request(port, message_id)
+
     def response_arrived(self, port: ClientPort, message: Message) -> None:
         """Have a response put on its place."""
         self._post(lambda: self.exchange.responded(port, message))
