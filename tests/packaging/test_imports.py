@@ -47,6 +47,7 @@ FOLDERS = {
         "records",
         "settings",
         "constraints",
+        "editing",
     ],
     "metamodel/files": [
         *("reading", "xml", "atomic", "confined", "watching", "schema"),
