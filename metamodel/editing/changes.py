@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from dineros.metamodel.base import EObject
+from dineros.metamodel.base import EnumLiteral, EObject
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +32,8 @@ class Valued:
 
     def touched(self) -> list[EObject]:
         """Return the objects that look different afterwards."""
-        others = (self.before, self.after)
-        return [self.element, *(other for other in others if isinstance(other, EObject))]
+        others = [each for each in (self.before, self.after) if isinstance(each, EObject)]
+        return [self.element, *(each for each in others if not isinstance(each, EnumLiteral))]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -121,6 +122,7 @@ class Document:
         self._redo: list[_Group] = []
         self._saved: _Group | None = None
         self._known = digest(content)
+        self._seen: tuple[tuple[int, ...], str | None] | None = None
         self._last: dict[str, tuple[int, Done]] = {}
 
     def _recover(self, content: bytes | None) -> None:
@@ -206,12 +208,26 @@ class Document:
     def disk(self) -> Disk:
         """Tell what others did to the file since it was read or saved."""
         try:
-            now = digest(self._read())
+            now = self._digest_now()
         except DinerosError:
             return "changed"
         if now == self._known:
             return "same" if now is not None else "new"
         return "gone" if now is None else "changed"
+
+    def _digest_now(self) -> str | None:
+        """Return by what the file is known now; it is read only where it may be another one than last time."""
+        try:
+            status = self.path.stat()
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            raise ModelFileError(f"cannot be read: {error.strerror}", location=Location(self.path)) from error
+        signature = (status.st_ino, status.st_mtime_ns, status.st_ctime_ns, status.st_size)
+        # One that was written in this moment may be written again within the same tick of its clock.
+        if self._seen is None or self._seen[0] != signature or time.time_ns() - status.st_mtime_ns < 10**9:
+            self._seen = signature, digest(read_bytes(self.path))
+        return self._seen[1]
 
     def on_disk(self) -> pn.Net:
         """Return the model that the file holds now, for a comparison.
@@ -248,6 +264,8 @@ class Document:
             return done
         count = len(self.handles)
         performed = self._editor.perform(commands)
+        if not performed.changes:  # it is as it is wanted
+            return Done(self.revision, [], performed.made)
         entry = {"do": [encode_command(each) for each in commands], "label": label[:200]}
         try:
             self._journal.append(_signed(entry, by))

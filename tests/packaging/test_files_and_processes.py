@@ -28,7 +28,7 @@ OTHERWISE_OPENED = {
     "runtime/ros/process/domains.py": "empty files that are locks; links are not followed",
     "runtime/ros/process/memory.py": "shared memory; links are not followed",
     "runtime/ros/wheels.py": "files of the installed ROS 2",
-    "views/live/remembering.py": "the state of the user, readable for nobody else",
+    "views/serving/addresses.py": "the state of the user, readable for nobody else",
     "views/javascript/modules.py": "our scripts",
     "views/javascript/server.py": "our scripts",
     "views/nets/drawing/page.py": "our scripts and styles",

@@ -105,7 +105,7 @@ FOLDERS = {
         *("models", "rule_files", "outputs", "orders", "quick_start"),
         *("analysing", "running", "presentation", "asking", "commands", "main"),
     ],
-    "views": ["policy", "javascript", "nets", "traces", "reports", "exports", "live"],
+    "views": ["policy", "javascript", "nets", "traces", "reports", "exports", "serving", "live", "editing"],
     "views/nets": ["contents", "placement", "differences", "drawing"],
     "analysis/logic": ["language", "automata", "verdicts", "kernels", "graphs", "ltl", "ctl"],
 }
