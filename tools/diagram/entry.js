@@ -8,3 +8,4 @@ export { default as OutlineModule } from "diagram-js/lib/features/outline/index.
 export { default as SnappingModule } from "diagram-js/lib/features/snapping/index.js";
 export { default as MoveCanvasModule } from "diagram-js/lib/navigation/movecanvas/index.js";
 export { default as ZoomScrollModule } from "diagram-js/lib/navigation/zoomscroll/index.js";
+export { default as ChangeSupportModule } from "diagram-js/lib/features/change-support/index.js";

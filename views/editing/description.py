@@ -9,7 +9,7 @@ from typing import Any
 from lxml import etree
 from pyecore.ecore import EAttribute, EEnum
 
-from dineros.metamodel import pn
+from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject, features_of
 from dineros.metamodel.constraints import all_constraints
 from dineros.metamodel.constraints.wording import words_for
@@ -26,6 +26,31 @@ _TYPES = {
     "EBoolean": "boolean",
 }
 _KINDS = {Kind.ATTRIBUTE: "attribute", Kind.CONTAINMENT: "part", Kind.REFERENCE: "reference"}
+_SHAPES: dict[type[EObject], str] = {
+    pn.Place: "place",
+    pn.Transition: "transition",
+    pn.ReferencePlace: "place-reference",
+    pn.ReferenceTransition: "transition-reference",
+    sym.NodeNet: "node",
+    sym.CallbackPage: "callback",
+    pn.Page: "page",
+    sym.TopicChannel: "topic",
+    sym.ServiceChannel: "service",
+}
+"""What stands on sheets, and as what; a class before those that it extends."""
+
+_LINES: dict[type[EObject], list[tuple[str, str, str]]] = {
+    pn.Arc: [("source", "target", "arc")],
+    pn.ReferencePlace: [("target", "self", "reference")],
+    pn.ReferenceTransition: [("target", "self", "reference")],
+    sym.PublisherPort: [("place", "in", "publish")],
+    sym.SubscriberPort: [("in", "place", "subscribe")],
+    sym.Dispatcher: [("in", "node", "subscribe")],
+    sym.ClientPort: [("request", "in", "request"), ("in", "response", "response")],
+    sym.ServerPort: [("in", "entry", "call"), ("exit", "in", "return")],
+}
+"""Which references are drawn as lines: from, to and kind; ``self`` is the object, ``in`` its container."""
+
 _DOCUMENTATION = "eAnnotations/details[@key='documentation']"
 
 
@@ -36,7 +61,8 @@ def description_for(root: pn.Net) -> dict[str, Any]:
     -------
     dict
         ``classes``: by name, with ``words``, ``says``, ``supers``, ``made`` (whether one can be made),
-        ``rules`` (constraints about it) and ``features``, each with name, text, kind, type, bounds and default;
+        ``rules`` (constraints about it), ``features`` (each with name, text, kind, type, bounds and default),
+        and the ``shape`` and ``lines`` that it is drawn as;
         ``enumerations``: by name, their literals with their texts.
     """
     made = classes_for(type(root))
@@ -77,7 +103,12 @@ def _class(cls: type[EObject], enumerations: dict[str, Any]) -> dict[str, Any]:
             plain = isinstance(stored.default, str | int | float | bool)
             said["default"] = stored.default if plain else str(stored.default)
         features.append(said)
+    shape = next((shape for each, shape in _SHAPES.items() if issubclass(cls, each)), None)
+    lines = [line for each, found in _LINES.items() if issubclass(cls, each) for line in found]
+    drawn = {"shape": shape} if shape else {}
     return {
+        **drawn,
+        **({"lines": [{"from": begin, "to": end, "kind": kind} for begin, end, kind in lines]} if lines else {}),
         "words": words_for(cls),
         "says": _said(cls.eClass, None),
         "supers": [name_of(each) for each in _supers(cls)],

@@ -11,6 +11,8 @@ from markupsafe import Markup
 from dineros.views.javascript.modules import linked
 from dineros.views.policy import content_policy
 
+_STYLES = ("vendor/diagram-js/diagram.css", "static/net/net.css", "static/edit/edit.css")
+
 
 def editor_page(title: str, connect: str) -> tuple[str, str]:
     """Return the page and its policy.
@@ -29,7 +31,7 @@ def editor_page(title: str, connect: str) -> tuple[str, str]:
         .from_string(_read("static/edit/page.html.j2"))
         .render(
             title=title,
-            style=Markup(_read("vendor/diagram-js/diagram.css") + _read("static/edit/edit.css")),
+            style=Markup("".join(map(_read, _STYLES))),
             canvas=Markup(canvas),
             script=Markup(script),
         )
