@@ -162,10 +162,13 @@ class Journal:
 
     def close(self, *, remove: bool) -> None:
         """Let others edit the model; take the file away where nothing in it is needed any more."""
+        if self._file < 0:
+            return
         if remove:
             with contextlib.suppress(OSError):
                 self.path.unlink()
         os.close(self._file)
+        self._file = -1
 
     @contextlib.contextmanager
     def _said(self) -> Any:

@@ -31,8 +31,17 @@ class Hand:
         return int(self.page.evaluate("document.body.dataset.revision"))
 
     def idle(self) -> None:
-        """Wait until everything that was asked is answered."""
-        wait_until(self.page, "dinerosEditor.connection.waiting.size === 0")
+        """Wait until everything that was asked is answered, and all has its place."""
+        wait_until(
+            self.page, "dinerosEditor.connection.waiting.size === 0 && !document.body.dataset.busy"
+        )
+
+    def open(self, name: str) -> None:
+        """Open a page by a double click."""
+        self.idle()
+        self.page.mouse.dblclick(*self.middle(name))
+        wait_until(self.page, f"document.querySelector('#path [aria-current]').textContent === '{name}'")
+        self.idle()
 
     def shape(self, name: str) -> Locator:
         """Return the shape with a name."""

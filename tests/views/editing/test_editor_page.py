@@ -46,8 +46,8 @@ def test_one_element_moved_and_only_its_position_differs(
     _, handle = edit(file)
     one = visit()
     hand = Hand(one.page, handle.url)
-    hand.shape("FeatureNode").dblclick()
-    hand.shape("ModeSwap").dblclick()
+    hand.open("FeatureNode")
+    hand.open("ModeSwap")
     assert hand.page.locator("#path [aria-current]").inner_text() == "ModeSwap"
     hand.drag("P2", 40, 30)
     hand.page.keyboard.press("Control+s")
@@ -79,7 +79,7 @@ def test_a_model_drawn_from_nothing_is_the_one_that_was_built(
     hand.dialog(topic="chatter")
     hand.fill("id", "Chatter")
 
-    hand.shape("talker").dblclick()
+    hand.open("talker")
     hand.button("+ input signal")
     hand.fill("id", "Button")
     hand.put("place", 0.2, 0.4, id="Words", tokens="3")
@@ -91,7 +91,7 @@ def test_a_model_drawn_from_nothing_is_the_one_that_was_built(
     hand.button("+ publisher port of Chatter")
 
     hand.page.keyboard.press("Alt+ArrowUp")
-    hand.shape("listener").dblclick()
+    hand.open("listener")
     hand.put("callback page", 0.4, 0.4, id="OnChatter")
     hand.shape("OnChatter").focus()
     hand.page.keyboard.press("Enter")
@@ -124,11 +124,11 @@ def test_a_model_drawn_from_nothing_is_the_one_that_was_built(
 def test_two_tabs_agree_and_say_what_is_refused(file: Path, edit: Edit, visit: NewVisit) -> None:
     document, handle = edit(file)
     one, two = Hand(visit().page, handle.url), Hand(visit().page, handle.url)
-    one.shape("talker").dblclick()
+    one.open("talker")
     one.click("Words")
     one.fill("tokens", "8")
     one.page.keyboard.press("Escape")
-    two.shape("talker").dblclick()
+    two.open("talker")
     two.page.wait_for_selector("#canvas .djs-shape[aria-label='place Words, 8 tokens']")
     two.click("Said")
     two.page.keyboard.press("Delete")
@@ -153,7 +153,7 @@ def test_the_page_goes_on_after_the_server_was_killed(file: Path, visit: NewVisi
     document, handle = edit(file)
     visiting = visit()
     hand = Hand(visiting.page, handle.url)
-    hand.shape("talker").dblclick()
+    hand.open("talker")
     hand.click("Words")
     hand.fill("tokens", "5")
     handle.stop()
@@ -193,7 +193,7 @@ def test_what_somebody_else_wrote_can_be_compared_and_taken(file: Path, edit: Ed
 def test_everything_has_a_role_and_a_name(file: Path, edit: Edit, visit: NewVisit) -> None:
     _, handle = edit(file)
     hand = Hand(visit().page, handle.url)
-    hand.shape("talker").dblclick()
+    hand.open("talker")
     unnamed = hand.page.evaluate(
         """() => [...document.querySelectorAll('button, input, select, a, [role=button], [role=toolbar]')]
             .filter((each) => !each.closest('dialog:not([open])'))
@@ -211,5 +211,5 @@ def test_everything_has_a_role_and_a_name(file: Path, edit: Edit, visit: NewVisi
             "[getComputedStyle(document.body).color, getComputedStyle(document.body).backgroundColor]"
         )
         assert colours[0] != colours[1]
-        outline = hand.shape("Words").locator(".djs-outline")
-        assert outline.evaluate("(each) => getComputedStyle(each).visibility") == "visible"
+        shape = hand.shape("Words").locator(".shape")
+        assert shape.evaluate("(each) => getComputedStyle(each).strokeWidth") == "3.5px"

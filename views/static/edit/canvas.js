@@ -153,8 +153,8 @@ export class Canvas {
       this.putShape(drawn, at);
     }
     for (const drawn of lines) this.putLine(drawn);
-    this.isDrawing = false;
     this.selection.select(chosen.flatMap((id) => this.registry.get(id) ?? []));
+    this.isDrawing = false;
     this.describe();
   }
 

@@ -71,7 +71,7 @@ function rowsFor(model, element, feature, asked) {
 }
 
 /**
- * A row with a field; what is refused is said beside it, and the field shows the model's value again.
+ * A row with a field; what is refused is said beside it, and stays there to be mended.
  *
  * @param {Feature} feature
  * @param {HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement} field

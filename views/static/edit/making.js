@@ -19,9 +19,6 @@ export function typesFor(model, feature) {
 const needed = (model, type) =>
   model.classOf(type).features.filter((feature) => feature.required && feature.name !== "id");
 
-/** Whether a form has to be filled in before one can be made. @type {(model: Model, type: string) => boolean} */
-export const isAsked = (model, type) => needed(model, type).length > 0;
-
 /** A field, and what it says once the form is filled in. @typedef {{ row: HTMLElement, read: () => [Feature, Value] }} Field */
 
 /**
@@ -97,6 +94,13 @@ export function optionFor(model, handle, isChosen) {
 /** A feature's name in words. @type {(name: string) => string} */
 export const inWords = (name) => name.replace(/(?<!^)(?=[A-Z])/g, " ").toLowerCase();
 
+/** Whether all that an object cannot be without is one reference, and where it leads is given. @type {(model: Model, type: string, given: string | null) => boolean} */
+function isGiven(model, type, given) {
+  const [only, ...others] = needed(model, type);
+  if (given === null || only?.kind !== "reference" || others.length > 0) return false;
+  return model.isA(model.get(given).type, only.type);
+}
+
 /**
  * Asks for what an object cannot be without, in a dialog; without anything to ask, answers at once.
  *
@@ -107,7 +111,8 @@ export const inWords = (name) => name.replace(/(?<!^)(?=[A-Z])/g, " ").toLowerCa
  */
 export function askFor(dialog, model, { owner, feature, type, given = null }) {
   const form = formFor(model, type, given);
-  if (form.rows.length === 0) return Promise.resolve(form.commands(owner, feature, "$new"));
+  if (form.rows.length === 0 || isGiven(model, type, given))
+    return Promise.resolve(form.commands(owner, feature, "$new"));
   const { words, says } = model.classOf(type);
   return new Promise((settle) => {
     const cancel = make("button", { type: "button", onclick: () => dialog.close() }, "Cancel");

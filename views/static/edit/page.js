@@ -370,7 +370,9 @@ class Editor {
     const key = missing.join(" ");
     if (missing.length === 0 || this.arranged.get(sheet) === key) return;
     this.arranged.set(sheet, key);
+    document.body.dataset.busy = "arranging";
     const found = await this.positions(sheet);
+    delete document.body.dataset.busy;
     if (found === null) return;
     this.canvas.computed.set(sheet, found);
     if (this.canvas.sheet === sheet) {
@@ -402,7 +404,11 @@ class Editor {
     const { key, ctrlKey, metaKey, shiftKey, altKey } = event;
     const isCommand = ctrlKey || metaKey;
     if (isCommand && key.toLowerCase() === "s") this.used(event, () => this.save(false));
-    if (isInField(event) || document.querySelector("dialog[open]")) return;
+    if (document.querySelector("dialog[open]")) return;
+    if (isInField(event)) {
+      if (key === "Escape" && document.activeElement instanceof HTMLElement) document.activeElement.blur();
+      return;
+    }
     const lower = key.toLowerCase();
     if (isCommand && lower === "z") this.used(event, () => this.turn(shiftKey ? "redo" : "undo"));
     else if (isCommand && lower === "y") this.used(event, () => this.turn("redo"));
