@@ -216,7 +216,7 @@ class Document:
         return "gone" if now is None else "changed"
 
     def _digest_now(self) -> str | None:
-        """Return by what the file is known now; it is read only where it may be another one than last time."""
+        """Return by what the file is known now; it is read only where it may be another than last time."""
         try:
             status = self.path.stat()
         except FileNotFoundError:

@@ -29,6 +29,8 @@ OTHERWISE_OPENED = {
     "runtime/ros/process/memory.py": "shared memory; links are not followed",
     "runtime/ros/wheels.py": "files of the installed ROS 2",
     "views/serving/addresses.py": "the state of the user, readable for nobody else",
+    "views/editing/description.py": "our metamodels",
+    "views/editing/page.py": "our scripts and styles",
     "views/javascript/modules.py": "our scripts",
     "views/javascript/server.py": "our scripts",
     "views/nets/drawing/page.py": "our scripts and styles",

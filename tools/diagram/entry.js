@@ -1,4 +1,4 @@
-// What the editor's page uses of diagram-js; tools/bundle-diagram makes views/vendor/diagram-js of it.
+// What the editor's page uses of diagram-js; tools/bundle-diagram makes views/vendor/diagram of it.
 export { default as Diagram } from "diagram-js/lib/Diagram.js";
 export { default as BaseRenderer } from "diagram-js/lib/draw/BaseRenderer.js";
 export { default as BendpointsModule } from "diagram-js/lib/features/bendpoints/index.js";

@@ -1,4 +1,4 @@
-"""Where to put what no editor has put anywhere yet: the sheet of a page, laid out as pictures of models are."""
+"""Where to put what no editor has put anywhere yet: a sheet laid out as pictures of models are."""
 
 from __future__ import annotations
 

@@ -108,7 +108,11 @@ def _class(cls: type[EObject], enumerations: dict[str, Any]) -> dict[str, Any]:
     drawn = {"shape": shape} if shape else {}
     return {
         **drawn,
-        **({"lines": [{"from": begin, "to": end, "kind": kind} for begin, end, kind in lines]} if lines else {}),
+        **(
+            {"lines": [{"from": begin, "to": end, "kind": kind} for begin, end, kind in lines]}
+            if lines
+            else {}
+        ),
         "words": words_for(cls),
         "says": _said(cls.eClass, None),
         "supers": [name_of(each) for each in _supers(cls)],

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from dineros.views.javascript.modules import linked
 from dineros.views.policy import content_policy
 
-_STYLES = ("vendor/diagram-js/diagram.css", "static/net/net.css", "static/edit/edit.css")
+_STYLES = ("vendor/diagram/diagram.css", "static/net/net.css", "static/edit/edit.css")
 
 
 def editor_page(title: str, connect: str) -> tuple[str, str]:
@@ -25,7 +25,7 @@ def editor_page(title: str, connect: str) -> tuple[str, str]:
         Where it may connect to.
     """
     script = linked("edit/page.js")
-    canvas = _read("vendor/diagram-js/diagram.bundled.js")
+    canvas = _read("vendor/diagram/diagram.bundled.js")
     page = (
         Environment(autoescape=True)
         .from_string(_read("static/edit/page.html.j2"))

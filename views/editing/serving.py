@@ -1,4 +1,4 @@
-"""The server of the editor: a page, a stream in both directions for each tab, and a comparison with the file."""
+"""The server of the editor: a page, a stream in both directions for each tab, a comparison with the file."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """What pages say to a document and what they are told, as texts of JSON; without any network.
 
-A page greets with a snapshot, and then gets a message for everything that changes, whoever changed it. What it
-asks has a number, of which it is told that it is done, or refused and why.
+A page is greeted with a snapshot, and then gets a message for everything that changes, whoever changed it.
+What it asks has a number, of which it is told that it is done, or refused and why.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ from dineros.metamodel.errors import counted
 def edit(model: Path, port: int, no_browser: bool) -> int:
     """Draw a model in the browser: a new one, or that of an .xmi or .pnml file.
 
-    The page is served on this machine only, to those who know the address that is printed. What is done there is
-    kept in a journal beside the model until it is saved. Ctrl-C ends it; then the exit status is 0.
+    The page is served on this machine only, to those who know the address that is printed. What is done
+    there is kept in a journal beside the model until it is saved. Ctrl-C ends it; the exit status is 0 then.
     """
     from dineros.metamodel.editing import Document
     from dineros.views.editing import serve_editor

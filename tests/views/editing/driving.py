@@ -32,9 +32,7 @@ class Hand:
 
     def idle(self) -> None:
         """Wait until everything that was asked is answered, and all has its place."""
-        wait_until(
-            self.page, "dinerosEditor.connection.waiting.size === 0 && !document.body.dataset.busy"
-        )
+        wait_until(self.page, "dinerosEditor.connection.waiting.size === 0 && !document.body.dataset.busy")
 
     def open(self, name: str) -> None:
         """Open a page by a double click."""

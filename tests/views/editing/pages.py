@@ -1,4 +1,4 @@
-"""A page of the editor, as far as the server can tell: what it says, what it is told, and what it knows then."""
+"""A page of the editor, as far as the server can tell: what it says, is told, and knows then."""
 
 from __future__ import annotations
 
@@ -48,7 +48,8 @@ class PageModel:
     def by_id(self, id: str) -> str:
         """Return the handle of the element with an id."""
         objects = self.model["objects"].items()
-        return next(handle for handle, each in objects if each.get("values", {}).get("id") == id)
+        found: str = next(handle for handle, each in objects if each.get("values", {}).get("id") == id)
+        return found
 
 
 class Tab(PageModel):

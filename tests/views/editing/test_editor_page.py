@@ -10,7 +10,6 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from dineros.metamodel.editing import Document
 from dineros.metamodel.files import load, save
 from dineros.views.editing.contents import model_json
 from tests.support.equality import differences
@@ -37,9 +36,7 @@ def positions_differ(before: bytes, after: bytes) -> list[tuple[bytes, bytes]]:
 
 
 @pytest.mark.skipif(not FEATURES.exists(), reason="the model is not here")
-def test_one_element_moved_and_only_its_position_differs(
-    tmp_path: Path, edit: Edit, visit: NewVisit
-) -> None:
+def test_one_element_moved_and_only_its_position_differs(tmp_path: Path, edit: Edit, visit: NewVisit) -> None:
     file = tmp_path / FEATURES.name
     shutil.copy(FEATURES, file)
     before = file.read_bytes()
@@ -138,7 +135,10 @@ def test_two_tabs_agree_and_say_what_is_refused(file: Path, edit: Edit, visit: N
     two.page.wait_for_selector("#canvas .djs-shape[aria-label*='Said']")
     one.click("Say")
     one.fill("clause", "Button & Knob")
-    assert "the node net 'talker' has no signal 'Knob'" in one.page.locator(".row .said:not(:empty)").inner_text()
+    assert (
+        "the node net 'talker' has no signal 'Knob'"
+        in one.page.locator(".row .said:not(:empty)").inner_text()
+    )
     one.fill("clause", "Button &")
     assert "column 9" in one.page.locator("#said").inner_text()
     one.click("Words")

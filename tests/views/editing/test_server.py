@@ -1,4 +1,4 @@
-"""The editor's server, without a browser: who may come in, two tabs, wrong things, and a file that others change."""
+"""The editor's server, without a browser: who may come in, tabs, wrong things, a file that others change."""
 
 from __future__ import annotations
 
@@ -118,7 +118,8 @@ def test_two_tabs_stay_equal(file: Path, edit: Edit) -> None:
         ('{"number": 1, "ask": "do"}', "list of commands"),
         ('{"number": 1, "ask": "do", "commands": [{"kind": "move"}]}', "move needs element"),
         (
-            '{"number": 1, "ask": "do", "commands": [{"kind": "set", "element": "e0", "feature": "__class__", "value": 1}]}',
+            '{"number": 1, "ask": "do", "commands": '
+            '[{"kind": "set", "element": "e0", "feature": "__class__", "value": 1}]}',
             "no feature",
         ),
         (

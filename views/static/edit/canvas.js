@@ -226,7 +226,7 @@ export class Canvas {
       const words = this.model.kind(business.element).words;
       graphics.setAttribute(
         "aria-label",
-        `${words} ${business.title}${ends}${count}${mark ? `, has an ${mark}` : ""}`,
+        `${words} ${business.title}${ends}${count}${mark ? `, ${mark}` : ""}`,
       );
       graphics.classList.toggle("has-error", mark === "error");
       graphics.classList.toggle("has-warning", mark === "warning");

@@ -114,13 +114,18 @@ function notes(model, element, kind) {
   return [words, `${count} inside`];
 }
 
-/** Which channels a place belongs to that are not on its sheet. @type {(model: Model, place: string) => string[]} */
+/** Which channels a place gives to or takes from, that are not on its sheet. @type {(model: Model, place: string) => string[]} */
 function portsAt(model, place) {
   const found = [];
+  const sheet = model.get(place).in;
   for (const [handle, object] of model.objects) {
-    if (object.in === undefined || !model.links(model.root, "channels").includes(object.in)) continue;
-    const leads = Object.values(object.links ?? {}).includes(place);
-    if (leads) found.push(`${model.kind(handle).words}: ${model.label(object.in)}`);
+    for (const { from, to } of model.classOf(object.type).lines ?? []) {
+      const channel = object.in;
+      if ((from !== "in" && to !== "in") || channel === undefined || model.sheetOf(channel) === sheet)
+        continue;
+      if (model.link(handle, from) === place) found.push(`→ ${model.label(channel)}`);
+      if (model.link(handle, to) === place) found.push(`← ${model.label(channel)}`);
+    }
   }
   return found;
 }
