@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp
     from starlette.websockets import WebSocket
 
-PAUSE = 0.3
+PAUSE = 0.15
 """Seconds without a change after which a model is checked that takes long to check."""
 
 MOST_WAITING = 2_000

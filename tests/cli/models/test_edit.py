@@ -1,4 +1,4 @@
-"""``dineros edit``: its address, its end, its exit statuses; what a browser would say is said over the stream."""
+"""``dineros edit``: its address, its end, its exit statuses; what a browser says is said over the stream."""
 
 from __future__ import annotations
 
@@ -110,6 +110,10 @@ def test_wrong_use_is_one_line(file: Path, tmp_path: Path, start: Start, run: Ru
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = str(taken.getsockname()[1])
-        assert is_one_line_of_wrong_use(run("edit", str(tmp_path / "new.xmi"), "--port", port), f"port {port}")
-    assert sorted(each.name for each in tmp_path.iterdir() if "journal" in each.name) == [journal_of(file).name]
+        assert is_one_line_of_wrong_use(
+            run("edit", str(tmp_path / "new.xmi"), "--port", port), f"port {port}"
+        )
+    assert sorted(each.name for each in tmp_path.iterdir() if "journal" in each.name) == [
+        journal_of(file).name
+    ]
     assert json.loads(journal_of(file).read_text())["version"] == 1
