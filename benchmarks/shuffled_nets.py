@@ -15,9 +15,9 @@ import time
 
 from benchmarks.state_spaces import MEMORY, NETS, machine
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.checks.check import check
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.models import to_model
-from dineros.analysis.questions.check import check
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from tests.analysis import classic_nets as classic
 from tests.support.shuffled_nets import shuffled

@@ -19,8 +19,11 @@ from itertools import count
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.callbacks.waiting import Waiting
+from dineros.analysis.checks.blocking import Callbacks, Deadlock
+from dineros.analysis.checks.boundedness import Boundedness
+from dineros.analysis.checks.check import check
+from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.questions.check import Boundedness, Callbacks, Deadlock, Overflow, check
 from dineros.analysis.suggestions.changes import Changes, against_circle, against_run
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import sym

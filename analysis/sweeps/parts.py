@@ -229,7 +229,7 @@ def _key(finding: Finding) -> tuple[str, tuple[str, ...], str]:
 
 
 def _check(model: pn.Net, asked: dict[str, Any], budget: Budget) -> dict[str, Any]:
-    from dineros.analysis.questions.check import QUESTIONS, check
+    from dineros.analysis.checks.check import QUESTIONS, check
 
     wanted = {"Boundedness", *asked["questions"]}
     chosen = [question for question in QUESTIONS if type(question).__name__ in wanted]

@@ -23,11 +23,11 @@ def print_report(report: Report, net: pn.Net, model: Path, format: str, witnesse
     if format == "json":
         say_json({**report.to_dict(str(model)), **rules_of(net)})
     elif format == "sarif":
-        from dineros.analysis.questions.report_formats import to_sarif
+        from dineros.analysis.checks.report_formats import to_sarif
 
         say_json(to_sarif(report, net, model))
     elif format == "junit":
-        from dineros.analysis.questions.report_formats import to_junit
+        from dineros.analysis.checks.report_formats import to_junit
 
         say(to_junit(report, model).decode())
     else:

@@ -12,8 +12,8 @@ from dineros.cli.models import rules_of
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
-    from dineros.analysis.questions.capacities import Capacity
     from dineros.analysis.suggestions.callback_groups import Suggestion
+    from dineros.analysis.suggestions.capacities import Capacity
     from dineros.metamodel import pn
 
 

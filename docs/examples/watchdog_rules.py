@@ -31,8 +31,5 @@ class Watchdog(Rule):
         arc(t_rearm, armed),
     ]
 
-    lhs = [service, client, ready, t_req, t_res]
-    rhs = [*lhs, waiting, armed, expired, t_timeout, t_rearm, *arcs]
-
 
 RULES = [Watchdog]

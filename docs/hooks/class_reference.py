@@ -25,7 +25,7 @@ MODULES = {
     "dineros.metamodel.errors": "Errors",
     "dineros.transformations.flattening.flatten": "Flattening",
     "dineros.transformations.flattening.split": "Splitting",
-    "dineros.analysis.questions.check": "Checking",
+    "dineros.analysis.checks.check": "Checking",
     "dineros.analysis.conformance": "Conformance",
     "dineros.generators": "Generating",
     "dineros.runtime": "Running",

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from dineros.analysis.checks.check import check
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.model.wording import words
-from dineros.analysis.questions.capacities import suggest_capacities
-from dineros.analysis.questions.check import check
 from dineros.analysis.questions.state_space import state_space
+from dineros.analysis.suggestions.capacities import suggest_capacities
 from dineros.cli.presentation.traces import witness_builder
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow

@@ -71,6 +71,7 @@ FOLDERS = {
         "properties",
         "callbacks",
         "questions",
+        "checks",
         "suggestions",
         "evidence",
         "conformance",

@@ -35,7 +35,7 @@ IMAGES = Variable()
 class Maker:
     """A rule, as far as what it makes knows it: its name, and what it matches."""
 
-    lhs: ClassVar[Sequence[Variable]] = ()
+    lhs: ClassVar[Sequence[Variable]]
 
 
 class New(Variable):
@@ -323,6 +323,13 @@ class ForAll:
         self.make = tuple(make)
         self.where = tuple(where)
         self.location = rule_line()
+
+    def matched(self) -> Iterator[Variable]:
+        """Yield all pattern nodes it matches, nested ones included."""
+        yield from self.nodes
+        for item in self.make:
+            if isinstance(item, ForAll):
+                yield from item.matched()
 
     def created(self) -> Iterator[New]:
         """Yield all elements it makes, nested ones included."""

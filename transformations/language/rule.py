@@ -35,17 +35,19 @@ class Rule(Maker, metaclass=RuleType):
 
     Attributes
     ----------
-    lhs : sequence of Node, Made or Index
-        What to match.
-    rhs : sequence of Node, Made, Index, New, Copy or ForAll
-        What there is afterwards.
+    lhs : sequence of Node, Made or Index, optional
+        What to match; by default, all such elements of the class body, in their order, but those that stand
+        in `Absent` or `ForAll`.
+    rhs : sequence of Node, Made, Index, New, Copy or ForAll, optional
+        What there is afterwards; by default, the left-hand side and all that the class body makes, in its
+        order.
     where : sequence of Expression
         Conditions that a match must fulfil.
     absent : sequence of Absent
         Patterns that must not match in addition.
     """
 
-    rhs: ClassVar[Sequence[Variable | ForAll]] = ()
+    rhs: ClassVar[Sequence[Variable | ForAll]]
     where: ClassVar[Sequence[Expression]] = ()
     absent: ClassVar[Sequence[Absent]] = ()
     created: ClassVar[dict[str, New | Copy]] = {}
@@ -63,6 +65,10 @@ class Rule(Maker, metaclass=RuleType):
             for name, value in vars(base).items()
             if not name.startswith("_")
         }
+        if "lhs" not in names:
+            cls.lhs = list(_matched(cls, names))
+        if "rhs" not in names:
+            cls.rhs = [*cls.lhs, *_made(names)]
         _require_lists(cls)
         _name(cls, names)
         _bind(cls, names)
@@ -73,6 +79,27 @@ class Rule(Maker, metaclass=RuleType):
         cls.deleted = [node for node in cls.lhs if isinstance(node, Node) and not _contains(cls.rhs, node)]
         cls.context = []
         _check(cls, names)
+
+
+def _matched(cls: type[Rule], names: dict[str, Any]) -> Iterator[Variable]:
+    """Yield what a class body matches, but what it forbids or matches for its repetitions alone."""
+    inner: list[Variable] = [node for pattern in cls.absent for node in pattern.nodes]
+    for value in names.values():
+        for item in value if isinstance(value, list) else [value]:
+            if isinstance(item, ForAll):
+                inner += item.matched()
+    for value in names.values():
+        if isinstance(value, (Node, Made, Index)) and not _contains(inner, value):
+            yield value
+
+
+def _made(names: dict[str, Any]) -> Iterator[Variable | ForAll]:
+    """Yield what a class body makes, but what its repetitions do."""
+    repeated = [item for value in names.values() if isinstance(value, ForAll) for item in value.created()]
+    for value in names.values():
+        for item in value if isinstance(value, (list, Fragment)) else [value]:
+            if isinstance(item, (New, Copy, ForAll)) and not _contains(repeated, item):
+                yield item
 
 
 _LISTS: dict[str, tuple[type, ...]] = {

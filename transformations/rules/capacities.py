@@ -28,8 +28,6 @@ class B1(Rule):
     bound = Bound(bounded, bounded.capacity, means=Meaning("free room at {place}", rests=True))
 
     where = [bounded.capacity > 0]
-    lhs = [bounded]
-    rhs = [*lhs, *bound]
 
 
 class B2(Rule):
@@ -45,8 +43,6 @@ class B2(Rule):
     )
 
     where = [either(port.place.capacity, 0) == 0]
-    lhs = [port, publication]
-    rhs = [*lhs, *bound]
 
 
 class B3(Rule):
@@ -66,8 +62,6 @@ class B3(Rule):
         either(port.inHand, 0) != UNLIMITED,
         count(Lowering(sink)) > 0,
     ]
-    lhs = [port, sink]
-    rhs = [*lhs, *bound]
 
 
 class B4(Rule):

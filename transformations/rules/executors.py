@@ -90,9 +90,6 @@ class E1(Rule):
         means=Meaning("a free thread of node net {node}", part="threads", rests=True),
     )
 
-    lhs = [node]
-    rhs = [*lhs, threads]
-
 
 class E2(Rule):
     """An exclusive callback group runs one callback at a time."""
@@ -103,8 +100,6 @@ class E2(Rule):
     lock = Lock("{node.id}.{group.id}.lock", "free callback group {group} of node net {node}")
 
     where = [node.execution == "callbacks", count(Members(group)) > 0]
-    lhs = [group]
-    rhs = [*lhs, *lock]
 
 
 class E2Default(Rule):
@@ -115,8 +110,6 @@ class E2Default(Rule):
     lock = Lock("{node.id}.lock", "free default callback group of node net {node}")
 
     where = [count(Members(node)) > 0]
-    lhs = [node]
-    rhs = [*lhs, *lock]
 
 
 class E3(Rule):
@@ -126,9 +119,6 @@ class E3(Rule):
     node = Node(sym.NodeNet, execution="callbacks", of=ancestor(page, sym.NodeNet))
 
     running = place("{page.id}.running", means=Meaning("{callback} runs", part="running"))
-
-    lhs = [page, node]
-    rhs = [*lhs, running]
 
 
 class E3Take(Rule):
@@ -142,9 +132,6 @@ class E3Take(Rule):
     running = Made(E3.running, of=page)
 
     beginning = Beginning(queue.leave, threads, running)
-
-    lhs = [reader, page, node, queue, threads, running]
-    rhs = [*lhs, *beginning]
 
 
 class E3Tick(Rule):
@@ -160,8 +147,6 @@ class E3Tick(Rule):
     beginning = Beginning(begin, threads, running)
 
     absent = [Absent(end, where=[end == begin])]
-    lhs = [page, begin, node, threads, running]
-    rhs = [*lhs, *beginning]
 
 
 class E3Serve(Rule):
@@ -178,9 +163,6 @@ class E3Serve(Rule):
 
     beginning = Beginning(t_call, threads, running)
 
-    lhs = [service, instance, copy, page, node, t_call, threads, running]
-    rhs = [*lhs, *beginning]
-
 
 class E3Once(Rule):
     """A timer's callback of a single transition begins and ends at once."""
@@ -194,8 +176,6 @@ class E3Once(Rule):
     needs_thread = read(threads, move)
 
     where = [end == move]
-    lhs = [page, move, end, node, threads]
-    rhs = [*lhs, needs_thread]
 
 
 class E3OnceExclusive(Rule):
@@ -209,8 +189,6 @@ class E3OnceExclusive(Rule):
     needs_lock = read(lock.lock, move)
 
     where = [end == move]
-    lhs = [page, move, end, lock]
-    rhs = [*lhs, needs_lock]
 
 
 class E4(Rule):
@@ -226,8 +204,6 @@ class E4(Rule):
     ending = Ending(end, threads, running)
 
     absent = [Absent(begin, where=[begin == end])]
-    lhs = [page, end, node, threads, running]
-    rhs = [*lhs, *ending]
 
 
 class E4Reply(Rule):
@@ -244,9 +220,6 @@ class E4Reply(Rule):
 
     ending = Ending(t_return, threads, running)
 
-    lhs = [service, instance, copy, page, node, t_return, threads, running]
-    rhs = [*lhs, *ending]
-
 
 class E5(Rule):
     """A response is taken between callbacks, by a thread that is free."""
@@ -259,8 +232,6 @@ class E5(Rule):
     needs_thread = read(threads, t_res)
 
     where = [~BeginsCallback(client), ~Awaited(client)]
-    lhs = [client, node, t_res, threads]
-    rhs = [*lhs, needs_thread]
 
 
 class E5Exclusive(Rule):
@@ -273,8 +244,6 @@ class E5Exclusive(Rule):
     needs_lock = read(lock.lock, t_res)
 
     where = [~BeginsCallback(client)]
-    lhs = [client, t_res, lock]
-    rhs = [*lhs, needs_lock]
 
 
 class E6(Rule):
@@ -290,8 +259,6 @@ class E6(Rule):
     beginning = Beginning(t_res, threads, running)
 
     where = [BeginsCallback(client)]
-    lhs = [client, page, node, t_res, threads, running]
-    rhs = [*lhs, *beginning]
 
 
 class E6Exclusive(Rule):
@@ -305,8 +272,6 @@ class E6Exclusive(Rule):
     needs_lock = read(lock.lock, t_res)
 
     where = [BeginsCallback(client), Group(page) != Group(client)]
-    lhs = [client, page, t_res, lock]
-    rhs = [*lhs, needs_lock]
 
 
 class E7(Rule):
@@ -316,9 +281,6 @@ class E7(Rule):
     running = Made(E3.running, of=page)
 
     awaiting = place("{page.id}.awaiting", means=Meaning("{callback} awaits a response", part="awaiting"))
-
-    lhs = [page, running]
-    rhs = [*lhs, awaiting]
 
 
 class E7Call(Rule):
@@ -337,8 +299,6 @@ class E7Call(Rule):
     goes_on = [arc(awaiting, t_res), arc(threads, t_res), arc(t_res, running)]
 
     where = [Awaited(client)]
-    lhs = [client, page, node, t_req, t_res, threads, running, awaiting]
-    rhs = [*lhs, *asks, *goes_on]
 
 
 class E3Exclusive(Rule):
@@ -350,9 +310,6 @@ class E3Exclusive(Rule):
 
     takes = arc(lock.lock, beginning.move)
 
-    lhs = [page, beginning, lock]
-    rhs = [*lhs, takes]
-
 
 class E4Exclusive(Rule):
     """A callback that ends gives it back."""
@@ -362,6 +319,3 @@ class E4Exclusive(Rule):
     lock = Made(Lock, of=Group(page))
 
     gives = arc(ending.move, lock.lock)
-
-    lhs = [page, ending, lock]
-    rhs = [*lhs, gives]

@@ -105,9 +105,6 @@ class R3(Rule):
         received, 1, means=Meaning("{queue}: room for an arriving message", called=READER, rests=True)
     )
 
-    lhs = [channel, reader, sink]
-    rhs = [*lhs, received, *queue, *bound]
-
 
 class R2(Rule):
     """Writer history of each publisher port for each subscriber port that matches it."""
@@ -134,8 +131,6 @@ class R2(Rule):
     )
 
     where = [Matched(writer, reader)]
-    lhs = [channel, writer, reader, received]
-    rhs = [*lhs, written, *queue, *bound]
 
 
 class R1(Rule):
@@ -195,5 +190,3 @@ class R4(Rule):
     arcs = [arc(queue.load, lose), arc(lose, queue.capacity)]
 
     where = [BestEffort(writer, reader)]
-    lhs = [channel, writer, reader, queue]
-    rhs = [*lhs, lose, *arcs]

@@ -27,9 +27,6 @@ class E3Late(Rule):
 
     beginning = Beginning(t_call, threads, running)
 
-    lhs = [service, instance, copy, page, node, t_call, threads, running]
-    rhs = [*lhs, *beginning]
-
 
 class E4Late(Rule):
     """It ends with its response to nobody."""
@@ -44,9 +41,6 @@ class E4Late(Rule):
     running = Made(E3.running, of=page)
 
     ending = Ending(t_return, threads, running)
-
-    lhs = [service, instance, copy, page, node, t_return, threads, running]
-    rhs = [*lhs, *ending]
 
 
 class E7GiveUp(Rule):
@@ -63,5 +57,3 @@ class E7GiveUp(Rule):
     goes_on = [arc(awaiting, given.give_up), arc(threads, given.give_up), arc(given.give_up, running)]
 
     where = [Awaited(client)]
-    lhs = [client, page, given, node, threads, running, awaiting]
-    rhs = [*lhs, *goes_on]

@@ -133,8 +133,6 @@ class R5(Rule):
     )
 
     where = [LosesRequests(service)]
-    lhs = [service]
-    rhs = [*lhs, load, capacity]
 
 
 class R5Client(Rule):
@@ -189,8 +187,6 @@ class R6(Rule):
     )
 
     where = [GivesUp(service)]
-    lhs = [service]
-    rhs = [*lhs, late]
 
 
 class R6Instance(Rule):
@@ -238,9 +234,6 @@ class R6Instance(Rule):
         arc(t_return, inactive),
     ]
 
-    lhs = [service, instance, late, load, capacity, active, inactive, page, entry, exit]
-    rhs = [*lhs, in_use, t_call, t_return, *arcs]
-
 
 class GiveUp(Fragment):
     """A client gives a call up and is ready for the next one.
@@ -282,8 +275,6 @@ class R7(Rule):
     goes_on = arc(waiting.give_up, late)
 
     where = [client.timeout > 0]
-    lhs = [service, client, ready, requests, responses, lost, late]
-    rhs = [*lhs, *waiting, *forgotten, *answered, goes_on]
 
 
 class R7Instance(Rule):
@@ -300,8 +291,6 @@ class R7Instance(Rule):
     goes_on = arc(served.give_up, late)
 
     where = [client.timeout > 0]
-    lhs = [service, client, instance, ready, in_use, late]
-    rhs = [*lhs, *served, goes_on]
 
 
 class R7Place(Rule):
@@ -312,6 +301,3 @@ class R7Place(Rule):
     given = Made(GiveUp, of=client)
 
     tells = arc(given.give_up, told)
-
-    lhs = [client, told, given]
-    rhs = [*lhs, tells]

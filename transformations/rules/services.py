@@ -37,9 +37,6 @@ class S4(Rule):
         id="{service.id}[{instance}].{original.id}",
     )
 
-    lhs = [service, server, instance]
-    rhs = [*lhs, page]
-
 
 class S4Client(Rule):
     """A client of its own for each instance of the server page that a client stands on."""
@@ -83,9 +80,6 @@ class S3(Rule):
         tokens=1,
         means=Meaning("instance {instance} of service {service} is inactive", part="inactive", rests=True),
     )
-
-    lhs = [service, instance]
-    rhs = [*lhs, active, inactive]
 
 
 class S1(Rule):
@@ -136,9 +130,6 @@ class S1(Rule):
         arc(t_res, ready),
     ]
 
-    lhs = [service, client, request, response]
-    rhs = [*lhs, ready, requests, responses, t_req, t_res, *arcs]
-
 
 class S2(Rule):
     """Each client may be served by each instance."""
@@ -178,6 +169,3 @@ class S2(Rule):
         arc(t_return, responses),
         arc(t_return, inactive),
     ]
-
-    lhs = [service, client, instance, requests, responses, active, inactive, page, entry, exit]
-    rhs = [*lhs, in_use, t_call, t_return, *arcs]

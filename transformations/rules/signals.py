@@ -32,8 +32,6 @@ class I4(Rule):
     )
 
     where = [count(signal.literals) > 0]
-    lhs = [signal]
-    rhs = [*lhs, true, false]
 
 
 class I5FullyEnabled(Rule):
@@ -44,9 +42,6 @@ class I5FullyEnabled(Rule):
     false = Made(I4.false, of=signal)
 
     change = SignalChange("{signal.id}.toTrue", "{signal.id}.toFalse", true=true, false=false)
-
-    lhs = [signal, true, false]
-    rhs = [*lhs, *change]
 
 
 class I5InputEnabled(Rule):
@@ -60,9 +55,6 @@ class I5InputEnabled(Rule):
     change = SignalChange(
         "{signal.id}.toTrue.{transition.id}", "{signal.id}.toFalse.{transition.id}", true=true, false=false
     )
-
-    lhs = [transition, signal, true, false]
-    rhs = [*lhs, *change]
 
 
 class I6InputEnabled(Rule):
@@ -100,9 +92,6 @@ class I5IoEnabled(Rule):
         true=true,
         false=false,
     )
-
-    lhs = [transition, signal, true, false]
-    rhs = [*lhs, *change]
 
 
 class I6IoEnabled(Rule):
@@ -148,9 +137,6 @@ class I1(Rule):
     )
     arcs = [read(true_literals, transition)]
 
-    lhs = [transition, disjunction]
-    rhs = [*lhs, true_literals, *arcs]
-
 
 class I2(Rule):
     """A plain literal counts while its signal is true, whichever transitions change the signal."""
@@ -163,9 +149,6 @@ class I2(Rule):
 
     arcs = [arc(change.to_true, true_literals), arc(true_literals, change.to_false)]
 
-    lhs = [literal, disjunction, signal, true_literals, change]
-    rhs = [*lhs, *arcs]
-
 
 class I3(Rule):
     """A negated literal counts while its signal is false."""
@@ -177,6 +160,3 @@ class I3(Rule):
     change = Made(SignalChange, of=signal)
 
     arcs = [arc(change.to_false, true_literals), arc(true_literals, change.to_true)]
-
-    lhs = [literal, disjunction, signal, true_literals, change]
-    rhs = [*lhs, *arcs]

@@ -112,7 +112,7 @@ def check(
     be a note at worst does not count).
     """
     start_quickly()
-    from dineros.analysis.questions.check import check as check_model
+    from dineros.analysis.checks.check import check as check_model
     from dineros.analysis.witnesses.findings import Report, Unknown
 
     format = "json" if as_json else format
@@ -226,7 +226,7 @@ def _suggest_groups(net: pn.Net, model: Path, as_json: bool, witnesses: bool) ->
 
 
 def _suggest(net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> int:
-    from dineros.analysis.questions.capacities import Capacity, suggest_capacities
+    from dineros.analysis.suggestions.capacities import Capacity, suggest_capacities
     from dineros.metamodel import sym
     from dineros.metamodel.errors import DinerosError, Location
 

@@ -8,9 +8,9 @@ from hypothesis import HealthCheck, assume, given, settings
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.callbacks.blocking import blocked
 from dineros.analysis.callbacks.waiting import Circle, Waiting
+from dineros.analysis.checks.check import check
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.witness import replay
-from dineros.analysis.questions.check import check
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.witnesses.findings import Finding
 from dineros.metamodel import pn, sym

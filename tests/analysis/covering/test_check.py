@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.checks.check import check
 from dineros.analysis.covering.bounded_part import without_places
 from dineros.analysis.covering.growth import growth_of, remedy_of, with_credits
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.questions.check import check
 from dineros.metamodel import sym
 from tests.analysis.covering.plain import plain_karp_miller, plain_search
 from tests.analysis.covering.unbounded_models import compare

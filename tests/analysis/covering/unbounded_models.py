@@ -8,9 +8,9 @@ from __future__ import annotations
 import sys
 import time
 
+from dineros.analysis.checks.check import check
 from dineros.analysis.model.queues import queues
 from dineros.analysis.model.subject import base_subject
-from dineros.analysis.questions.check import check
 from dineros.analysis.witnesses.findings import Report
 from dineros.metamodel import sym
 from tests.analysis.covering.plain import can_fire_by_karp_miller, plain_search

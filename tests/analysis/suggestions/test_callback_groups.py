@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from dineros.analysis.answers.budget import Budget
-from dineros.analysis.questions.check import check
+from dineros.analysis.checks.check import check
 from dineros.analysis.suggestions.callback_groups import Suggestion, suggest_callback_groups
 from dineros.analysis.suggestions.changes import Changes
 from dineros.metamodel import sym

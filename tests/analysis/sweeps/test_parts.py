@@ -17,12 +17,12 @@ import pytest
 
 from case_study.build import build
 from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.checks.check import check
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.syntax import Enabled, Exists, Finally, Name
 from dineros.analysis.model.subject import base_subject, subject_of
 from dineros.analysis.properties.answering import answer_properties
 from dineros.analysis.properties.property import GLOBAL_PROPERTIES, GroupedNames, Property
-from dineros.analysis.questions.check import check
 from dineros.analysis.sweeps import cluster as clusters
 from dineros.analysis.sweeps.cluster import cluster_answers
 from dineros.analysis.sweeps.parts import (
@@ -99,7 +99,7 @@ def test_parts_of_a_check_say_together_what_it_says(model: pn.Net) -> None:
 
 
 def test_every_question_of_a_check_is_put_to_somebody() -> None:
-    from dineros.analysis.questions.check import QUESTIONS
+    from dineros.analysis.checks.check import QUESTIONS
 
     names = [name for names in TOGETHER for name in names]
     assert sorted(names) == sorted(type(question).__name__ for question in QUESTIONS)

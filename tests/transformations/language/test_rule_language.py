@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
@@ -405,3 +406,32 @@ def test_an_image_in_what_no_rule_copied_names_the_rule_line() -> None:
         Engine(office()).run([Confused])
 
     assert caught.value.location is not None and caught.value.location.file == __file__
+
+
+def test_the_sides_follow_from_the_body() -> None:
+    """What is forbidden or repeated is on neither side itself; lists say the same, or something else."""
+
+    class Derived(Rule):
+        person = Node(Person)
+        boss = Node(Person)
+        enemy = Node(Person, boss=person)
+        absent = [Absent(enemy)]
+        made = badge("{person.name}")
+        friend = Node(Person, of=person.friends)
+        met = badge("{friend.name}")
+        each = ForAll([friend], make=[met])
+        others = [badge("1"), badge("2")]
+
+    class Shortened(Rule):
+        person = Node(Person)
+        gone = Node(Badge)
+        made = badge("{person.name}")
+        rhs = [person, made]
+
+    def ids(items: Iterable[object]) -> list[int]:
+        return [id(item) for item in items]  # == between them makes a condition
+
+    assert ids(Derived.lhs) == ids([Derived.person, Derived.boss])
+    assert ids(Derived.rhs) == ids([*Derived.lhs, Derived.made, Derived.each, *Derived.others])
+    assert ids(Shortened.lhs) == ids([Shortened.person, Shortened.gone])
+    assert ids(Shortened.deleted) == ids([Shortened.gone])

@@ -6,14 +6,14 @@ import pytest
 
 from case_study.build import build, build_one_topic
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.checks.check import check
 from dineros.analysis.explicit import explore
 from dineros.analysis.logic.ctl.checking import check_ctl
 from dineros.analysis.logic.ltl.verification import verify_ltl
 from dineros.analysis.model.subject import Subject, base_subject, subject_of
-from dineros.analysis.questions.capacities import suggest_capacities
-from dineros.analysis.questions.check import check
 from dineros.analysis.questions.goals import find_enabled, find_marking
 from dineros.analysis.reductions import reduce
+from dineros.analysis.suggestions.capacities import suggest_capacities
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.witnesses.findings import Report, Witness
 from dineros.metamodel import sym
@@ -126,7 +126,7 @@ def test_three_colours_on_one_topic_overflow_at_the_subscriber() -> None:
 
 
 def test_the_state_space_leads_to_what_no_search_comes_near(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("dineros.analysis.questions.check.NEAR", 1 << 12)
+    monkeypatch.setattr("dineros.analysis.checks.overflow.NEAR", 1 << 12)
     model = build()
     find(model, "LeftCellObjects", sym.TopicChannel).subscribers[0].limit = 1
     report = check(model, MEMORY)

@@ -9,11 +9,11 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.checks import boundedness as module
+from dineros.analysis.checks.check import check
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.models import to_model
-from dineros.analysis.questions import check as module
-from dineros.analysis.questions.check import check
 from dineros.analysis.witnesses.findings import Report
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from dineros.analysis.questions.capacities import suggest_capacities
-from dineros.analysis.questions.check import check
+from dineros.analysis.checks.check import check
+from dineros.analysis.suggestions.capacities import suggest_capacities
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.calls import CallCircleError, instance_counts

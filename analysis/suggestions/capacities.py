@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from math import inf
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.checks.remedies import remedy_text
 from dineros.analysis.covering.firings import firings
 from dineros.analysis.covering.growth import remedy_of
 from dineros.analysis.covering.largest import largest_beside, loop_raising
@@ -23,7 +24,6 @@ from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.coverability import Pumping, coverability
 from dineros.analysis.questions.reachability import find_firing
-from dineros.analysis.questions.remedies import remedy_text
 from dineros.analysis.symbolic.engine import SymbolicStateSpace, symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.witnesses.findings import Witness, pumping_witness, witness_of

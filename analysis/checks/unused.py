@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
 
+from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.metamodel import pn, sym
@@ -141,3 +142,27 @@ def _transitions(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
             node = node_net_of(transition)
             where = f" of node net {node.id}" if node is not None else ""
             yield TRANSITION.found(transition.id, transition=transition.id, where=where)
+
+
+class Use(Question):
+    """Whether everything is used."""
+
+    faults = FAULTS
+    asks = "what can never happen"
+
+    def ask(self, checked: Checked) -> None:
+        """Look for transitions that no marking enables."""
+        names, known = checked.subject.net.transitions, checked.firings
+        if known is None:
+            dead = {index for index, name in enumerate(names) if checked.space.enabled(name) == 0}
+            is_open: list[str] = []
+        else:
+            dead = known.dead
+            is_open = [checked.subject.transition_text(t) for t in range(len(names)) if known.is_open(t)]
+        checked.report.dead = [names[index] for index in sorted(dead)]
+        found = unused_parts(checked.subject, dead)
+        checked.report.findings += found
+        if known is not None and is_open:
+            checked.leave_open(f"whether this can ever happen: {', '.join(is_open)}", known.why_open)
+        elif not found:
+            checked.report.proved.append("every transition can fire, every channel is used")

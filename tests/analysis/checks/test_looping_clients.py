@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.checks.check import check
 from dineros.analysis.explicit import explore
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.semiflows import semiflows
-from dineros.analysis.questions.check import check
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.metamodel.constraints import validate
 from tests.support.looping_clients import COUNTS, looping_clients

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dineros.analysis.checks.check import check
 from dineros.analysis.model.subject import base_subject
-from dineros.analysis.questions.check import check
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.clauses import set_clause

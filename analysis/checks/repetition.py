@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from dineros.analysis.answers.budget import RAN_OUT
+from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.model.queues import queues
 from dineros.analysis.properties.recurrence import Recurrence
-from dineros.analysis.questions.question import Checked, Question
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault
 

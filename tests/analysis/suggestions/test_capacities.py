@@ -12,8 +12,8 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.covering.largest import largest_beside, loop_raising
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.questions import capacities
-from dineros.analysis.questions.capacities import Capacity, suggest_capacities
+from dineros.analysis.suggestions import capacities
+from dineros.analysis.suggestions.capacities import Capacity, suggest_capacities
 from dineros.metamodel import sym
 from tests.analysis.covering.plain import plain_search
 from tests.analysis.strategies import nets

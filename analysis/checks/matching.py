@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dineros.analysis.questions.question import Checked, Question
+from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.witnesses.findings import Fault
 from dineros.metamodel import sym
 from dineros.metamodel.matching import mismatch

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar
 
-from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.budget import RAN_OUT, Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.callbacks.waiting import Waiting
 from dineros.analysis.covering.firings import Firings
@@ -18,6 +18,8 @@ from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.witnesses.findings import Fault, Report
 from dineros.metamodel import pn
+
+OUT_OF_MEMORY = RAN_OUT["memory"]
 
 RECURRENCE_SHARE = 0.2
 """Part of the time that is left in which a smaller net is looked at."""

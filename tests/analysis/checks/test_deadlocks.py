@@ -5,10 +5,10 @@ from __future__ import annotations
 from hypothesis import HealthCheck, given, settings
 
 from case_study.build import build
+from dineros.analysis.checks.check import check
+from dineros.analysis.checks.deadlocks import DeadlockGroup, deadlock_groups, group_text
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.questions.check import check
-from dineros.analysis.questions.deadlocks import DeadlockGroup, deadlock_groups, group_text
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from lxml import etree
 
-from dineros.analysis.questions.check import FAULTS
-from dineros.analysis.questions.report_formats import to_junit, to_sarif
+from dineros.analysis.checks.check import FAULTS
+from dineros.analysis.checks.report_formats import to_junit, to_sarif
 from dineros.analysis.witnesses.findings import Finding, Report, Step, Unknown, Witness
 from dineros.metamodel import pn
 from dineros.metamodel.files import load, save

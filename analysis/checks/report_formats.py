@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 from lxml import etree
 
-from dineros.analysis.questions.check import FAULTS
+from dineros.analysis.checks.check import FAULTS
 from dineros.analysis.witnesses.findings import Finding, Report, Step, Witness
 from dineros.metamodel import pn
 from dineros.metamodel.elements import elements

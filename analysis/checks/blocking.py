@@ -1,0 +1,117 @@
+"""Whether something can wait for ever: the whole net, or a callback."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from dineros.analysis.callbacks.blocking import blocked
+from dineros.analysis.callbacks.waiting import Circle
+from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
+from dineros.analysis.nets.witness import replay
+from dineros.analysis.symbolic.saturation import DiagramMemoryError
+from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
+
+if TYPE_CHECKING:
+    from dineros.analysis.checks.deadlocks import DeadlockGroup
+
+
+class Deadlock(Question):
+    """Whether there is a deadlock."""
+
+    STUCK = Fault("deadlock", "warning", "A marking can be reached that enables nothing.", "{markings}")
+    faults = (STUCK,)
+    asks = "whether there is a deadlock"
+
+    def ask(self, checked: Checked) -> None:
+        """Group the markings that enable nothing."""
+        from dineros.analysis.checks.deadlocks import deadlock_groups, group_at
+
+        subject, found, known = checked.subject, False, checked.firings
+        if known is not None:
+            if known.deadlock is not None:
+                self._find(checked, group_at(subject, known.deadlock))
+            if known.has_no_deadlock:
+                checked.report.proved.append("no deadlock")
+            elif not known.is_complete:
+                question = "what else is a deadlock" if known.deadlock else "whether there is a deadlock"
+                checked.leave_open(question, known.why_open)
+            return
+        try:
+            for group in deadlock_groups(subject, checked.space):
+                found = True
+                self._find(checked, group)
+        except DiagramMemoryError:
+            question = "what else is a deadlock" if found else "whether there is a deadlock"
+            checked.leave_open(question, OUT_OF_MEMORY)
+            return
+        if not found:
+            checked.report.proved.append("no deadlock")
+
+    def _find(self, checked: Checked, group: DeadlockGroup) -> None:
+        from dineros.analysis.checks.deadlocks import group_text
+
+        subject, witness = checked.subject, witness_of(checked.subject, group.trace)
+        circle = checked.waiting.circle(replay(subject.net, group.trace)[-1])
+        if circle is not None:
+            Callbacks.find(checked, circle, witness)
+            return
+        waits = dict.fromkeys(subject.transition_element(cause.transition) for cause in group.causes)
+        text = group_text(subject, group)
+        checked.report.findings.append(
+            self.STUCK.found(*waits, checked.identity, witness=witness, markings=text)
+        )
+
+
+class Callbacks(Question):
+    """Whether callbacks can wait for ever, in nodes that run callbacks."""
+
+    CIRCLE = Fault(
+        "callback-deadlock",
+        "error",
+        "Callbacks, callback groups, threads and calls can wait for each other in a circle.",
+        "{circle}",
+    )
+    ENDLESS = Fault(
+        "callback-never-ends",
+        "error",
+        "A callback can wait for ever, and so can those that need its thread or its group.",
+        "{callback} can begin and never end",
+    )
+    faults = (CIRCLE, ENDLESS)
+    asks = "which callbacks can wait for ever"
+
+    def ask(self, checked: Checked) -> None:
+        """Look for callbacks that never end from some marking on."""
+        if not checked.waiting.callbacks:
+            return
+        if checked.firings is not None:
+            if checked.recurs:
+                checked.report.proved.append("every callback that has begun can end")
+            else:
+                checked.leave_open(self.asks, checked.firings.why_open or "the markings were not all seen")
+            return
+        found = False
+        try:
+            for each in blocked(checked.subject, checked.space, checked.waiting, checked.budget):
+                found = True
+                witness = witness_of(checked.subject, each.trace)
+                if each.circle is not None:
+                    self.find(checked, each.circle, witness)
+                else:
+                    callback = each.callback
+                    checked.report.findings.append(
+                        self.ENDLESS.found(callback.element, witness=witness, callback=callback.text)
+                    )
+        except DiagramMemoryError:
+            checked.leave_open(self.asks, OUT_OF_MEMORY)
+            return
+        if not found:
+            checked.report.proved.append("every callback that has begun can end")
+
+    @classmethod
+    def find(cls, checked: Checked, circle: Circle, witness: Witness) -> None:
+        """Put a circle into the report, once."""
+        waiters = [waiter.text for waiter in circle.waiters]
+        finding = cls.CIRCLE.found(*circle.elements, witness=witness, waiters=waiters, circle=circle)
+        if all(other.message != finding.message for other in checked.report.findings):
+            checked.report.findings.append(finding)

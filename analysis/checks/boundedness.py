@@ -1,0 +1,113 @@
+"""Whether the net is bounded, and the state space that further questions are asked of."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from dineros.analysis.answers.budget import RAN_OUT, BudgetExceededError
+from dineros.analysis.checks.question import Checked, Question
+from dineros.analysis.checks.remedies import remedy_text
+from dineros.analysis.covering.firings import Firings, firings
+from dineros.analysis.covering.growth import growth_of, remedy_of
+from dineros.analysis.model.subject import base_subject
+from dineros.analysis.nets.coverability import Pumping
+from dineros.analysis.symbolic.engine import symbolic_state_space
+from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
+from dineros.analysis.witnesses.findings import Fault, pumping_witness
+
+FIRST_SHARE = 4_000_000
+"""Cache misses of saturation, a few seconds, that the state space may cost before a smaller net is asked."""
+
+SPACE_SHARE = 0.6
+"""Part of the time in which the state space is made; the rest is for what can be answered without it."""
+
+
+class _RecurrentError(Exception):
+    """A smaller net answers what the state space was made for."""
+
+
+class Boundedness(Question):
+    """Whether the net is bounded: if so, its state space is what further questions are asked of."""
+
+    UNBOUNDED = Fault(
+        "unbounded", "error", "Tokens can grow without bound.", "tokens grow without bound: {places}"
+    )
+    faults = (UNBOUNDED,)
+    asks = "all questions on the state space"
+
+    def leave_open(self, checked: Checked, reason: str) -> None:
+        """End, as the others are asked of what is made here."""
+        checked.close(self.asks, reason)
+
+    def ask(self, checked: Checked) -> None:
+        """Make the state space, or find out what is known without it."""
+        subject = checked.subject = base_subject(checked.model)
+        try:
+            reason = self._make_space(checked)
+        except UnknownBoundError as error:
+            pumping = growth_of(subject.net, checked.budget.share(0.3))
+            if pumping is None:
+                checked.leave_open("whether the net is bounded", str(error))
+            else:
+                self._grows(checked, pumping)
+        except LevelSizeError as error:
+            if not self._recurs(checked):
+                checked.close(self.asks, error.message)
+            return
+        else:
+            if not reason or self._recurs(checked):
+                return
+            checked.leave_open("whether the net is bounded", reason)
+        checked.budget.stage("what can happen without bounds")
+        checked.firings = firings(subject.net, checked.budget)
+
+    def _make_space(self, checked: Checked) -> str:
+        """Make the state space; return why there is none, which is empty where there is one."""
+        share, between = checked.budget.share(SPACE_SHARE), partial(self._look_elsewhere, checked)
+        try:
+            space = symbolic_state_space(checked.subject.net, share, orders=checked.orders, between=between)
+        except _RecurrentError:
+            return "a smaller net answers"
+        except BudgetExceededError as limit:
+            return str(limit)
+        if not space.complete:
+            return RAN_OUT[space.reason]
+        checked.space = checked.report.space = space
+        checked.report.proved.append(
+            f"the net is bounded: {space.markings} markings without signals, "
+            f"at most {max(space.largest_place(), default=0)} tokens in a place"
+        )
+        return ""
+
+    @staticmethod
+    def _look_elsewhere(checked: Checked, work: int) -> None:
+        """End the making of a state space that costs much where a smaller net answers."""
+        if work >= FIRST_SHARE and checked.recurrence is not None:
+            raise _RecurrentError
+
+    @staticmethod
+    def _recurs(checked: Checked) -> bool:
+        """Whether a smaller net answers instead; if so, note what it says of firings."""
+        proof = checked.recurrence
+        if proof is None:
+            return False
+        checked.report.proved.append(
+            f"the net is bounded: no place ever holds more than {max(proof.bounds, default=0)} tokens; "
+            "its markings are not counted, as that takes too much work"
+        )
+        # Lost messages never come back: where the net does, no queue overflows.
+        possible = frozenset(range(len(checked.subject.net.transitions))) - proof.dead
+        checked.recurs = True
+        checked.firings = Firings(
+            possible=possible, dead=set(proof.dead), has_no_deadlock=True, is_complete=True
+        )
+        return True
+
+    def _grows(self, checked: Checked, pumping: Pumping) -> None:
+        subject, report = checked.subject, checked.report
+        grown = tuple(subject.place_text(place) for place in pumping.places)
+        way = pumping_witness(subject, pumping)
+        report.findings.append(self.UNBOUNDED.found(*grown, witness=way, places=", ".join(grown)))
+        remedy = remedy_of(subject.net)
+        if remedy is not None:
+            report.proved.append(f"the net would be bounded with {remedy_text(subject, remedy)}")

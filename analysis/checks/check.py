@@ -1,0 +1,82 @@
+"""Every question with a yes/no answer that can be asked of any model (paper, Sect. 7).
+
+The complete state space of the net without signals answers most of them at once; a witness is then searched
+breadth first, so that it is a shortest one. Where it costs much, a smaller net may answer instead; where it
+has no end, what can be answered on the way is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
+from dineros.analysis.checks.blocking import Callbacks, Deadlock
+from dineros.analysis.checks.boundedness import Boundedness
+from dineros.analysis.checks.clauses import Clauses
+from dineros.analysis.checks.matching import Matching
+from dineros.analysis.checks.overflow import Overflow
+from dineros.analysis.checks.question import Checked, Question
+from dineros.analysis.checks.repetition import Repetition
+from dineros.analysis.checks.unused import Use
+from dineros.analysis.symbolic.order_cache import OrderCache
+from dineros.analysis.witnesses.findings import Report
+from dineros.metamodel import pn
+
+CHEAP = 1_500_000
+"""Cache misses of saturation, about half a second, that liveness and the like may cost by default."""
+
+
+def check(
+    model: pn.Net,
+    budget: Budget = UNLIMITED,
+    report: Report | None = None,
+    at_any_cost: bool = False,
+    orders: OrderCache | None = None,
+    questions: Sequence[Question] | None = None,
+) -> Report:
+    """Ask everything that can be asked of any model.
+
+    Parameters
+    ----------
+    model : pn.Net
+        A system model, or any place/transition net.
+    budget : Budget, optional
+        What it may cost; running out of time or memory leaves questions unknown.
+    report : Report, optional
+        Where to put the answers as they come, for those who want them after an interruption.
+    at_any_cost : bool
+        Whether to decide liveness, reversibility and home markings also where that takes long.
+    orders : OrderCache, optional
+        Where orders of levels are kept for the symbolic engine.
+    questions : sequence of Question, optional
+        Which ones, in their order, `Boundedness` among them; all by default.
+    """
+    report = Report() if report is None else report
+    work = None if at_any_cost else CHEAP
+    checked = Checked(model, report, budget.begun(), work, orders)
+    for question in QUESTIONS if questions is None else questions:
+        checked.budget.stage(question.asks)
+        try:
+            checked.budget.check_time()
+            question.ask(checked)
+        except BudgetExceededError as limit:
+            question.leave_open(checked, str(limit))
+        if checked.is_closed:
+            break
+    return report
+
+
+QUESTIONS: tuple[Question, ...] = (
+    Clauses(),
+    Matching(),
+    Boundedness(),
+    Overflow(),
+    Use(),
+    Deadlock(),
+    Callbacks(),
+    Repetition(),
+)
+"""All questions, in the order they are asked."""
+
+FAULTS = {fault.rule: fault for question in QUESTIONS for fault in question.faults}
+"""All that a check may find, by its rule."""
