@@ -7,6 +7,7 @@ import statistics
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from dineros.metamodel import pn, sym
@@ -55,7 +56,7 @@ def measure(name: str, model: pn.Net, place: str) -> None:
         answers = []
         for number in range(1, ANSWERS + 1):
             asked = {"number": number, "ask": "do", "commands": [{**command, "value": -number}]}
-            answers.append(timed(lambda text=json.dumps(asked): session.hear(text, "page")))  # type: ignore[misc]
+            answers.append(timed(partial(session.hear, json.dumps(asked), "page")))
         document.close()
     print(
         f"{name}: open {opening:.3f} s, snapshot {greeting:.3f} s, "

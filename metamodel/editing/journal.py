@@ -116,6 +116,12 @@ class Journal:
         self._size = 0
         base = None if content is None else base64.b64encode(zlib.compress(content)).decode()
         self.append({"version": VERSION, "base": base, "digest": digest(content)})
+        with contextlib.suppress(OSError):  # where the file system can, its name survives a power cut
+            folder = os.open(self.path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+            try:
+                os.fsync(folder)
+            finally:
+                os.close(folder)
 
     def base(self) -> bytes | None:
         """Return what the model's file held at the beginning.

@@ -3,7 +3,9 @@ import { readdirSync, readFileSync } from "node:fs";
 
 const inputs = Object.keys(JSON.parse(readFileSync(process.argv[2], "utf8")).inputs);
 const packages = new Set(
-  inputs.map((path) => path.match(/node_modules\/((?:@[^/]+\/)?[^/]+)\//)?.[1]).filter((name) => name !== undefined),
+  inputs
+    .map((path) => path.match(/node_modules\/((?:@[^/]+\/)?[^/]+)\//)?.[1])
+    .filter((name) => name !== undefined),
 );
 for (const name of [...packages].sort()) {
   const folder = `node_modules/${name}`;
