@@ -107,8 +107,10 @@ function notes(model, element, kind) {
   }
   if (kind === "place") return portsAt(model, element);
   const words = model.kind(element).words;
-  if (kind === "topic") return [`${words} ${model.value(element, "topic") ?? ""}`];
-  if (kind === "service") return [`${words} ${model.value(element, "service") ?? ""}`];
+  if (kind === "topic" || kind === "service") {
+    const name = model.value(element, kind);
+    return [name === model.label(element) ? kind : `${kind} ${name}`];
+  }
   if (kind.endsWith("-reference")) return [];
   const count = model.links(element, "objects").length;
   return [words, `${count} inside`];
