@@ -70,6 +70,7 @@ contest: install ## Run the nets of the Model Checking Contest in FOLDER; CONTES
 endurance: install ## Stop, kill and flood running applications, for hours
 	@for application in sorting fleet; do $(python) -m benchmarks.endurance.stops_and_kills $$application || exit; done
 	@$(python) -m benchmarks.endurance.flood -o build/flood
+	@for journal in '' --journal; do $(python) -m benchmarks.endurance.periodic $$journal || exit; done
 
 $(maintenance)/.installed: requirements/maintenance.txt
 	@$(python) -m venv --clear $(maintenance)

@@ -122,7 +122,6 @@ def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
     """
     from dineros.metamodel import rtm, sym
 
-    models = list(models)
     ports = (sym.PublisherPort, sym.SubscriberPort, rtm.PublisherPort, rtm.SubscriberPort)
     by_ros1 = (
         model
@@ -133,9 +132,6 @@ def say_what_runs(models: Iterable[pn.Net], path: Path) -> None:
         return
     if any(isinstance(part, ports) for model in by_ros1 for part in model.eAllContents()):
         warn(f"{path}: {OTHER_QUEUES}")
-    clients = [part for model in models for part in model.eAllContents() if isinstance(part, sym.ClientPort)]
-    if any(client.outstanding > 1 or client.timeout is not None for client in clients):
-        warn(f"{path}: nodes have one request under way for each client, and ask again instead of giving up")
 
 
 def say_what_is_by_hand(models: Iterable[pn.Net], path: Path) -> None:

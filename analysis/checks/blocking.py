@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from dineros.analysis.callbacks.blocking import blocked
+from dineros.analysis.callbacks.blocking import Blocked, blocked
 from dineros.analysis.callbacks.waiting import Circle
+from dineros.analysis.callbacks.walking import blocked_on_the_way
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
@@ -88,25 +90,36 @@ class Callbacks(Question):
             if checked.recurs:
                 checked.report.proved.append("every callback that has begun can end")
             else:
-                checked.leave_open(self.asks, checked.firings.why_open or "the markings were not all seen")
+                found = self._report(
+                    checked, blocked_on_the_way(checked.subject.net, checked.waiting, checked.budget)
+                )
+                asks = "which other callbacks can wait for ever" if found else self.asks
+                checked.leave_open(asks, checked.firings.why_open or "the markings were not all seen")
             return
-        found = False
         try:
-            for each in blocked(checked.subject, checked.space, checked.waiting, checked.budget):
-                found = True
-                witness = witness_of(checked.subject, each.trace)
-                if each.circle is not None:
-                    self.find(checked, each.circle, witness)
-                else:
-                    callback = each.callback
-                    checked.report.findings.append(
-                        self.ENDLESS.found(callback.element, witness=witness, callback=callback.text)
-                    )
+            found = self._report(
+                checked, blocked(checked.subject, checked.space, checked.waiting, checked.budget)
+            )
         except DiagramMemoryError:
             checked.leave_open(self.asks, OUT_OF_MEMORY)
             return
         if not found:
             checked.report.proved.append("every callback that has begun can end")
+
+    def _report(self, checked: Checked, each_blocked: Iterable[Blocked]) -> bool:
+        """Put what is found into the report; return whether there is anything."""
+        found = False
+        for each in each_blocked:
+            found = True
+            witness = witness_of(checked.subject, each.trace)
+            if each.circle is not None:
+                self.find(checked, each.circle, witness)
+            else:
+                callback = each.callback
+                checked.report.findings.append(
+                    self.ENDLESS.found(callback.element, witness=witness, callback=callback.text)
+                )
+        return found
 
     @classmethod
     def find(cls, checked: Checked, circle: Circle, witness: Witness) -> None:

@@ -15,6 +15,7 @@ from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.clauses import Clauses
 from dineros.analysis.checks.matching import Matching
 from dineros.analysis.checks.overflow import Overflow
+from dineros.analysis.checks.properties import Properties
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.repetition import Repetition
 from dineros.analysis.checks.unused import Use
@@ -55,14 +56,14 @@ def check(
     work = None if at_any_cost else CHEAP
     checked = Checked(model, report, budget.begun(), work, orders)
     for question in QUESTIONS if questions is None else questions:
+        if checked.is_closed and question.needs_space:
+            continue
         checked.budget.stage(question.asks)
         try:
             checked.budget.check_time()
             question.ask(checked)
         except BudgetExceededError as limit:
             question.leave_open(checked, str(limit))
-        if checked.is_closed:
-            break
     return report
 
 
@@ -75,6 +76,7 @@ QUESTIONS: tuple[Question, ...] = (
     Deadlock(),
     Callbacks(),
     Repetition(),
+    Properties(),
 )
 """All questions, in the order they are asked."""
 

@@ -50,7 +50,7 @@ class Checked:
     recurs : bool
         Whether it is proved that the net can always come back to its initial marking.
     is_closed : bool
-        Whether no further question can be asked: there is no state space.
+        Whether no question can be asked that needs a state space.
     """
 
     model: pn.Net
@@ -99,10 +99,13 @@ class Question(ABC):
         What it may find.
     asks : str
         What is not known where it is left open.
+    needs_space : bool
+        Whether it cannot be asked once there is no state space.
     """
 
     faults: ClassVar[Sequence[Fault]]
     asks: ClassVar[str]
+    needs_space: ClassVar[bool] = True
 
     def leave_open(self, checked: Checked, reason: str) -> None:
         """Leave it, or what is left of it, undecided."""

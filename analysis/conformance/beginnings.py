@@ -11,13 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from dineros.analysis.conformance.messages import Past
 from dineros.analysis.conformance.replay import Replay
+from dineros.analysis.conformance.services.stages import Before
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.message_ids import parse_id
-from dineros.metamodel.records import Checkpoint, Header, Record, Reply, Request, Response, Serve
+from dineros.metamodel.records import Checkpoint, Header, Record, Reply, Request, Serve
 
 Checkpoints = Mapping[str, Checkpoint]
 """The checkpoint with which the trace of each node begins."""
@@ -101,38 +101,52 @@ def _begin_call(
     net = replay.net
     sender, requested = _sender(client.request, checkpoints)
     asking, serving = net.ends_of_call(channel.id, client.client)
-    is_pending = asking in checkpoints and f"{channel.id}/{client.client}" in checkpoints[asking].requests
-    responded = requested - is_pending
-    served, open_at = _served(net.instances, channel.id, sender, checkpoints.get(serving))
-    replied = served - (open_at is not None)
-    past = Past(requested, served, replied, responded)
+    pending = checkpoints[asking].pending(channel.id, client.client) if asking in checkpoints else []
+    before = Before(
+        sender,
+        requested,
+        frozenset(_numbers((request["message"] for request in pending), sender)),
+        *_served(net.instances, channel.id, sender, checkpoints.get(serving)),
+        gives_up=client.timeout is not None,
+    )
     replay.messages.began(channel.id, sender, requested)
-    replay.messages.began_calling(channel.id, client.client, sender, past)
-    done = min(past)  # whole calls leave nothing between client and server
-    for kind, instance, times in (
-        (Request, None, requested - done),
-        (Serve, 1, replied - done),
-        (Reply, 1, replied - done),
-        (Serve, open_at, served - replied),
-        (Response, None, responded - done),
-    ):
-        transition = net.service(kind, channel.id, client.client, instance) if times else None
-        if transition is not None:
-            replay.add_between(transition, times)
+    replay.messages.began_calling(channel.id, client.client, before)
+    calls = replay.calls
+    for number in before.pending:
+        stage = before.stage(number)
+        calls.begin(Request, channel.id, client.client)
+        if stage is not Request:
+            calls.begin(Serve, channel.id, client.client, before.serving.get(number, 1))
+        if stage is Reply:
+            calls.begin(Reply, channel.id, client.client)
+    for number in before.serving.keys() - before.pending:
+        instance = before.serving[number]
+        if not before.is_over(number):
+            calls.begin_instance(channel.id, client.client, instance)
+        elif before.gives_up:
+            calls.begin_late(channel.id, client.client, instance)
+        else:
+            calls.begin(Request, channel.id, client.client)
+            calls.begin(Serve, channel.id, client.client, instance)
 
 
 def _served(
     instances: Mapping[tuple[str, str], int], channel: str, sender: str, checkpoint: Checkpoint | None
-) -> tuple[int, int | None]:
-    """Return the number of the last request that was served, and the instance that still serves it."""
+) -> tuple[dict[int, int], frozenset[int]]:
+    """Return which requests are served at which instance, and the last ones that were answered."""
     if checkpoint is None:
-        return 0, None
+        return {}, frozenset()
+    serving = {}
     for entry, message in checkpoint.serving.items():
-        known = parse_id(message)
-        if known is not None and known[0] == sender and (channel, entry) in instances:
-            return known[1], instances[channel, entry]
-    answered = [parse_id(message) for message in checkpoint.responses.get(channel, {})]
-    return max((known[1] for known in answered if known is not None and known[0] == sender), default=0), None
+        for number in _numbers([message], sender):
+            if (channel, entry) in instances:
+                serving[number] = instances[channel, entry]
+    return serving, frozenset(_numbers(checkpoint.responses.get(channel, {}), sender))
+
+
+def _numbers(messages: Iterable[str], sender: str) -> Iterable[int]:
+    known = (parse_id(message) for message in messages)
+    return (each[1] for each in known if each is not None and each[0] == sender)
 
 
 def _sender(place: pn.Place, checkpoints: Checkpoints) -> tuple[str, int]:

@@ -260,7 +260,7 @@ def _survey(model: sym.SystemModel, node: str, records: Iterable[Record], fates:
             fates.add(record)
         elif isinstance(record, Publish):
             published[record.channel, record.place].append(position)
-        elif isinstance(record, Drop):
+        elif isinstance(record, Drop) and record.queue != "request":
             survey.drops = True
             if record.queue == "publisher" and not has_histories and not any(record.change.values()):
                 sent = published[record.channel, record.place or ""]

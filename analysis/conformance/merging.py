@@ -19,7 +19,7 @@ from random import Random
 
 from dineros.analysis.conformance.refusals import Fault, Waiting
 from dineros.analysis.conformance.replay import Replay
-from dineros.metamodel.records import Drop, Publish, Record, Reply, Request, Serve, Stop, Take
+from dineros.metamodel.records import Drop, GiveUp, Publish, Record, Reply, Request, Serve, Stop, Take
 
 _WAKING = (Publish, Take, Drop, Request, Serve, Reply)
 """What a step may wait for."""
@@ -93,7 +93,8 @@ class Merger:
     Attributes
     ----------
     forces : bool
-        Whether a message of ROS 2 is lost when nothing else can be done: there is nothing more to come.
+        Whether a message of ROS 2 is lost when nothing else can be done: there is nothing more to come. Until
+        then a loss waits for the record after it, which says whose message was lost.
     """
 
     def __init__(
@@ -135,8 +136,11 @@ class Merger:
             dropped = isinstance(record, Publish) and self._is_dropped(self.feeds[node], record)
             if dropped is None:
                 continue
+            following = self.feeds[node].following() if isinstance(record, Drop) else None
+            if isinstance(record, Drop) and following is None and not self.forces:
+                continue
             forced, self._forced = self._forced == node, None
-            refusal = self.replay.step(record, dropped, forced)
+            refusal = self.replay.step(record, dropped, forced, following)
             if isinstance(refusal, Fault):
                 self.failed[node] = (record, refusal)
                 continue
@@ -198,7 +202,13 @@ class Merger:
         self._queued.add(node)
 
     def _urgency(self, record: Record) -> tuple[int, float]:
-        """Return the order of steps that can come in any: what comes last has the greater number."""
+        """Return the order of steps that can come in any: what comes last has the greater number.
+
+        A client gives up when nothing else can be done: nobody waits for that, and its request takes room in
+        the history of its service from then on, if it is not served before.
+        """
+        if isinstance(record, GiveUp):
+            return 4, record.time or 0.0
         if self.replay.is_ambiguous(record):
             if self._draw is not None:
                 return self._draw.choice((0, 1, 3)), self._draw.random()

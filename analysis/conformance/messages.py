@@ -8,32 +8,14 @@ lost, not with a run.
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from collections.abc import Iterable
 
 from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
+from dineros.analysis.conformance.services.stages import AFTER, Before, Stages
 from dineros.metamodel.message_ids import MessageIdError, Numbers, parse_id
-from dineros.metamodel.records import Drop, Publish, Reply, Request, Response, Serve, Take
+from dineros.metamodel.records import Drop, GiveUp, Publish, Reply, Request, Response, Serve, Take
 from dineros.metamodel.records.schema import ChannelStep, ServiceStep
-
-_STAGES: Mapping[type[ServiceStep], tuple[type[ServiceStep] | None, str, str]] = {
-    # what must have happened last to the client's call, what that is called, and what this step is called
-    Request: (None, "", "requested"),
-    Serve: (Request, "requested", "served"),
-    Reply: (Serve, "served", "answered"),
-    Response: (Reply, "answered", "responded to"),
-}
-_ORDER = {stage: number for number, stage in enumerate(_STAGES)}
-
-
-class Past(NamedTuple):
-    """How many of a client's calls had got so far when the traces of client and server begin."""
-
-    requested: int
-    served: int
-    replied: int
-    responded: int
 
 
 class Messages:
@@ -49,11 +31,11 @@ class Messages:
         self._net = net
         self._sent: defaultdict[tuple[str, str], Numbers] = defaultdict(_numbers)
         self._taken: defaultdict[tuple[str, str, str], Numbers] = defaultdict(_numbers)
-        self._calls: dict[tuple[str, str], tuple[str | None, type[ServiceStep]]] = {}
+        self.stages = Stages()
         self._clients: dict[tuple[str, str], str] = {}
-        self._pasts: dict[tuple[str, str], tuple[str, Past]] = {}
         self._gaps: list[Take] = []
         self._drops: Counter[tuple[str, str]] = Counter()
+        self._publishers = {(channel, port) for (channel, _), port in net.ports.items()}
 
     # Of traces that begin within the run.
 
@@ -67,34 +49,17 @@ class Messages:
         if number:
             self._taken[channel, place, sender].add(number, number)
 
-    def began_calling(self, channel: str, client: str, sender: str, past: Past) -> None:
+    def began_calling(self, channel: str, client: str, before: Before) -> None:
         """Note which steps of a client's calls came before the traces of client and server begin."""
-        self._pasts[channel, client] = sender, past
-        self._clients[channel, sender] = client
-        self._calls[channel, client] = (None, Response)
-        self._pass_over(channel, client, 0)
-
-    def _pass_over(self, channel: str, client: str, number: int) -> None:
-        """Go on to the first step of a client's calls that a trace still tells."""
-        known = self._pasts.get((channel, client))
-        if known is None:
-            return
-        sender, past = known
-        stages = list(_STAGES)
-        at = _ORDER[self._calls[channel, client][1]]
-        while True:
-            at = (at + 1) % len(stages)
-            following = number + (at == 0)
-            if following > past[at]:
-                return
-            number = following
-            self._calls[channel, client] = (f"{sender}/{number}", stages[at])
+        self._clients[channel, before.sender] = client
+        self.stages.begin(channel, client, before)
 
     # What is lost.
 
     def dropped(self, record: Drop) -> None:
         """Note messages that a queue dropped."""
         at = record.node if record.queue == "dispatcher" else record.place
+        at = self._net.ports.get((record.channel, at or ""), at)
         if record.queue != "publisher" or not any(record.change.values()):
             self._drops[record.channel, at or ""] += record.count
 
@@ -145,7 +110,7 @@ class Messages:
         if number is None:
             return Fault(f"{record.message!r} is no message of the model: another program sent it")
         place = sender.rpartition("/")[2]
-        if _node(sender) not in self._net.nodes or not self._sends(record.channel, place):
+        if _node(sender) not in self._net.nodes or (record.channel, place) not in self._publishers:
             return Fault(f"{record.message!r} comes from no publisher of topic channel {record.channel!r}")
         if number in self._taken[record.channel, record.place, sender]:
             return Fault(f"it has taken {record.message} before")
@@ -172,53 +137,96 @@ class Messages:
 
     def is_asking(self, record: ServiceStep, client: str) -> bool:
         """Tell whether a step is of a client's call that is not known to be served."""
-        message, stage = self._calls.get((record.channel, client), (None, Response))
-        return stage is Request and record.message in (message, None, "")
+        return self.stages.of(record.channel, client, record.message or "") is Request
 
     def may_serve(self, record: ServiceStep, client: str) -> Refusal | None:
         """Refuse a step of a call that is not the next one of the client's call."""
-        after, done, _ = _STAGES[type(record)]
+        kind, channel = type(record), record.channel
+        after, done, _ = AFTER[kind]
         if after is None:
             return self._fresh(record)
-        message, stage = self._calls.get((record.channel, client), (None, Response))
-        if stage is after and record.message in (message, None, ""):
+        message = self.stages.message(record, client)
+        sender, number = _parts(message)
+        if kind is Serve and self.stages.was_over(channel, client, number or 0):
+            self._serve_after_all(channel, client, message, number or 0)
+        stage, late = self.stages.of(channel, client, message), self.stages.late(channel, message)
+        if after in (stage, late) and not (late and kind is Response):
             return None
-        if isinstance(record, Reply):
+        if kind is Reply and stage is None and self.stages.ahead(channel, client, message):
+            return Waiting(f"{message} was not requested before", self._net.ends_of_call(channel, client)[:1])
+        if kind is Reply:
             return Fault(f"{record.message} is not being served")
-        sender, number = _parts(record.message or "")
-        if record.message and record.message == message and _ORDER[stage] >= _ORDER[type(record)]:
-            return Fault(f"{record.message} was {_STAGES[type(record)][2]} before")
-        if number is not None and record.message != message:
-            if number in self._sent[record.channel, sender]:
-                return Fault(f"{record.message} is an earlier call of client {client}, which has ended")
-            if isinstance(record, Response):
+        known = late if kind is Serve else None
+        if (last := stage or known) is not None and record.message and not Stages.comes_before(last, kind):
+            return Fault(f"{record.message} was {AFTER[kind][2]} before")
+        if number is not None and stage is None:
+            if number in self._sent[channel, sender]:
+                how = "was given up" if late else "has ended"
+                return Fault(f"{record.message} is an earlier call of client {client}, which {how}")
+            if kind is Response:
                 return Fault(f"{record.message} was not requested")
-        client_node, server_node = self._net.ends_of_call(record.channel, client)
-        awaited = client_node if isinstance(record, Serve) else server_node
-        ros_name = self._net.names_in_ros[record.channel]
+        client_node, server_node = self._net.ends_of_call(channel, client)
+        awaited = client_node if kind is Serve else server_node
         outside = ""
-        if isinstance(record, Response) and record.channel in self._net.typed_channels:
-            outside = f"a program outside of the model answers requests of {ros_name}, too"
+        if kind is Response and channel in self._net.typed_channels:
+            outside = (
+                f"a program outside of the model answers requests of {self._net.names_in_ros[channel]}, too"
+            )
         return Waiting(f"{record.message or 'a call'} was not {done} before", (awaited,), outside)
 
-    def served(self, record: ServiceStep, client: str) -> None:
+    def _serve_after_all(self, channel: str, client: str, message: str, number: int) -> None:
+        """Take up a call again that was over for its client when the traces begin, and not yet served."""
+        if self.stages.of(channel, client, message) or self.stages.late(channel, message):
+            return
+        if self.stages.is_unknown_late(channel, client, number):
+            self.stages.begin_late(channel, message)
+        else:
+            self.stages.resume(channel, client, message)
+
+    def served(self, record: ServiceStep, client: str, instance: int | None) -> None:
         """Note a step of a call."""
         if isinstance(record, Request):
             self._note(record)
             self._clients[record.channel, _parts(record.message or "")[0]] = client
-        message = record.message or self._calls.get((record.channel, client), (None, Response))[0]
-        self._calls[record.channel, client] = (message, type(record))
-        if (number := _parts(message or "")[1]) is not None:
-            self._pass_over(record.channel, client, number)
+        self.stages.step(record, client, instance)
 
-    def _sends(self, channel: str, place: str) -> bool:
-        return place in self._net.topics[channel].publishers
+    def may_give_up(self, record: GiveUp) -> Fault | None:
+        """Refuse that a client gives up a call that it does not wait for."""
+        message = record.message or ""
+        if self.stages.of(record.channel, record.client, message) is not None:
+            return None
+        if self.stages.late(record.channel, message) is not None:
+            return Fault(f"{message} was given up before")
+        sender, number = _parts(message)
+        if number is not None and number in self._sent[record.channel, sender]:
+            return Fault(f"{message} is an earlier call of client {record.client}, which has ended")
+        return Fault(f"{message} was not requested")
+
+    def may_lose(self, record: Drop, depth: int) -> Refusal | None:
+        """Refuse that a history loses a request which was not made, or was served, or that there was room."""
+        sender, number = _parts(record.message or "")
+        if number is None:
+            return None
+        asking = self._net.asking_nodes(record.channel)
+        if not self.stages.is_unserved(record.channel, record.message or ""):
+            if number in self._sent[record.channel, sender]:
+                within = self.stages.has_begun_within(record.channel)
+                return None if within else Fault(f"{record.message} was served before")
+            return Waiting(f"{record.message} was not requested before", asking)
+        others = self.stages.waiting(record.channel, record.message or "")
+        if others >= depth or self.stages.has_begun_within(record.channel):
+            return None
+        return Waiting(
+            f"the request history was not full: at most {others} other requests were waiting in its {depth}",
+            asking,
+        )
 
     def _fresh(self, record: ChannelStep) -> Refusal | None:
         if not record.message:
             return None
         sender, number = _parts(record.message)
-        if number is None or _node(sender) != record.node or sender.rpartition("/")[2] != record.place:
+        place = self._net.ports.get((record.channel, record.place), record.place)
+        if number is None or _node(sender) != record.node or sender.rpartition("/")[2] != place:
             return Fault(f"{record.message!r} is no id of a message that {record.node}/{record.place} sends")
         known = number in self._sent[record.channel, sender]
         return Fault(f"{record.message} was sent before") if known else None

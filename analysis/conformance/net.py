@@ -15,7 +15,7 @@ from dineros.analysis.model.wording import source_of, topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import node_net_of, node_nets
-from dineros.metamodel.records import Fire, Publish, Reply, Request, Response, Serve, Signal, Take, Transfer
+from dineros.metamodel.records import Fire, GiveUp, Publish, Reply, Request, Response, Serve, Signal, Take
 from dineros.metamodel.records.schema import ServiceStep, Step
 from dineros.transformations.flattening.traces import Link
 
@@ -81,18 +81,19 @@ class Pair:
 
     Attributes
     ----------
+    publisher, subscriber : str
+        The places of the ports.
     publishers : tuple of str
-        The places of the publisher: on a server page one for each instance.
-    subscriber : str
-        The place of the subscriber.
+        Where the publisher's messages come from: on a server page, a place of each instance.
     queue : Queue
         The writer history.
     lose : int or None
         The transition that loses a message on the way; None: it is reliable.
     """
 
-    publishers: tuple[str, ...]
+    publisher: str
     subscriber: str
+    publishers: tuple[str, ...]
     queue: Queue
     lose: int | None
 
@@ -162,11 +163,69 @@ class ConformanceNet:
         """Return the transition of a publisher's or subscriber's port."""
         return self._steps.get((kind, channel, place))
 
-    def service(self, kind: type[ServiceStep], channel: str, client: str, instance: int | None) -> int | None:
-        """Return a transition of a call: of the client's port, or between it and a server instance."""
+    def service(
+        self, kind: type[ServiceStep], channel: str, client: str | None, instance: int | None
+    ) -> int | None:
+        """Return a transition of a call: of the client's port, or between it and a server instance.
+
+        Without a client, it is of a call whose client has given up.
+        """
         if kind in (Request, Response):
             return self._steps.get((kind, channel, client))
         return self._steps.get((kind, channel, client, instance))
+
+    def giving_up(
+        self, channel: str, client: str, stage: type[ServiceStep], instance: int | None
+    ) -> list[int]:
+        """Return the transitions by which a client may give up a call whose last step is known.
+
+        A request that is not served is in the history, or lost; what comes first is what is likelier.
+        """
+        parts = self._histories.get((channel, client), {})
+        if stage is Request:
+            before = [parts.get("request.enter"), parts.get("drop")]
+        else:
+            before = [self.service(stage, channel, client, instance or 1)]
+        left = [
+            {place for place, change in self.net.delta[index].items() if change > 0}
+            for index in before
+            if index is not None
+        ]
+        ways = self._giving_up[channel, client]
+        return [way for places in left for way in ways if places & {place for place, _ in self.pre[way]}]
+
+    @cached_property
+    def _giving_up(self) -> dict[tuple[str, str], list[int]]:
+        """The transitions by which each client gives up."""
+        found: dict[tuple[str, str], list[int]] = defaultdict(list)
+        for name, role in self.roles.items():
+            if role.kind is GiveUp:
+                found[role.channel or "", role.client or ""].append(self.subject.transition_index[name])
+        return found
+
+    @cached_property
+    def _histories(self) -> dict[tuple[str, str], dict[str, int]]:
+        """How the requests of each client enter the history of a service, or are lost."""
+        found: dict[tuple[str, str], dict[str, int]] = defaultdict(dict)
+        for name, role in self.roles.items():
+            if role.queue == "request":
+                found[role.channel or "", role.client or ""][role.stage or "drop"] = (
+                    self.subject.transition_index[name]
+                )
+        return found
+
+    def entering(self, channel: str, client: str) -> int | None:
+        """Return the transition by which a client's request enters the history; None: there is none."""
+        return self._histories.get((channel, client), {}).get("request.enter")
+
+    @cached_property
+    def depths(self) -> dict[str, int]:
+        """How many requests each service keeps."""
+        return {
+            channel.id: channel.depth
+            for channel in self.model.channels
+            if isinstance(channel, sym.ServiceChannel)
+        }
 
     @cached_property
     def signals(self) -> dict[str, tuple[str, bool]]:
@@ -284,6 +343,16 @@ class ConformanceNet:
             if isinstance(channel, sym.TopicChannel)
         }
 
+    @cached_property
+    def ports(self) -> dict[tuple[str, str], str]:
+        """Place of a publisher's port, as ids of messages name it, by channel and place as it runs."""
+        return {
+            (role.channel or "", role.place or ""): port.place.id
+            for link in self.subject.links()
+            if (role := self.roles.get(link.target.id or "")) is not None
+            if role.kind is Publish and (port := topic_port(link)) is not None
+        }
+
     def _topic(self, channel: sym.TopicChannel) -> Topic:
         found: dict[str, dict[str, Queue]] = {"publisher": {}, "dispatcher": {}, "subscriber": {}}
         nodes = {}
@@ -330,7 +399,8 @@ class ConformanceNet:
                 nodes[role.place or ""] = role.node or ""
             else:
                 writer, reader = _ports_of(queue.link)
-                pairs.append(Pair(tuple(ports[writer]), reader.place.id, made, losing.get((writer, reader))))
+                lose = losing.get((writer, reader))
+                pairs.append(Pair(writer.place.id, reader.place.id, tuple(ports[writer]), made, lose))
         publishers = {
             place: [pair for pair in pairs if place in pair.publishers]
             for places in ports.values()
@@ -340,11 +410,11 @@ class ConformanceNet:
 
     @cached_property
     def suppliers(self) -> dict[int, list[int]]:
-        """Steps that nobody records, by the places they supply: ticks of timers, requests that are kept."""
+        """Steps without records, by the places they supply: ticks, requests that are kept or lost."""
         silent = []
         for link in self.subject.links():
             role = self.roles.get(link.target.id or "") if isinstance(link.target, pn.Transition) else None
-            is_kept = role is not None and role.kind is Transfer and role.queue == "request"
+            is_kept = role is not None and role.queue == "request"
             is_tick = role is not None and link.meaning is not None and link.meaning.part == "tick"
             if is_kept or is_tick:
                 silent.append(str(link.target.id))

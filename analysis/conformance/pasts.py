@@ -62,7 +62,7 @@ class Pasts:
             position = -1
             for position, record in enumerate(records):
                 if isinstance(record, Drop):
-                    if record.queue != "publisher":
+                    if record.queue not in ("publisher", "request"):
                         got[node].append((position, record))
                 elif not isinstance(record, ChannelStep):
                     continue

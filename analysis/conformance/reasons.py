@@ -11,6 +11,7 @@ from dineros.metamodel.records import (
     Checkpoint,
     Drop,
     Fire,
+    GiveUp,
     Publish,
     Record,
     Reply,
@@ -49,6 +50,10 @@ def step_words(record: Record) -> str:
             return f"{record.transition} fires"
         case Signal():
             return f"signal {record.signal} becomes {str(record.value).lower()}"
+        case GiveUp():
+            return f"client {record.client} gives up {record.message or 'a request'} ({record.channel})"
+        case Drop(queue="request"):
+            return f"the request history of {record.channel} loses {record.message or 'a request'}"
         case Drop():
             return f"the {record.queue} queue of {record.channel} drops {counted(record.count, 'message')}"
         case ChannelStep():

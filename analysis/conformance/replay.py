@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from dineros.analysis.conformance.calls import NamelessCalls, is_nameless
 from dineros.analysis.conformance.messages import Messages
 from dineros.analysis.conformance.net import ConformanceNet, HistoryTopic
 from dineros.analysis.conformance.reasons import why_not
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
+from dineros.analysis.conformance.services.nameless import is_nameless
+from dineros.analysis.conformance.services.replaying import Calls
 from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.topics.histories import HistoryFlow
 from dineros.analysis.conformance.topics.queues import TopicFlow
-from dineros.metamodel import sym
 from dineros.metamodel.records import (
     Checkpoint,
     Drop,
     Fire,
+    GiveUp,
     Header,
     Publish,
     Record,
@@ -31,7 +31,7 @@ from dineros.metamodel.records import (
     Start,
     Take,
 )
-from dineros.metamodel.records.schema import ServiceStep, Step
+from dineros.metamodel.records.schema import Step
 
 
 class Replay:
@@ -74,11 +74,7 @@ class Replay:
                 kept = {place for other, place in keep if other == channel}
                 self._flows[channel] = TopicFlow(topic, self.marking, self._fire, kept)
         self._nameless_topics: set[str] = set()
-        self._calls = {
-            channel.id: NamelessCalls(net, channel.id, self.marking, firings)
-            for channel in net.model.channels
-            if isinstance(channel, sym.ServiceChannel)
-        }
+        self.calls = Calls(net, self.marking, self.messages, self, firings)
 
     @property
     def silent(self) -> int:
@@ -94,8 +90,7 @@ class Replay:
         """Tell whether the order of a step counts, since the server does not know whose request it serves."""
         if isinstance(record, Serve):
             return is_nameless(record) and len(self.net.clients_of(record.channel)) > 1
-        calls = self._calls.get(record.channel) if isinstance(record, Response) else None
-        return calls is not None and calls.are_ambiguous
+        return isinstance(record, Response) and self.calls.are_ambiguous(record.channel)
 
     def is_full(self, record: Publish) -> bool:
         """Tell whether the queue of a publisher is full."""
@@ -118,7 +113,13 @@ class Replay:
         else:
             self.marking[self._flows[channel].topic.subscribers[place].source] += sent - taken
 
-    def step(self, record: Record, dropped: bool = False, forced: bool = False) -> Refusal | None:
+    def step(
+        self,
+        record: Record,
+        dropped: bool = False,
+        forced: bool = False,
+        following: Record | None = None,
+    ) -> Refusal | None:
         """Replay a record; return why it cannot be, and change nothing then.
 
         Parameters
@@ -129,6 +130,8 @@ class Replay:
             Whether a later record says that this message was lost in the publisher's queue.
         forced : bool
             Whether a message may be lost that nothing says to be lost, since nothing else can be done.
+        following : Record, optional
+            The next record of the node, of one that tells of losses.
         """
         handle = _HANDLERS.get(type(record))
         if handle is None:
@@ -137,6 +140,8 @@ class Replay:
         refusal: Refusal | None
         if isinstance(record, Publish):
             refusal = handle(self, record, dropped, forced)
+        elif isinstance(record, Drop):
+            refusal = handle(self, record, following)
         else:
             refusal = handle(self, record)
         if refusal is None:
@@ -153,25 +158,26 @@ class Replay:
         if self._firings is not None:
             self._firings.append(transition)
 
-    def add_between(self, transition: int, times: int) -> None:
-        """Let a transition have fired before the traces begin: its effect on places of no node."""
+    def add_between(self, transition: int, times: int = 1) -> None:
+        """Let a transition have fired that the traces do not tell: its effect on places of no node."""
         own = {index for places in self.net.places_of.values() for index in places.values()}
         for place, tokens in self.net.net.delta[transition].items():
             if place not in own:
                 self.marking[place] += times * tokens
 
-    def _is_enabled(self, transition: int) -> bool:
+    def is_enabled(self, transition: int) -> bool:
+        """Tell whether a transition can fire."""
         marking = self.marking
         return all(marking[place] >= weight for place, weight in self.net.pre[transition]) and all(
             marking[place] < weight for place, weight in self.net.inhibitor[transition]
         )
 
-    def _fire_recorded(self, record: Step, transition: int) -> Fault | None:
+    def fire_recorded(self, record: Step, transition: int) -> Fault | None:
         """Fire what a record stands for, if it is enabled and the record tells the same change."""
         fault = self._differs(record, transition)
         if fault is None:
             self._supply(transition)
-        if fault is None and not self._is_enabled(transition):
+        if fault is None and not self.is_enabled(transition):
             fault = Fault(why_not(self.net, transition, self.marking))
         if fault is None:
             self._fire(transition)
@@ -181,7 +187,7 @@ class Replay:
         """Let happen what nobody records and a transition needs: the tick of its timer."""
         for place, weight in self.net.pre[transition]:
             for other in self.net.suppliers.get(place, ()):
-                if self.marking[place] < weight and self._is_enabled(other):
+                if self.marking[place] < weight and self.is_enabled(other):
                     self._fire(other)
 
     def _differs(self, record: Step, transition: int) -> Fault | None:
@@ -245,13 +251,13 @@ class Replay:
         node = self.net.roles[record.transition].node
         if node != record.node:
             return Fault(f"the transition belongs to node {node}, not {record.node}")
-        return self._fire_recorded(record, transition)
+        return self.fire_recorded(record, transition)
 
     def _publish(self, record: Publish, dropped: bool, forced: bool) -> Refusal | None:
         enter = self.net.end(Publish, record.channel, record.place)
         if enter is None:
             return Fault(f"{record.place} is no publisher of topic channel {record.channel!r}")
-        refusal = self._at(record, enter) or self.messages.may_publish(record)
+        refusal = self.at(record, enter) or self.messages.may_publish(record)
         histories = self._histories.get(record.channel)
         if refusal is None and histories is not None:
             refusal = histories.publish(record, enter, forced)
@@ -278,7 +284,7 @@ class Replay:
         leave = self.net.end(Take, record.channel, record.place)
         if leave is None:
             return Fault(f"{record.place} is no subscriber of topic channel {record.channel!r}")
-        refusal = self._at(record, leave) or self.messages.may_take(record)
+        refusal = self.at(record, leave) or self.messages.may_take(record)
         if refusal is not None:
             return refusal
         taken = self._take_from(record, leave)
@@ -306,10 +312,15 @@ class Replay:
         reason = _without_room(self.net, leave, self.marking)
         if reason:
             return Fault(reason)
-        sender = (record.message or "").split("/")
-        return self._flows[record.channel].take(record.place, sender[-2] if len(sender) > 1 else None)
+        sender = (record.message or "").rpartition("/")[0].rpartition("/")[2]
+        ports = self.net.ports
+        places = self._flows[record.channel].topic.publishers
+        publisher = next((place for place in places if ports[record.channel, place] == sender), None)
+        return self._flows[record.channel].take(record.place, publisher)
 
-    def _drop(self, record: Drop) -> Refusal | None:
+    def _drop(self, record: Drop, following: Record | None) -> Refusal | None:
+        if record.channel in self.net.depths:
+            return self.calls.lose(record)
         if record.channel not in self.net.topics:
             return Fault(f"the model has no topic channel {record.channel!r}")
         if record.queue == "restart":
@@ -319,7 +330,10 @@ class Replay:
                 "a larger limit of its queue helps"
             )
         if record.channel in self._histories:
-            refusal = self._histories[record.channel].drop(record)
+            at = record.channel, record.place
+            if not isinstance(following, Take) or (following.channel, following.place) != at:
+                following = None
+            refusal = self._histories[record.channel].drop(record, following)
             if refusal is None:
                 self.messages.dropped(record)
             return refusal
@@ -358,79 +372,9 @@ class Replay:
         if self.marking[queue.load] < queue.limit:
             full = f"{self.marking[queue.load]} of {queue.limit}"
             return Fault(f"the {queue.text} was not full ({full})", record.place)
-        return self._fire_recorded(record, queue.drop)
+        return self.fire_recorded(record, queue.drop)
 
-    def _service(self, record: ServiceStep) -> Refusal | None:
-        calls = self._calls.get(record.channel)
-        if calls is None:
-            return Fault(f"the model has no service channel {record.channel!r}")
-        if is_nameless(record):
-            return self._nameless(record, calls)
-        client = self.messages.client_of(record)
-        if client is None:
-            return Fault(f"{record.message!r} is of no client of service channel {record.channel!r}")
-        instance = record.instance or self.net.instances.get((record.channel, record.place))
-        transition = self.net.service(type(record), record.channel, client, instance)
-        if transition is None:
-            return Fault(f"service channel {record.channel!r} has no such port")
-        fault = self._at(record, transition)
-        if fault is not None:
-            return fault
-        refusal = self.messages.may_serve(record, client)
-        if isinstance(refusal, Waiting) and isinstance(record, Response):
-            if self.messages.is_asking(record, client) and calls.respond(client):
-                refusal = None
-            else:
-                refusal = replace(refusal, unclear=calls.has_answers, unclear_if_stuck=calls.are_ambiguous)
-        if refusal is not None:
-            return refusal
-        if isinstance(record, Serve) and not calls.claim(client):
-            return self._nobody_asks(record, calls, unclear=True)
-        before = self.fired
-        fault = self._fire_recorded(record, transition)
-        if fault is None:
-            self.messages.served(record, client)
-            if isinstance(record, Request):
-                calls.asks(client, before)
-        return fault
-
-    def _nameless(self, record: ServiceStep, calls: NamelessCalls) -> Refusal | None:
-        """Replay a step of a server that does not know whose request it serves."""
-        instance = record.instance or self.net.instances.get((record.channel, record.place)) or 0
-        serves = isinstance(record, Serve)
-        client = calls.next_client() if serves else calls.client_at(instance)
-        some = client or next(iter(self.net.clients_of(record.channel)), "")
-        transition = self.net.service(type(record), record.channel, some, instance)
-        if transition is None:
-            return Fault(f"service channel {record.channel!r} has no such port")
-        fault = self._at(record, transition)
-        if fault is None and client is None:
-            return (
-                self._nobody_asks(record, calls)
-                if serves
-                else Fault(f"instance {instance} serves no request")
-            )
-        before = self.fired
-        fault = fault or self._fire_recorded(record, transition)
-        if fault is None:
-            note = calls.served if serves else calls.answered
-            note(instance, before)
-        return fault
-
-    def _nobody_asks(self, record: ServiceStep, calls: NamelessCalls, unclear: bool = False) -> Waiting:
-        outside = (
-            f"a program outside of the model asks {self.net.names_in_ros[record.channel]}, too, or a request "
-            "was sent again after a time-out"
-        )
-        return Waiting(
-            "no request of the model waits to be served",
-            self.net.asking_nodes(record.channel),
-            outside,
-            unclear,
-            unclear_if_stuck=calls.are_ambiguous,
-        )
-
-    def _at(self, record: Step, transition: int) -> Fault | None:
+    def at(self, record: Step, transition: int) -> Fault | None:
         """Refuse a port's step that another node or another place records, or with another change."""
         role = self.net.roles[self.net.net.transitions[transition]]
         if role.node != record.node:
@@ -455,7 +399,8 @@ _HANDLERS: Mapping[type[Record], Callable[..., Any]] = {
     Publish: Replay._publish,
     Take: Replay._take,
     Drop: Replay._drop,
-    **dict.fromkeys((Request, Serve, Reply, Response), Replay._service),
+    GiveUp: lambda self, record: self.calls.give_up(record),
+    **dict.fromkeys((Request, Serve, Reply, Response), lambda self, record: self.calls.step(record)),
 }
 
 

@@ -61,23 +61,34 @@ def write_properties(
     """
     root = etree.Element("property-set", xmlns=NAMESPACE)
     for one in properties:
-        node = etree.SubElement(root, "property")
-        etree.SubElement(node, "id").text = one.id
-        etree.SubElement(node, "description").text = "written by DiNeROS"
-        formula = etree.SubElement(node, "formula")
-        if one.kind == "bound":
-            bound = etree.SubElement(formula, "place-bound")
-            _names(bound, "place", [net.places[p] for name in one.places for p in names.places(name)])
-        elif one.formula is not None:
-            writer = _Writer(net, BoundAtoms(net, one.formula, names))
-            if one.kind == "ltl":
-                writer.linear(etree.SubElement(formula, "all-paths"), one.formula)
-            else:
-                writer.branching(formula, one.formula)
-        else:
-            raise DinerosError(f"{one.examination} is asked by its name, not by a file")
+        add_property(root, one, net, names)
     etree.indent(root)
     write_atomically(path, etree.tostring(root, xml_declaration=True, encoding="UTF-8") + b"\n")
+
+
+def add_property(root: etree._Element, one: Property, net: CompiledNet, names: Names) -> None:
+    """Add a property to a set of them.
+
+    Raises
+    ------
+    DinerosError
+        As `write_properties`.
+    """
+    node = etree.SubElement(root, "property")
+    etree.SubElement(node, "id").text = one.id
+    etree.SubElement(node, "description").text = "written by DiNeROS"
+    formula = etree.SubElement(node, "formula")
+    if one.kind == "bound":
+        bound = etree.SubElement(formula, "place-bound")
+        _names(bound, "place", [net.places[p] for name in one.places for p in names.places(name)])
+    elif one.formula is not None:
+        writer = _Writer(net, BoundAtoms(net, one.formula, names))
+        if one.kind == "ltl":
+            writer.linear(etree.SubElement(formula, "all-paths"), one.formula)
+        else:
+            writer.branching(formula, one.formula)
+    else:
+        raise DinerosError(f"{one.examination} is asked by its name, not by a file")
 
 
 def _names(node: etree._Element, kind: str, names: Sequence[str]) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from dineros.analysis.callbacks.waiting import Circle, Waiter
 from dineros.metamodel import sym
-from dineros.metamodel.callbacks.groups import group_of, threads_of
+from dineros.metamodel.callbacks.groups import answered_on, begins_callback, callback_page_of, threads_of
 from dineros.metamodel.elements import elements, find
 
 Owner = tuple[str, str]
@@ -53,7 +53,7 @@ class Changes:
             group = f"{'_'.join(filter(None, owner))}_group"
             while group in taken:
                 group += "_"
-            settings = [f"{name}.group={group}"]
+            settings = [f"{each}.group={group}" for each in (name, *_with_client(model, owner))]
             if owner in self.reentrant:
                 settings.append(f"{group}.kind=reentrant")
             yield f"{what} in a {kind} of its own", tuple(settings)
@@ -76,6 +76,16 @@ def _named(model: sym.SystemModel, owner: Owner) -> tuple[str, str]:
     return f"{id}.client.{client}", f"client {client} of service {service.service}"
 
 
+def _with_client(model: sym.SystemModel, owner: Owner) -> Iterator[str]:
+    """Yield the callback page that a client's responses begin, where it is in a group, as its client is."""
+    id, client = owner
+    ports = find(model, id, sym.ServiceChannel).clients if client else ()
+    for port in ports:
+        page = callback_page_of(port.response)
+        if port.client == client and begins_callback(port) and page is not None and page.group is not None:
+            yield str(page.id)
+
+
 def against_circle(changes: Changes, circle: Circle) -> Iterator[Changes]:
     """Yield what, added to some changes, may break a circle: whatever breaks it holds one of these.
 
@@ -96,22 +106,22 @@ def against_circle(changes: Changes, circle: Circle) -> Iterator[Changes]:
 def against_run(changes: Changes, begun: Iterable[sym.CallbackPage]) -> Iterator[Changes]:
     """Yield what, added to some changes, keeps callbacks that begin in a run from running twice at once."""
     for page in begun:
-        group = group_of(page)
-        owner = (str(page.id), "")
-        if group is not None and group.kind == sym.CallbackGroupKind.reentrant and owner not in changes.own:
+        owner = _owner(page)
+        is_reentrant = page.group is not None and page.group.kind == sym.CallbackGroupKind.reentrant
+        if owner is not None and is_reentrant and owner not in changes.own:
             yield replace(changes, own=changes.own | {owner})
 
 
 def _own(changes: Changes, waiters: Sequence[Waiter]) -> Iterator[Changes]:
     for waiter in waiters:
-        owner = _owner(waiter)
+        owner = _owner(waiter.model)
         if owner is not None and owner not in changes.own:
             yield replace(changes, own=changes.own | {owner})
 
 
 def _reentrant(changes: Changes, group: Waiter, holder: Waiter) -> Iterator[Changes]:
     """Yield the group made reentrant; or that of the callback that has it, where it is its own."""
-    owner = _owner(holder)
+    owner = _owner(holder.model)
     if owner is not None and owner in changes.own:
         made = owner
     elif isinstance(group.model, sym.CallbackGroup):
@@ -122,8 +132,10 @@ def _reentrant(changes: Changes, group: Waiter, holder: Waiter) -> Iterator[Chan
         yield replace(changes, reentrant=changes.reentrant | {made})
 
 
-def _owner(waiter: Waiter) -> Owner | None:
-    model = waiter.model
+def _owner(model: object) -> Owner | None:
+    """Return whose group can be changed; of what a response begins, that is its client's."""
+    if isinstance(model, sym.CallbackPage) and model.kind == sym.CallbackKind.client:
+        model = next(iter(answered_on(model)), None)
     if isinstance(model, sym.CallbackPage):
         return str(model.id), ""
     if isinstance(model, sym.ClientPort) and model.channel is not None and model.client:

@@ -36,6 +36,7 @@ TOGETHER = (
     ("Clauses", "Matching", "Boundedness", "Overflow", "Use"),
     ("Deadlock", "Callbacks"),
     ("Repetition",),
+    ("Properties",),
 )
 """Questions of a check that one worker answers, by the names of their classes."""
 

@@ -54,7 +54,12 @@ class CountingRecorder:
 
 
 def run_in_process(
-    what: Application, wanted: Wanted, observer: FolderObserver, *, is_simulated: bool
+    what: Application,
+    wanted: Wanted,
+    observer: FolderObserver,
+    *,
+    is_simulated: bool,
+    speed: float | None = None,
 ) -> Ending:
     """Run all nodes in this process.
 
@@ -68,6 +73,8 @@ def run_in_process(
         Follows the traces.
     is_simulated : bool
         Step by step in simulated time; the same seed gives the same run.
+    speed : float, optional
+        Simulated seconds in a second, at most.
 
     Raises
     ------
@@ -119,6 +126,7 @@ def run_in_process(
             ending = application.run(
                 lambda _: wanted.interrupted.is_set() or (until is not None and until(marking, signals)),
                 wanted.timeout,
+                speed,
             )
             if wanted.interrupted.is_set():
                 ending = "interrupted"

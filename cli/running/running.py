@@ -51,6 +51,8 @@ class Options:
         How it runs on ROS; None: in this process.
     is_simulated : bool
         In this process: whether time is simulated.
+    speed : float or None
+        Simulated seconds in a second, at most; None: as many as can.
     """
 
     until: str | None
@@ -63,6 +65,7 @@ class Options:
     is_shown: bool
     ros: RosOptions | None
     is_simulated: bool
+    speed: float | None = None
 
 
 @dataclass(frozen=True)
@@ -164,7 +167,13 @@ def run_application(application: Application, options: Options, tell: Callable[[
             stack.enter_context(logs_to(terminal_handler(), level))
             with Ending(INTERRUPTED, wanted.interrupt) as process:
                 try:
-                    ending = run_in_process(application, wanted, observer, is_simulated=options.is_simulated)
+                    ending = run_in_process(
+                        application,
+                        wanted,
+                        observer,
+                        is_simulated=options.is_simulated,
+                        speed=options.speed,
+                    )
                 except KeyboardInterrupt:  # while nodes were made or started
                     ending = "interrupted"
         else:

@@ -52,6 +52,11 @@ PARTS = {
         ),
         "tokens": ("LR", "SystemModel TokenType TokenField FieldKind Place PlaceKind BalloonToken"),
         "signals": ("TB", "NodeNet Transition TransitionKind InputSignal InputClause Disjunction Literal"),
+        "properties": (
+            "LR",
+            "SystemModel Property PropertyLanguage SignalVariant Assumption Fairness ExclusiveSignals "
+            "InputSignal",
+        ),
         "channels": (
             "TB",
             "SystemModel Middleware Channel TopicChannel ServiceChannel QualityOfService Reliability "

@@ -101,7 +101,9 @@ class Port:
     limit : int or None
         QoS depth.
     quality : str
-        The depth and all else that is said of its queue, in words.
+        The depth and all else that is said of its queue, or of how a client asks, in words.
+    overrides : tuple of (str, str or int)
+        The same as values of the parameters that override them: what ROS calls each policy -> its value.
     type : str
         The ROS interface.
     client : str or None
@@ -120,6 +122,7 @@ class Port:
     other: str | None = None
     limit: int | None = None
     quality: str = ""
+    overrides: tuple[tuple[Name, str | int], ...] = ()
     client: str | None = None
     instances: int | None = None
     service: str | None = None
@@ -163,6 +166,28 @@ class Signal:
 
 
 @dataclass(frozen=True)
+class Timer:
+    """The timer of a callback.
+
+    Attributes
+    ----------
+    callback : str
+        Id of the callback page.
+    period : float
+        Seconds.
+    begins : tuple of str
+        Ids of the transitions by which the callback begins.
+    parameter : str
+        Name of the parameter that sets the period, after ``periods.``.
+    """
+
+    callback: str
+    period: float
+    begins: tuple[str, ...]
+    parameter: Name
+
+
+@dataclass(frozen=True)
 class NodePackage:
     """A node net and the ROS package it becomes.
 
@@ -174,7 +199,7 @@ class NodePackage:
         Absolute ROS namespace; empty for none.
     executor, threads : str, int
         How the node runs its callbacks.
-    transitions, ports, signals : tuple
+    transitions, ports, signals, timers : tuple
         What it has, in model order.
     places : tuple of Place
         Its places.
@@ -199,6 +224,7 @@ class NodePackage:
     transitions: tuple[Transition, ...]
     ports: tuple[Port, ...]
     signals: tuple[Signal, ...]
+    timers: tuple[Timer, ...]
     places: tuple[Place, ...]
     published: tuple[tuple[Name, int], ...]
     message_packages: tuple[Name, ...]

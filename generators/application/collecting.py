@@ -12,6 +12,7 @@ from dineros.generators.application.application import (
     Place,
     Port,
     Signal,
+    Timer,
     Transition,
 )
 from dineros.generators.application.arcs import ArcEnd
@@ -30,6 +31,7 @@ from dineros.generators.application.naming import (
 from dineros.generators.application.tokens import TokenClass
 from dineros.generators.templates.filters import Name
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
 from dineros.metamodel.elements import (
     arcs,
     label,
@@ -40,7 +42,8 @@ from dineros.metamodel.elements import (
     transitions,
 )
 from dineros.metamodel.files.xmi import xmi_bytes
-from dineros.metamodel.ros_names import resource_names
+from dineros.metamodel.matching import plain as quality_as_values
+from dineros.metamodel.ros_names import resource_names, snake_case
 from dineros.metamodel.token_types.declared import type_of_place
 from dineros.metamodel.token_types.passing import passing
 from dineros.transformations.flattening.split import split
@@ -104,6 +107,7 @@ def _node(
         signals=tuple(
             Signal(signal.id, bool(signal.initial), Name(parameters[signal.id])) for signal in node.signals
         ),
+        timers=tuple(_timers(part)),
         places=tuple(_places(part, interfaces)),
         published=tuple((Name(name), subscribing[channel]) for channel, name in published.items()),
         message_packages=tuple(
@@ -132,6 +136,14 @@ def _require_distinct_overrides(node: sym.NodeNet, ports: Iterable[Port]) -> Non
                 element=port.place,
                 hint="rename one of them",
             )
+
+
+def _timers(part: rtm.RuntimeModel) -> Iterable[Timer]:
+    found, calls = timers_of(part), calls_of(part)
+    parameters = resource_names(page.id for page in found)
+    for page in found:
+        begins = tuple(each.id for each in Body(page, calls).beginnings())
+        yield Timer(page.id, float(page.timer or 0.0), begins, Name(parameters[page.id]))
 
 
 def _places(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Place]:
@@ -250,6 +262,7 @@ def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
                     type_,
                     limit=port.limit,
                     quality=quality_words(port, part.middleware),
+                    overrides=quality_overrides(port),
                     service=service,
                 )
             case rtm.SubscriberPort():
@@ -261,6 +274,7 @@ def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
                     port.type or message,
                     limit=port.limit,
                     quality=quality_words(port, part.middleware),
+                    overrides=quality_overrides(port),
                 )
             case rtm.ClientPort():
                 type_ = port.type or _service(port.channel, interfaces)
@@ -274,6 +288,7 @@ def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
                     other=other,
                     client=port.client,
                     service=service,
+                    quality=client_words(port),
                 )
             case rtm.ServerPort():
                 yield Port(
@@ -284,7 +299,17 @@ def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
                     port.type or _service(port.channel, interfaces),
                     other=port.exit.id,
                     instances=port.instances,
+                    quality=f"limit {port.depth}" if part.middleware == sym.Middleware.ros2 else "",
                 )
+
+
+def client_words(port: rtm.ClientPort) -> str:
+    """Return what a client says of how it asks: ``3 requests under way, gives up after 5 s: Late``."""
+    words = [f"{port.outstanding} requests under way"] if port.outstanding > 1 else []
+    if port.timeout is not None:
+        told = f": {port.timedOut.id}" if port.timedOut is not None else ""
+        words.append(f"gives up after {port.timeout:g} s{told}")
+    return ", ".join(words)
 
 
 def quality_words(port: rtm.PublisherPort | rtm.SubscriberPort, middleware: sym.Middleware) -> str:
@@ -305,6 +330,24 @@ def quality_words(port: rtm.PublisherPort | rtm.SubscriberPort, middleware: sym.
         times = {"deadline": quality.deadline, "lifespan": quality.lifespan, "lease": quality.leaseDuration}
         words += [f"{name} {seconds:g} s" for name, seconds in times.items() if seconds is not None]
     return ", ".join(words)
+
+
+def quality_overrides(
+    port: rtm.PublisherPort | rtm.SubscriberPort,
+) -> tuple[tuple[Name, str | int], ...]:
+    """Return what a port says of its queue, as ROS's parameters have it: times in nanoseconds."""
+    said: dict[str, str | int] = {"depth": port.limit}
+    quality = port.qos
+    if quality is not None:
+        plain = quality_as_values(quality)
+        said |= {"reliability": snake_case(plain.reliability), "durability": snake_case(plain.durability)}
+        if plain.liveliness != "automatic":
+            said["liveliness"] = snake_case(plain.liveliness)
+        times = {"deadline": plain.deadline, "liveliness_lease_duration": plain.lease_duration}
+        if isinstance(port, rtm.PublisherPort):
+            times["lifespan"] = plain.lifespan
+        said |= {name: round(seconds * 1e9) for name, seconds in times.items() if seconds is not None}
+    return tuple((Name(policy), value) for policy, value in said.items())
 
 
 def _service(channel: str, interfaces: Interfaces) -> str:

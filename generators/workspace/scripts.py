@@ -247,7 +247,7 @@ class _StepWriter:
     def __init__(self, model: _Model, *, satisfies_clauses: bool) -> None:
         self._model = model
         self._satisfies_clauses = satisfies_clauses
-        self._waiting: dict[str, dict[str, str | None]] = {}  # channel -> clients whose request is under way
+        self._waiting: dict[str, list[tuple[str, str | None]]] = {}  # channel -> clients and their requests
         self._serving: dict[tuple[str, int | None], str] = {}  # channel, instance -> client
         self._signals = {id: signal.initial for id, (_, signal) in model.signals.items()}
 
@@ -263,6 +263,14 @@ class _StepWriter:
                 yield ("signal", node.id, record.signal, record.value)
             case records.Publish() | records.Take():
                 yield (record.event, self._node(record.place, record), record.channel, record.place)
+            case records.GiveUp():
+                raise ScriptError(
+                    f"client {record.client} gives up a request, and a script knows no time",
+                    location=record.location,
+                    hint="take a trace in which no client gives up",
+                )
+            case records.Drop(queue="request"):
+                yield ("drop", record.node or "", record.channel, record.queue, self._lost(record))
             case records.Drop():
                 node_id = record.node or (self._node(record.place, record) if record.place else "")
                 for _ in range(record.count):
@@ -271,19 +279,33 @@ class _StepWriter:
                 node_id = self._node(record.place, record)
                 yield (record.event, node_id, record.channel, self._client(record), record.instance or 0)
 
+    def _lost(self, record: records.Drop) -> str:
+        """Return the client whose request a full history loses."""
+        waiting = self._waiting.setdefault(record.channel, [])
+        lost = next((each for each in waiting if record.message in (each[1], None)), None)
+        if lost is None:
+            raise ScriptError(f"nobody asked {record.channel} for this", location=record.location)
+        waiting.remove(lost)
+        return lost[0]
+
     def _client(self, record: ServiceStep) -> str:
         """Return the client of a call; servers know only the id of the message, if it has one."""
-        waiting = self._waiting.setdefault(record.channel, {})
+        waiting = self._waiting.setdefault(record.channel, [])
         serving = (record.channel, record.instance)
         client = record.client
         if isinstance(record, records.Request):
-            waiting[record.client or ""] = record.message
+            waiting.append((record.client or "", record.message))
         elif isinstance(record, records.Serve):
-            same = [asking for asking, message in waiting.items() if record.message in (message, None, "")]
-            client = client or next(iter(same), None)
-            if client is None:
+            same = [
+                each
+                for each in waiting
+                if record.message in (each[1], None, "") and client in (each[0], None)
+            ]
+            if not same and client is None:
                 raise ScriptError(f"nobody asked {record.channel} for this", location=record.location)
-            waiting.pop(client, None)
+            if same:
+                waiting.remove(same[0])
+            client = same[0][0] if client is None else client
             self._serving[serving] = client
         elif isinstance(record, records.Reply):
             client = client or self._serving.get(serving, "")

@@ -23,7 +23,7 @@ from collections.abc import Collection, Iterator
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.elements import resolve
+from dineros.metamodel.elements import pages, resolve
 
 
 def calls_of(net: EObject | None) -> list[tuple[pn.Place, pn.Place]]:
@@ -39,6 +39,12 @@ def calls_of(net: EObject | None) -> list[tuple[pn.Place, pn.Place]]:
         places = [each for each in net.eAllContents() if isinstance(each, rtm.Place)]
         return [(p, port.response) for p in places for port in p.ports if isinstance(port, rtm.ClientPort)]
     return []
+
+
+def timers_of(net: pn.Net) -> list[sym.CallbackPage]:
+    """Return the callbacks of timers with a period, in model order."""
+    found = [page for page in pages(net) if isinstance(page, sym.CallbackPage)]
+    return [page for page in found if page.kind == sym.CallbackKind.timer and page.timer]
 
 
 class Body:

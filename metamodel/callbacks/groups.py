@@ -29,16 +29,6 @@ def threads_of(node: sym.NodeNet) -> int:
     return node.threads if node.executor == sym.Executor.multi else 1
 
 
-def group_of(asking: sym.CallbackPage | sym.ClientPort) -> sym.CallbackGroup | None:
-    """Return the group of a callback or a client; None stands for the node's own, which is exclusive.
-
-    A response's callback that names no group is in that of the client whose response it is.
-    """
-    if asking.group is None and isinstance(asking, sym.CallbackPage):
-        return next((client.group for client in answered_on(asking)), None)
-    return asking.group
-
-
 def answered_on(page: sym.CallbackPage) -> list[sym.ClientPort]:
     """Return the clients whose responses begin the callback of a page."""
     return [
@@ -75,9 +65,16 @@ def is_awaited(client: sym.ClientPort) -> bool:
 
 
 def group_or_node(asking: sym.CallbackPage | sym.ClientPort) -> EObject | None:
-    """Return the callback group of a callback or a client, or the node net whose own group it is in."""
-    at: EObject = asking.response if isinstance(asking, sym.ClientPort) else asking
-    return group_of(asking) or node_net_of(at)
+    """Return the callback group of a callback or a client, or the node net whose own group it is in.
+
+    What a response begins is in no group where it names none: rclpy has its executor run the callbacks of a
+    future as tasks of their own (`rclpy.task.Future.add_done_callback`).
+    """
+    if asking.group is not None:
+        return asking.group
+    if isinstance(asking, sym.ClientPort):
+        return node_net_of(asking.response)
+    return None if asking.kind == sym.CallbackKind.client else node_net_of(asking)
 
 
 def members_of(group: EObject) -> list[sym.CallbackPage | sym.ClientPort]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.records.base import Data, Record, StoredToken
 from dineros.metamodel.records.steps import (
     ChannelStep,
@@ -145,7 +146,8 @@ class Checkpoint(Start):
     next_token : int
         Id of the next token.
     numbers : dict of str to int
-        Number of the last message of each sending place.
+        Number of the last message of each publisher's or client's port, by its place; instances of a server
+        page share their publishers.
     history : dict of str to list of StoredToken
         Number and data of the last messages of each publishing place, as many as its queue holds: a node that
         goes on publishes them again, since the queue has died with its process.
@@ -161,11 +163,14 @@ class Checkpoint(Start):
     missing : dict of str to int
         ``CHANNEL/PLACE`` -> messages that were lost since the last one came.
     requests : dict
-        ``CHANNEL/CLIENT`` -> the request under way: its message id, data and attempts.
+        ``CHANNEL/CLIENT`` -> the requests under way, the oldest first: message id, data, attempts, and for
+        how many seconds (`age`); earlier versions wrote the only one, without a list and an age.
     serving : dict of str to str
         Entry place of a server instance -> message id of the request that it serves.
     responses : dict
         Channel -> message id -> data of the responses kept for requests that come again, the oldest first.
+    kept_responses : dict of str to int
+        Channel -> how many responses to each sender are kept, where that is more than one.
     aside : dict
         Transition -> place -> ids of the tokens that it leaves alone after a failure.
     run : str
@@ -182,11 +187,43 @@ class Checkpoint(Start):
     seen: dict[str, dict[str, int]] = field(default_factory=dict)
     seen_apart: dict[str, dict[str, list[list[int]]]] = field(default_factory=dict)
     missing: dict[str, int] = field(default_factory=dict)
-    requests: dict[str, dict[str, Any]] = field(default_factory=dict)
+    requests: dict[str, Any] = field(default_factory=dict)
     serving: dict[str, str] = field(default_factory=dict)
     responses: dict[str, dict[str, Data]] = field(default_factory=dict)
+    kept_responses: dict[str, int] = field(default_factory=dict)
     aside: dict[str, dict[str, list[int]]] = field(default_factory=dict)
     run: str = ""
+
+    def pending(self, channel: str, client: str) -> list[dict[str, Any]]:
+        """Return the requests that a client has under way, the oldest first.
+
+        Raises
+        ------
+        DinerosError
+            What the checkpoint says of them is none.
+        """
+        return requests_of(self.requests.get(f"{channel}/{client}", []), self.location)
+
+
+def requests_of(value: Any, location: Location | None = None) -> list[dict[str, Any]]:
+    """Return the requests under way that a checkpoint tells of a client.
+
+    Raises
+    ------
+    DinerosError
+        It tells something else.
+    """
+    found: list[dict[str, Any]] = []
+    requests: list[Any] = value if isinstance(value, list) else [value]
+    for request in requests:
+        match request:
+            case {"message": str(), "data": dict(), "attempts": int()}:
+                age = request.get("age", 0.0)
+                if isinstance(age, (int, float)) and age >= 0:
+                    found.append({**request, "age": float(age)})
+                    continue
+        raise DinerosError("a checkpoint with a request that is none", location=location)
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)

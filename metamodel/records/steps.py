@@ -79,7 +79,8 @@ class ChannelStep(Step):
     token : int or None
         Id of the token that leaves or arrives; only in runs.
     message : str or None
-        Id of the message, ``NODE/PLACE/NUMBER``; a response has that of its request. Only in runs.
+        Id of the message, ``NODE/PLACE/NUMBER`` by the port's place; a response has that of its request. Only
+        in runs.
     """
 
     channel: str
@@ -160,6 +161,8 @@ class GiveUp(Step):
         Id of that token; only in runs.
     message : str or None
         Id of the request; only in runs.
+    data : dict
+        What that token carries; only in runs.
     """
 
     event = "giveUp"
@@ -169,6 +172,7 @@ class GiveUp(Step):
     place: str | None = None
     token: int | None = None
     message: str | None = None
+    data: Data = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,6 +190,8 @@ class Drop(Step):
         Place of the publisher's or subscriber's port, or of the requests.
     token : int or None
         Id of the token that leaves the publisher's place and is lost at once.
+    message : str or None
+        Id of the request that a service has lost; only in runs.
     count : int
         How many were lost.
     """
@@ -196,6 +202,7 @@ class Drop(Step):
     queue: Literal["publisher", "dispatcher", "subscriber", "request", "restart"]
     place: str | None = None
     token: int | None = None
+    message: str | None = None
     count: int = 1
 
 

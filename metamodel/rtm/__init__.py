@@ -194,11 +194,20 @@ class ClientPort(PlacePort):
         Id of the client.
     response : sym.Place
         Receives the responses.
+    outstanding : int
+        Requests that the client has under way at most, 1 or more.
+    timeout : float | None
+        Seconds until the client gives up; absent: it waits for ever.
+    timedOut : sym.Place | None
+        Gets a token when the client gives up; absent: it is ready to ask again.
     """
 
     service: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     client: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     response: sym.Place = Ecore.EReference(lower=1, required=True)
+    outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    timeout: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
+    timedOut: sym.Place | None = Ecore.EReference()
 
     def __init__(
         self,
@@ -209,6 +218,9 @@ class ClientPort(PlacePort):
         service: str | None = None,
         client: str | None = None,
         response: sym.Place | None = None,
+        outstanding: int | None = None,
+        timeout: float | None = None,
+        timedOut: sym.Place | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -221,6 +233,9 @@ class ClientPort(PlacePort):
                 "service": service,
                 "client": client,
                 "response": response,
+                "outstanding": outstanding,
+                "timeout": timeout,
+                "timedOut": timedOut,
             },
             unknown,
         )
@@ -239,12 +254,18 @@ class ServerPort(PlacePort):
         The server page.
     instances : int
         Number of server instances.
+    depth : int
+        Requests that wait for the server at most, under the rules of ROS 2.
+    outstanding : int
+        Requests that one of its clients has under way at most.
     """
 
     service: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
     exit: sym.Place = Ecore.EReference(lower=1, required=True)
     page: pn.Page = Ecore.EReference(lower=1, required=True)
     instances: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+    outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
 
     def __init__(
         self,
@@ -256,6 +277,8 @@ class ServerPort(PlacePort):
         exit: sym.Place | None = None,
         page: pn.Page | None = None,
         instances: int | None = None,
+        depth: int | None = None,
+        outstanding: int | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -269,6 +292,8 @@ class ServerPort(PlacePort):
                 "exit": exit,
                 "page": page,
                 "instances": instances,
+                "depth": depth,
+                "outstanding": outstanding,
             },
             unknown,
         )
@@ -392,6 +417,7 @@ resolve_references(
         (PublisherPort.qos, sym.QualityOfService),
         (SubscriberPort.qos, sym.QualityOfService),
         (ClientPort.response, sym.Place),
+        (ClientPort.timedOut, sym.Place),
         (ServerPort.exit, sym.Place),
         (ServerPort.page, pn.Page),
         (RuntimeModel.node, sym.NodeNet),

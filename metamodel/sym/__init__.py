@@ -37,6 +37,7 @@ eSubpackages: list[Any] = []
 eSuperPackage = None
 
 __all__ = [
+    "Assumption",
     "BalloonToken",
     "CallbackGroup",
     "CallbackGroupKind",
@@ -47,8 +48,10 @@ __all__ = [
     "Disjunction",
     "Dispatcher",
     "Durability",
+    "ExclusiveSignals",
     "Execution",
     "Executor",
+    "Fairness",
     "FieldKind",
     "FieldMapping",
     "InputClause",
@@ -60,11 +63,14 @@ __all__ = [
     "NodeNet",
     "Place",
     "PlaceKind",
+    "Property",
+    "PropertyLanguage",
     "PublisherPort",
     "QualityOfService",
     "Reliability",
     "ServerPort",
     "ServiceChannel",
+    "SignalVariant",
     "SubscriberPort",
     "SystemModel",
     "TokenField",
@@ -193,6 +199,28 @@ if TYPE_CHECKING:
         response: ClassVar[MessagePart]
         """Response of a service."""
 
+    class PropertyLanguage(EnumLiteral):
+        """What a property is written in."""
+
+        words: ClassVar[PropertyLanguage]
+        """A pattern in words, such as never or leads to."""
+        ltl: ClassVar[PropertyLanguage]
+        """Linear temporal logic."""
+        ctl: ClassVar[PropertyLanguage]
+        """Branching temporal logic."""
+
+    class SignalVariant(EnumLiteral):
+        """What of the input signals is in the net that is asked."""
+
+        none: ClassVar[SignalVariant]
+        """Nothing."""
+        fullyEnabled: ClassVar[SignalVariant]
+        """Each signal, changed one at a time."""
+        inputEnabled: ClassVar[SignalVariant]
+        """Each signal, tested by the transitions."""
+        ioEnabled: ClassVar[SignalVariant]
+        """Changes of signals together with what tests them."""
+
 else:
     Executor = enumeration(
         "Executor",
@@ -286,6 +314,23 @@ else:
             "message",
             "request",
             "response",
+        ],
+    )
+    PropertyLanguage = enumeration(
+        "PropertyLanguage",
+        [
+            "words",
+            "ltl",
+            "ctl",
+        ],
+    )
+    SignalVariant = enumeration(
+        "SignalVariant",
+        [
+            "none",
+            "fullyEnabled",
+            "inputEnabled",
+            "ioEnabled",
         ],
     )
 
@@ -1040,6 +1085,88 @@ class SubscriberPort(TopicPort):
         )
 
 
+class Property(pn.Element):
+    """What is asked of a model, and what is expected.
+
+    Attributes
+    ----------
+    text : str
+        The pattern or the formula.
+    language : PropertyLanguage
+        What the text is written in.
+    signals : SignalVariant
+        What of the signals is in the net that is asked.
+    expected : bool
+        Whether it is to hold.
+    """
+
+    text: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    language: PropertyLanguage = Ecore.EAttribute(
+        eType=PropertyLanguage, default_value=PropertyLanguage.words
+    )
+    signals: SignalVariant = Ecore.EAttribute(eType=SignalVariant, default_value=SignalVariant.none)
+    expected: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=True)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        text: str | None = None,
+        language: PropertyLanguage | str | None = None,
+        signals: SignalVariant | str | None = None,
+        expected: bool | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "text": text,
+                "language": language,
+                "signals": signals,
+                "expected": expected,
+            },
+            unknown,
+        )
+
+
+@Ecore.abstract
+class Assumption(pn.Element):
+    """What all properties of a model may rely on."""
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+            },
+            unknown,
+        )
+
+
 class SystemModel(pn.Net):
     """The whole application: node nets on pages, joined by channels.
 
@@ -1053,12 +1180,18 @@ class SystemModel(pn.Net):
         Topics and services, in order.
     middleware : Middleware
         The rules that flatten it.
+    properties : ModelList[Property]
+        What is asked of it, in order.
+    assumptions : ModelList[Assumption]
+        What its properties may rely on.
     """
 
     tokenType: TokenType | None = Ecore.EReference(containment=True)
     otherTokenTypes: ModelList[TokenType] = Ecore.EReference(containment=True, upper=-1)
     channels: ModelList[Channel] = Ecore.EReference(containment=True, upper=-1)
     middleware: Middleware = Ecore.EAttribute(eType=Middleware, default_value=Middleware.ros1)
+    properties: ModelList[Property] = Ecore.EReference(containment=True, upper=-1)
+    assumptions: ModelList[Assumption] = Ecore.EReference(containment=True, upper=-1)
 
     def __init__(
         self,
@@ -1073,6 +1206,8 @@ class SystemModel(pn.Net):
         otherTokenTypes: Iterable[TokenType] | None = None,
         channels: Iterable[Channel] | None = None,
         middleware: Middleware | str | None = None,
+        properties: Iterable[Property] | None = None,
+        assumptions: Iterable[Assumption] | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1089,6 +1224,8 @@ class SystemModel(pn.Net):
                 "otherTokenTypes": otherTokenTypes,
                 "channels": channels,
                 "middleware": middleware,
+                "properties": properties,
+                "assumptions": assumptions,
             },
             unknown,
         )
@@ -1224,6 +1361,85 @@ class ServiceChannel(Channel):
         )
 
 
+class Fairness(Assumption):
+    """No run neglects these transitions for ever.
+
+    Attributes
+    ----------
+    of : str
+        A transition, all, signals, node:ID or all-but:T1,T2.
+    strong : bool
+        Whether those that are enabled again and again must fire, not only those enabled all the time.
+    """
+
+    of: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    strong: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        of: str | None = None,
+        strong: bool | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "of": of,
+                "strong": strong,
+            },
+            unknown,
+        )
+
+
+class ExclusiveSignals(Assumption):
+    """These signals are never true together.
+
+    Attributes
+    ----------
+    signals : ModelList[InputSignal]
+        The signals, two or more.
+    """
+
+    signals: ModelList[InputSignal] = Ecore.EReference(upper=-1)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        signals: Iterable[InputSignal] | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "signals": signals,
+            },
+            unknown,
+        )
+
+
 class NodeNet(pn.Page):
     """A page that is exactly one ROS node (paper, Sect. 5.1).
 
@@ -1307,7 +1523,8 @@ class CallbackPage(pn.Page):
     kind : CallbackKind
         What calls it.
     group : CallbackGroup | None
-        Its callback group.
+        Its callback group; absent: that of the node, which is exclusive. A client callback that names
+        none is in none.
     timer : float | None
         Period of a timer callback.
     priority : int
@@ -1505,12 +1722,15 @@ resolve_references(
         (SystemModel.tokenType, TokenType),
         (SystemModel.otherTokenTypes, TokenType),
         (SystemModel.channels, Channel),
+        (SystemModel.properties, Property),
+        (SystemModel.assumptions, Assumption),
         (TopicChannel.qos, QualityOfService),
         (TopicChannel.publishers, PublisherPort),
         (TopicChannel.subscribers, SubscriberPort),
         (TopicChannel.dispatchers, Dispatcher),
         (ServiceChannel.server, ServerPort),
         (ServiceChannel.clients, ClientPort),
+        (ExclusiveSignals.signals, InputSignal),
         (NodeNet.signals, InputSignal),
         (NodeNet.callbackGroups, CallbackGroup),
         (CallbackPage.group, CallbackGroup),
@@ -1546,6 +1766,8 @@ for _enumeration in (
     Liveliness,
     Execution,
     MessagePart,
+    PropertyLanguage,
+    SignalVariant,
 ):
     eClassifiers[_enumeration.name] = _enumeration
     eClass.eClassifiers.append(_enumeration)

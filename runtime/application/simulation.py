@@ -28,6 +28,8 @@ Outcome = Literal["reached", "idle", "timeout"]
 """How a stepped run ends: the condition holds, nothing can happen any more, or time is over."""
 
 STEP_TIME = 0.001
+LONGEST_WAIT = 0.05
+"""Seconds of real time after which a run that keeps a pace asks again whether it is to end."""
 
 
 class SimulatedClock:
@@ -144,7 +146,12 @@ class LocalApplication:
                 return True
         return False
 
-    def run(self, until: Callable[[LocalApplication], bool], timeout: float | None = None) -> Outcome:
+    def run(
+        self,
+        until: Callable[[LocalApplication], bool],
+        timeout: float | None = None,
+        speed: float | None = None,
+    ) -> Outcome:
         """Step the application, which is open, until a condition holds.
 
         Parameters
@@ -153,11 +160,14 @@ class LocalApplication:
             The condition; asked after each move.
         timeout : float, optional
             Seconds of simulated time.
+        speed : float, optional
+            Simulated seconds that pass in a second, at most; by default as many as can.
         """
         if self._simulated is None:
             raise DinerosError("the application runs in real time", hint="use start() and wait_for()")
         clock = self._simulated
         end = None if timeout is None else clock.now + timeout
+        begun, really = clock.now, time.monotonic()
         while not until(self):
             if end is not None and clock.now >= end:
                 return "timeout"
@@ -165,8 +175,15 @@ class LocalApplication:
                 clock.now += STEP_TIME
             elif not self._let_time_pass(end):
                 return "idle"
+            if speed is not None:
+                self._wait(until, really + (clock.now - begun) / speed)
             self._timers.run_due()
         return "reached"
+
+    def _wait(self, until: Callable[[LocalApplication], bool], moment: float) -> None:
+        """Wait for a moment of real time, or until a condition holds."""
+        while (left := moment - time.monotonic()) > 0 and not until(self):
+            time.sleep(min(left, LONGEST_WAIT))
 
     def _let_time_pass(self, end: float | None) -> bool:
         """Go on to the next thing to happen; False: there is nothing to wait for."""

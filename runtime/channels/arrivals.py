@@ -1,8 +1,9 @@
-"""Messages of topics on their way from the transport's threads to the places of a node.
+"""Messages and requests on their way from the transport's threads to the places of a node.
 
 Each waits for the node's thread, and, where its place is full, for room. Under the paper's rules, as many
 wait as the port's limit says, and what comes then is dropped. Under those of ROS 2, a message is taken from
-the middleware when its place has room, so that one waits here at most: for room that was taken meanwhile.
+the middleware when its place has room, so that one waits here at most: for room that was taken meanwhile. A
+request is taken when an instance is free.
 """
 
 from __future__ import annotations
@@ -11,9 +12,9 @@ import threading
 from collections import deque
 
 from dineros.runtime.channels.exchange import Exchange
-from dineros.runtime.channels.transport import Pausing, Transport
+from dineros.runtime.channels.transport import Answer, Pausing, Transport
 from dineros.runtime.nets.engine import Engine
-from dineros.runtime.nets.ports import Message, Port, Queue, SubscriberPort
+from dineros.runtime.nets.ports import Message, Port, Queue, ServerPort, SubscriberPort
 from dineros.runtime.scheduling.loop import Loop
 
 
@@ -48,12 +49,18 @@ class Arrivals:
         self._held: dict[SubscriberPort, deque[tuple[Message, int]]] = {
             port: deque() for port in ports.subscribers
         }
+        self._asked: dict[ServerPort, int] = dict.fromkeys(ports.servers, 0)
         self._losses: dict[tuple[Port, Queue], int] = {}
 
     # From any thread.
 
-    def is_open(self, port: SubscriberPort) -> bool:
-        """Return whether a message is taken now: under ROS 2, one at a time, and into its place."""
+    def is_open(self, port: SubscriberPort | ServerPort) -> bool:
+        """Return whether a message is taken now: under ROS 2, one at a time, and into its place.
+
+        A request is taken when an instance is free for it.
+        """
+        if isinstance(port, ServerPort):
+            return self._exchange.is_open(port, self._asked[port])
         return not self._has_histories or (not self._arriving[port] and self._exchange.has_room(port))
 
     def arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
@@ -66,6 +73,18 @@ class Arrivals:
                 return
             self._arriving[port] += 1
         self._loop.post(lambda: self._place(port, message, lost))
+
+    def requested(self, port: ServerPort, message: Message, answer: Answer) -> None:
+        """Let a request wait for the loop."""
+
+        def serve() -> None:
+            with self._lock:
+                self._asked[port] -= 1
+            self._exchange.requested(port, message, answer)
+
+        with self._lock:
+            self._asked[port] += 1
+        self._loop.post(serve)
 
     def lost(self, port: Port, queue: Queue, count: int) -> None:
         """Have messages counted and recorded that a full queue lost."""

@@ -8,9 +8,11 @@ from typing import TypeVar, cast
 
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.message_ids import Senders
+from dineros.metamodel.records.schema import requests_of
 from dineros.metamodel.token_data import Value
-from dineros.runtime.channels.services import Client, Instance, Server
-from dineros.runtime.channels.topics import Publisher, Subscriber
+from dineros.runtime.channels.clients import Client
+from dineros.runtime.channels.services import Instance, Server
+from dineros.runtime.channels.topics import Publisher, Subscriber, Writer
 from dineros.runtime.channels.traffic import SendError, Traffic
 from dineros.runtime.channels.transport import Answer, Transport, check_of
 from dineros.runtime.firing.observing import Observer
@@ -76,15 +78,19 @@ class Exchange:
         self._traffic = traffic = Traffic(engine, loop, observer, run)
         places = {id: number for number, id in enumerate(engine.structure.places)}
         ports = engine.structure.ports
+        self._writers = [Writer(traffic, port) for port in ports.publishers]
         self._publishers = [
-            Publisher(traffic, port, places[place]) for port in ports.publishers for place in port.places
+            Publisher(traffic, writer, places[place])
+            for writer in self._writers
+            for place in writer.port.places
         ]
         self._subscribers = {
             port: Subscriber(traffic, port, places[port.place]) for port in ports.subscribers
         }
         self._clients: dict[ClientPort, Client] = {}
         for departure, client in enumerate(ports.clients, len(self._publishers)):
-            ends = places[client.request], places[client.response]
+            told = None if client.timed_out is None else places[client.timed_out]
+            ends = places[client.request], places[client.response], told
             self._clients[client] = Client(traffic, client, ends, departure, request_timeout)
         self._servers = {port: Server(traffic, port) for port in ports.servers}
         self._instances: list[Instance] = []
@@ -120,23 +126,20 @@ class Exchange:
         self._traffic.transport = transport
         for port, server in self._servers.items():
             server.check = check_of(transport, port)
-        for publisher in self._publishers:
-            self._send_again(publisher)
+        for writer in self._writers:
+            self._send_again(writer)
         for departure in range(len(self._publishers)):
             self._engine.unhold_departure(departure)
         for client in self._clients.values():
-            if client.pending is None:
-                self._engine.unhold_departure(client.departure)
-            else:
-                client.ask_again()
+            client.begin()
 
-    def _send_again(self, publisher: Publisher) -> None:
+    def _send_again(self, writer: Writer) -> None:
         try:
-            publisher.send_again()
+            writer.send_again()
         except SendError as error:
             LOG.error("%s", error, exc_info=error.__cause__)
             self._traffic.tell_error(str(error), "retry")
-            self._loop.timers.call_later(RETRY_DELAY, lambda: self._send_again(publisher))
+            self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._send_again(writer))
 
     def checks(self, transport: Transport) -> dict[int, Check]:
         """Return what checks the data that comes onto places whose tokens are sent: place -> check."""
@@ -164,7 +167,7 @@ class Exchange:
         LOG.error("%s", error, exc_info=error.__cause__)
         self._traffic.tell_error(str(error), "retry")
         self._engine.hold_departure(number)
-        self._loop.timers.call_later(RETRY_DELAY, lambda: self._engine.unhold_departure(number))
+        self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._engine.unhold_departure(number))
 
     def place_of(self, port: SubscriberPort) -> int:
         """Return the place that the messages of a port come to."""
@@ -174,11 +177,19 @@ class Exchange:
         """Return whether the place of a port has room for a message; from any thread."""
         return self._engine.has_room(self._subscribers[port].place)
 
+    def is_open(self, port: ServerPort, arriving: int) -> bool:
+        """Return whether a request is taken now, besides some that arrive; from any thread."""
+        return self._servers[port].is_open(arriving)
+
+    def serve(self, port: ServerPort) -> None:
+        """Take requests that a transport keeps."""
+        self._servers[port].serve()
+
     def let_in(self, places: Collection[int]) -> bool:
-        """Take responses and requests that wait for room on some places; return whether there were any."""
+        """Take what waits for room on some places; return whether there was anything."""
         before = self._engine.next_token
         for client in self._clients.values():
-            if client.response in places:
+            if client.response in places or client.timed_out in places:
                 client.let_in()
         for instance in self._instances:
             if instance.entry in places:
@@ -223,14 +234,12 @@ class Exchange:
         """Write what is known of channels into a checkpoint."""
         places = self._engine.structure.places
         checkpoint["run"] = self._traffic.run
-        checkpoint["numbers"] = {places[place]: number for place, number in self._traffic.numbers.items()}
-        checkpoint["queues"] = {places[each.place]: each.history.maxlen or 1 for each in self._publishers}
+        checkpoint["numbers"] = dict(self._traffic.numbers)
+        checkpoint["queues"] = {each.port.place: each.history.maxlen or 1 for each in self._writers}
         checkpoint["history"] = {
-            places[publisher.place]: [
-                [_number(message), _plain(message.data)] for message in publisher.history
-            ]
-            for publisher in self._publishers
-            if publisher.history
+            writer.port.place: [[_number(message), _plain(message.data)] for message in writer.history]
+            for writer in self._writers
+            if writer.history
         }
         for port, subscriber in self._subscribers.items():
             seen, apart = subscriber.seen.saved()
@@ -240,12 +249,16 @@ class Exchange:
                 checkpoint["seen"][f"{port.channel}/{port.place}"] = seen
             if apart:
                 checkpoint["seen_apart"][f"{port.channel}/{port.place}"] = apart
+        now = self._loop.clock()
         checkpoint["requests"] = {
-            f"{port.channel}/{port.client}": PendingRequest(
-                message=client.pending.id, data=_plain(client.pending.data), attempts=client.attempts
-            )
+            f"{port.channel}/{port.client}": [
+                PendingRequest(
+                    message=id, data=_plain(call.message.data), attempts=call.attempts, age=now - call.asked
+                )
+                for id, call in client.calls.items()
+            ]
             for port, client in self._clients.items()
-            if client.pending is not None
+            if client.calls
         }
         checkpoint["serving"] = {
             places[instance.entry]: instance.message
@@ -253,9 +266,16 @@ class Exchange:
             if instance.message is not None
         }
         checkpoint["responses"] = {
-            port.channel: {kept.id: _plain(kept.data) for kept in server.responses.values()}
+            port.channel: {
+                id: _plain(kept.data)
+                for responses in server.responses.values()
+                for id, kept in responses.items()
+            }
             for port, server in self._servers.items()
             if server.responses
+        }
+        checkpoint["kept_responses"] = {
+            port.channel: server.kept for port, server in self._servers.items() if server.kept > 1
         }
 
     def restore(self, checkpoint: Checkpoint) -> None:
@@ -267,17 +287,18 @@ class Exchange:
             It speaks of ports that the model does not have.
         """
         places = self._engine.structure.places
-        numbers = {id: number for number, id in enumerate(places)}
+        writers = {each.port.place: each for each in self._writers}
+        senders = {*places, *writers}
         self._traffic.run = checkpoint["run"]
         self._traffic.numbers = {
-            _known(numbers, place, "place"): number for place, number in checkpoint["numbers"].items()
+            _known({place: place for place in senders}, place, "place"): number
+            for place, number in checkpoint["numbers"].items()
         }
-        publishers = {places[each.place]: each for each in self._publishers}
         for place, messages in checkpoint.get("history", {}).items():
-            publisher = _known(publishers, place, "publisher at")
+            writer = _known(writers, place, "publisher at")
             for number, data in messages:
-                id = self._traffic.id_of(publisher.place, int(str(number)))
-                publisher.history.append(Message(id, cast("Data", data)))
+                id = self._traffic.id_of(place, int(str(number)))
+                writer.history.append(Message(id, cast("Data", data)))
         subscribers = {f"{port.channel}/{port.place}": each for port, each in self._subscribers.items()}
         seen, apart = checkpoint["seen"], checkpoint.get("seen_apart", {})
         for key in {**seen, **apart}:
@@ -285,10 +306,11 @@ class Exchange:
         for key, missing in checkpoint.get("missing", {}).items():
             _known(subscribers, key, "subscriber").missing = missing
         clients = {f"{port.channel}/{port.client}": each for port, each in self._clients.items()}
-        for key, request in checkpoint["requests"].items():
+        for key, requests in checkpoint["requests"].items():
             client = _known(clients, key, "client")
-            client.pending = Message(request["message"], request["data"])
-            client.attempts = request["attempts"]
+            for request in requests_of(requests):
+                pending = Message(request["message"], request["data"])
+                client.restore(pending, request["attempts"], request["age"])
         instances = {places[instance.entry]: instance for instance in self._instances}
         for entry, message in checkpoint["serving"].items():
             instance = _known(instances, entry, "server instance at")

@@ -17,7 +17,7 @@ from functools import partial
 
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.channels.histories import HistoryTopic
-from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.channels.transport import Answer, Receiver
 from dineros.runtime.nets.ports import ClientPort, Message, Ports, PublisherPort, ServerPort, SubscriberPort
 from dineros.runtime.scheduling.threads import join
 
@@ -57,12 +57,29 @@ class _Dispatcher:
 
 @dataclass
 class _Service:
-    """Requests on their way to a server, and those it has not answered."""
+    """Requests on their way to a server, and those it has not answered, each with its client.
+
+    Attributes
+    ----------
+    depth : int or None
+        How many may wait, under the rules of ROS 2; None: any number, which are handed on one by one.
+    waiting : deque
+        Those that wait.
+    unanswered : dict
+        Those that the server has, for one that comes back.
+    lost : list of str
+        Ids of those that the full history has lost, until the server knows.
+    is_told : bool
+        Whether the server knows of what waits and was lost: it takes that by itself.
+    """
 
     receiver: Receiver | None = None
     port: ServerPort | None = None
+    depth: int | None = None
+    lost: list[str] = field(default_factory=list)
+    is_told: bool = True
     waiting: deque[tuple[str, Message]] = field(default_factory=deque)
-    unanswered: dict[str, Message] = field(default_factory=dict)
+    unanswered: dict[tuple[str, str], Message] = field(default_factory=dict)
 
 
 @dataclass
@@ -120,7 +137,9 @@ class LocalNetwork:
         for with_histories in self._topics.values():
             moves += with_histories.moves()
         for service in self._services.values():
-            if service.waiting and service.receiver is not None:
+            if service.receiver is not None and service.depth is not None and not service.is_told:
+                moves.append(partial(self._tell, service))
+            elif service.receiver is not None and service.depth is None and service.waiting:
                 moves.append(partial(self._call, service))
         moves += [partial(self._respond, client) for client in self._clients.values() if client.waiting]
         return moves
@@ -146,21 +165,32 @@ class LocalNetwork:
         for port in dispatcher.ports:
             dispatcher.receiver.message_arrived(port, message, 0)
 
-    def _call(self, service: _Service) -> None:
-        key, message = service.waiting.popleft()
-        service.unanswered[key] = message
+    @staticmethod
+    def _tell(service: _Service) -> None:
+        """Let the server know that it is asked."""
         assert service.receiver is not None and service.port is not None
+        service.is_told = True
+        service.receiver.requests_wait(service.port)
+
+    def _call(self, service: _Service) -> None:
+        assert service.receiver is not None and service.port is not None
+        service.receiver.request_arrived(service.port, *self._taken(service))
+
+    def _taken(self, service: _Service) -> tuple[Message, Answer]:
+        """Return the oldest request that waits, and what sends its response."""
+        key, message = service.waiting.popleft()
+        service.unanswered[key, message.id] = message
 
         def answer(response: Message) -> None:
             with self._changed:
-                if service.unanswered.get(key) is message:
-                    del service.unanswered[key]
+                if service.unanswered.get((key, message.id)) is message:
+                    del service.unanswered[key, message.id]
                 client = self._clients.get(key)
                 if client is not None:
                     client.waiting.append(response)
                 self._changed.notify()
 
-        service.receiver.request_arrived(service.port, message, answer)
+        return message, answer
 
     @staticmethod
     def _respond(client: _Client) -> None:
@@ -222,8 +252,12 @@ class LocalNetwork:
             for server in ports.servers:
                 service = self._services[server.channel]
                 service.receiver, service.port = receiver, server
-                service.waiting.extendleft(reversed(service.unanswered.items()))
+                again = [(key, message) for (key, _), message in service.unanswered.items()]
+                service.waiting.extendleft(reversed(again))
                 service.unanswered.clear()
+                service.depth = server.depth if ports.middleware == "ros2" else None
+                service.is_told = False
+                self._forget_oldest(service)
             self._changed.notify()
 
     def _join_topics(self, ports: Ports, receiver: Receiver) -> None:
@@ -281,8 +315,36 @@ class LocalNetwork:
         """Take a request on its way."""
         with self._changed:
             service = self._services.setdefault(port.channel, _Service())
-            service.waiting.append((_client_key(port), message))
+            request = _client_key(port), message
+            if request not in service.waiting:  # one that is sent again takes no more room
+                service.waiting.append(request)
+            service.is_told = False
+            self._forget_oldest(service)
             self._changed.notify()
+
+    @staticmethod
+    def _forget_oldest(service: _Service) -> None:
+        while service.depth is not None and len(service.waiting) > service.depth:
+            _, message = service.waiting.popleft()
+            service.lost.append(message.id)
+
+    def take_request(self, port: ServerPort) -> tuple[Message, Answer] | None:
+        """Return the oldest request that waits for a server, and what sends its response."""
+        with self._changed:
+            service = self._services[port.channel]
+            return self._taken(service) if service.waiting else None
+
+    def lost_requests(self, port: ServerPort) -> list[str]:
+        """Return the ids of the requests that a full history has lost since this was asked last."""
+        with self._changed:
+            service = self._services[port.channel]
+            lost, service.lost = service.lost, []
+            return lost
+
+    def forget(self, port: ClientPort, message_id: str) -> None:
+        """Hand a request that its client has given up to no server that comes back."""
+        with self._changed:
+            self._services[port.channel].unanswered.pop((_client_key(port), message_id), None)
 
 
 class LocalTransport:
@@ -314,6 +376,18 @@ class LocalTransport:
     def request(self, port: ClientPort, message: Message) -> None:
         """Send a request."""
         self._network.request(port, message)
+
+    def take_request(self, port: ServerPort) -> tuple[Message, Answer] | None:
+        """Return the oldest request that waits for a server of the node, and what sends its response."""
+        return self._network.take_request(port)
+
+    def lost_requests(self, port: ServerPort) -> list[str]:
+        """Return the ids of the requests that a full history has lost since this was asked last."""
+        return self._network.lost_requests(port)
+
+    def forget(self, port: ClientPort, message_id: str) -> None:
+        """Learn that the node has given a request up."""
+        self._network.forget(port, message_id)
 
     def close(self) -> None:
         """Leave the channels."""

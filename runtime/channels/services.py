@@ -1,8 +1,8 @@
-"""Clients and servers of a node.
+"""Servers of a node.
 
-A client has one request under way; it is sent again until its response comes. A server serves as many
-requests at a time as it has instances, the oldest first; a request that comes twice is served once and
-answered twice.
+A server serves as many requests at a time as it has instances, the oldest first; a request that comes twice
+is served once and answered twice. Under the rules of ROS 2 it keeps as many requests as its depth, and
+forgets the oldest for one more (rule R5).
 """
 
 from __future__ import annotations
@@ -12,153 +12,16 @@ from collections import deque
 
 from dineros.metamodel.message_ids import Senders, parse_id
 from dineros.runtime.channels.traffic import SendError, Traffic
-from dineros.runtime.channels.transport import Answer
-from dineros.runtime.nets.ports import Check, ClientPort, Message, ServerPort
-from dineros.runtime.scheduling.timers import Timer
+from dineros.runtime.channels.transport import Answer, Keeping
+from dineros.runtime.nets.ports import Check, Message, ServerPort
 
 LOG = logging.getLogger("dineros.runtime")
-RESEND_DELAY = 0.1
-LONGEST_RESEND_DELAY = 5.0
 KEPT_SENDERS = 256
+KEPT_RESPONSES = 64
+"""Responses that are kept of each sender which has several requests under way, besides those."""
+
 KEPT_ANSWERS = 64
 """Attempts of a request that are answered: the first one, and the last ones but for it."""
-
-
-class Client:
-    """Sends the tokens of one place as requests and puts the responses on another one.
-
-    Attributes
-    ----------
-    pending : Message or None
-        The request under way.
-    attempts : int
-        How often it was sent.
-    departure : int
-        Number of the departure; on hold while a request is under way.
-    request, response : int
-        The places of its requests and of their responses.
-    """
-
-    def __init__(
-        self,
-        traffic: Traffic,
-        port: ClientPort,
-        places: tuple[int, int],
-        departure: int,
-        timeout: float | None,
-    ) -> None:
-        self._traffic = traffic
-        self.port = port
-        self.request, self.response = places
-        self.departure = departure
-        self._timeout = timeout
-        self._timer: Timer | None = None
-        self._held: Message | None = None  # a response that waits for room
-        self.pending: Message | None = None
-        self.attempts = 0
-
-    def send(self) -> None:
-        """Send the oldest token as a request.
-
-        Raises
-        ------
-        SendError
-            The transport failed; the token stays where it is.
-        """
-        traffic, port, place = self._traffic, self.port, self.request
-        token = traffic.engine.oldest(place)
-        message = Message(traffic.next_id(place), token.data)
-        self._ask(message)
-        traffic.engine.take(place)
-        traffic.engine.hold_departure(self.departure)
-        traffic.count_sent(place)
-        self.pending, self.attempts = message, 1
-        if traffic.observer.is_observing:
-            traffic.observer.emit(
-                "request",
-                channel=port.channel,
-                client=port.client,
-                place=port.request,
-                token=token.id,
-                message=message.id,
-                change={port.request: -1},
-            )
-
-    def _ask(self, message: Message) -> None:
-        try:
-            self._traffic.joined.request(self.port, message)
-        except Exception as error:
-            raise SendError(f"cannot ask {self.port.service}: {error}") from error
-        if self._timeout is not None:
-            reason = f"no response in {self._timeout:g} s"
-            self._timer = self._traffic.loop.timers.call_later(
-                self._timeout, lambda: self.failed(message.id, reason)
-            )
-
-    def failed(self, message_id: str, reason: str) -> None:
-        """Record that a request got no response, and send it again a little later."""
-        if self.pending is None or self.pending.id != message_id:
-            return
-        self._stop_timer()
-        LOG.warning("request %s of %s: %s", message_id, self.port.service, reason)
-        self._traffic.observer.emit(
-            "timeout",
-            channel=self.port.channel,
-            client=self.port.client,
-            message=message_id,
-            attempt=self.attempts,
-        )
-        delay = min(LONGEST_RESEND_DELAY, RESEND_DELAY * 2.0 ** min(self.attempts - 1, 30))
-        self.attempts += 1
-        self._timer = self._traffic.loop.timers.call_later(delay, self.ask_again)
-
-    def ask_again(self) -> None:
-        """Send the request under way once more, if there is one."""
-        if self.pending is not None:
-            self._timer = None
-            try:
-                self._ask(self.pending)
-            except SendError as error:
-                self.failed(self.pending.id, str(error))
-
-    def responded(self, message: Message) -> None:
-        """Put the token of the response, if it is the one waited for."""
-        pending, traffic, port = self.pending, self._traffic, self.port
-        if pending is None or (message.id and message.id != pending.id):
-            return
-        if not traffic.engine.has_room(self.response):
-            self._stop_timer()
-            self._held = message
-            return
-        token = traffic.arriving(port.service, self.response, message.data)
-        if token is None:
-            return
-        self._stop_timer()
-        self.pending = None
-        traffic.engine.unhold_departure(self.departure)
-        traffic.engine.put(self.response, token)
-        if traffic.observer.is_observing:
-            traffic.observer.emit(
-                "response",
-                channel=port.channel,
-                client=port.client,
-                place=port.response,
-                token=token.id,
-                message=pending.id,
-                data=token.data,
-                change={port.response: 1},
-            )
-
-    def let_in(self) -> None:
-        """Take the response that waits for room, if there is one, now that there is some."""
-        held, self._held = self._held, None
-        if held is not None:
-            self.responded(held)
-
-    def _stop_timer(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
 
 
 class Instance:
@@ -199,9 +62,11 @@ class Server:
         Its server instances.
     waiting : deque
         Requests that wait for an instance, the oldest first, each with where its response goes.
-    responses : dict of str to Message
-        The last response to each sender, for a request that comes again. A sender has one request under way,
-        so that its next one acknowledges the response to the one before.
+    responses : dict of str to dict of str to Message
+        The last responses to each sender by id, for a request that comes again: `kept` of them.
+    kept : int
+        How many responses to each sender are kept. Of a sender that has one request under way, the next one
+        acknowledges the response to the one before.
     check : callable or None
         Raises for data that cannot be sent.
     """
@@ -211,12 +76,21 @@ class Server:
         self.port = port
         self.instances: list[Instance] = []
         self.waiting: deque[tuple[Message, list[Answer]]] = deque()
-        self.responses: dict[str, Message] = {}
+        self.responses: dict[str, dict[str, Message]] = {}
+        self.kept = 1 if port.outstanding == 1 else KEPT_RESPONSES + port.outstanding
+        has_history = traffic.engine.structure.ports.middleware == "ros2"
+        self._depth = port.depth if has_history else None
         self._served = Senders()
         self.check: Check | None = None
 
     def requested(self, message: Message, answer: Answer) -> None:
         """Serve a request, or let it wait; one that came before gets the same response."""
+        self._arrived(message, answer)
+        self.serve()
+        if self._depth is not None and len(self.waiting) > self._depth:
+            self._lose(self.waiting.popleft()[0].id)
+
+    def _arrived(self, message: Message, answer: Answer) -> None:
         if not self._traffic.plausible(self.port.channel, self.port.service, message.id):
             return
         if message.id:
@@ -226,21 +100,54 @@ class Server:
                 known[0].append(answer)
                 del known[0][1:-KEPT_ANSWERS]
                 return
-            kept = self.responses.get(_sender(message.id))
-            if kept is not None and kept.id == message.id:
+            kept = self.responses.get(_sender(message.id), {}).get(message.id)
+            if kept is not None:
                 _answer(answer, kept)
                 return
             number = parse_id(message.id)
             if number is not None and self._served.had(*number):
                 return  # answered long ago
         self.waiting.append((message, [answer]))
-        self.serve()
+
+    def is_open(self, arriving: int) -> bool:
+        """Return whether an instance is free for one more request than those that arrive; from any thread."""
+        free = sum(map(self._is_free, self.instances))
+        return self._depth is None or arriving + len(self.waiting) < free
+
+    def _is_free(self, instance: Instance) -> bool:
+        return instance.message is None and self._traffic.engine.has_room(instance.entry)
+
+    def _keeping(self) -> Keeping | None:
+        """Return what keeps requests for this server; None: it gets them as they come."""
+        transport: object = self._traffic.transport
+        return transport if self._depth is not None and isinstance(transport, Keeping) else None
+
+    def _fetch(self, transport: Keeping) -> None:
+        """Take requests from a transport that keeps them, until one is new."""
+        while not self.waiting and (taken := transport.take_request(self.port)) is not None:
+            self._arrived(*taken)
+
+    def _lose(self, message: str) -> None:
+        """Count and record a request that the full history has forgotten; its client may ask again."""
+        traffic, port = self._traffic, self.port
+        traffic.drops[port.channel, "request"] += 1
+        traffic.observer.emit(
+            "drop", channel=port.channel, queue="request", message=message, count=1, change={}
+        )
 
     def serve(self) -> None:
         """Give waiting requests to inactive instances that have room, the oldest first."""
         traffic, port = self._traffic, self.port
+        keeping = self._keeping()
+        if keeping is not None:
+            for lost in keeping.lost_requests(port):
+                self._lose(lost)
         for instance in self.instances:
-            while instance.message is None and self.waiting and traffic.engine.has_room(instance.entry):
+            while self._is_free(instance):
+                if not self.waiting and keeping is not None:
+                    self._fetch(keeping)
+                if not self.waiting:
+                    break
                 message, answers = self.waiting.popleft()
                 token = traffic.arriving(port.service, instance.entry, message.data)
                 if token is None:
@@ -298,10 +205,12 @@ class Server:
         self.serve()
 
     def keep(self, response: Message) -> None:
-        """Keep a response for a request that comes again; the last one of each of the senders heard last."""
+        """Keep a response for a request that comes again; the last ones of each of the senders heard last."""
         sender = _sender(response.id)
-        self.responses.pop(sender, None)
-        self.responses[sender] = response
+        responses = self.responses[sender] = self.responses.pop(sender, {})
+        responses[response.id] = response
+        if len(responses) > self.kept:
+            del responses[next(iter(responses))]
         if len(self.responses) > KEPT_SENDERS:
             del self.responses[next(iter(self.responses))]
         number = parse_id(response.id)

@@ -11,8 +11,8 @@ from dineros.runtime.channels.transport import Repeating
 from dineros.runtime.nets.ports import Message, PublisherPort, Queue, SubscriberPort
 
 
-class Publisher:
-    """Sends the tokens of a place on a topic; places of several server instances share the port.
+class Writer:
+    """What the places of a publisher's port share, on a server page one for each server instance.
 
     Attributes
     ----------
@@ -20,10 +20,9 @@ class Publisher:
         The last messages, as many as the queue holds.
     """
 
-    def __init__(self, traffic: Traffic, port: PublisherPort, place: int) -> None:
+    def __init__(self, traffic: Traffic, port: PublisherPort) -> None:
         self._traffic = traffic
         self.port = port
-        self.place = place
         self.history: deque[Message] = deque(maxlen=max(1, port.limit))
 
     def send_again(self) -> None:
@@ -42,6 +41,16 @@ class Publisher:
             except Exception as error:
                 raise SendError(f"cannot publish on {self.port.topic}: {error}") from error
 
+
+class Publisher:
+    """Sends the tokens of a place on a topic."""
+
+    def __init__(self, traffic: Traffic, writer: Writer, place: int) -> None:
+        self._traffic = traffic
+        self._writer = writer
+        self.port = writer.port
+        self.place = place
+
     def send(self) -> None:
         """Publish the oldest token.
 
@@ -52,15 +61,15 @@ class Publisher:
         """
         traffic, port, place = self._traffic, self.port, self.place
         token = traffic.engine.oldest(place)
-        message = Message(traffic.next_id(place), token.data)
+        message = Message(traffic.next_id(port.place), token.data)
         try:
             is_sent = traffic.joined.publish(port, message)
         except Exception as error:
             raise SendError(f"cannot publish on {port.topic}: {error}") from error
         traffic.engine.take(place)
         if is_sent:
-            traffic.count_sent(place)
-            self.history.append(message)
+            traffic.count_sent(port.place)
+            self._writer.history.append(message)
         else:
             traffic.drops[port.channel, "publisher"] += 1
         if traffic.observer.is_observing:

@@ -35,8 +35,8 @@ class Traffic:
         None until the node is open.
     run : str
         Goes into the ids of messages after the node's id.
-    numbers : dict of int to int
-        Sending place -> number of its last message.
+    numbers : dict of str to int
+        Place of a publisher's or client's port -> number of its last message.
     drops : Counter
         Messages lost, by channel and queue.
     refused : Counter
@@ -49,7 +49,7 @@ class Traffic:
         self.observer = observer
         self.transport: Transport | None = None
         self.run = run
-        self.numbers: dict[int, int] = {}
+        self.numbers: dict[str, int] = {}
         self.drops: Counter[tuple[str, str]] = Counter()
         self.refused: Counter[str] = Counter()
 
@@ -59,18 +59,18 @@ class Traffic:
         assert self.transport is not None, "nothing departs before the node is open"
         return self.transport
 
-    def next_id(self, place: int) -> str:
-        """Return the id of the next message of a sending place; `count_sent` makes it used."""
+    def next_id(self, place: str) -> str:
+        """Return the id of the next message of a port's place; `count_sent` makes it used."""
         return self.id_of(place, self.numbers.get(place, 0) + 1)
 
-    def id_of(self, place: int, number: int) -> str:
-        """Return the id of a message of a sending place."""
-        ports = self.engine.structure.ports
-        sender = f"{ports.node}@{self.run}" if self.run else ports.node
-        return f"{sender}/{self.engine.structure.places[place]}/{number}"
+    def id_of(self, place: str, number: int) -> str:
+        """Return the id of a message of a port's place."""
+        node = self.engine.structure.ports.node
+        sender = f"{node}@{self.run}" if self.run else node
+        return f"{sender}/{place}/{number}"
 
-    def count_sent(self, place: int) -> None:
-        """Count a message of a sending place."""
+    def count_sent(self, place: str) -> None:
+        """Count a message of a port's place."""
         self.numbers[place] = self.numbers.get(place, 0) + 1
 
     def plausible(self, channel: str, name: str, message_id: str) -> bool:

@@ -20,6 +20,7 @@ from dineros.runtime.nets.ports import (
     Queue,
     ServerPort,
     SubscriberPort,
+    TimerPort,
 )
 from dineros.runtime.nets.sources import Source
 from dineros.runtime.nets.staleness import Expectation
@@ -34,20 +35,26 @@ class Receiver(Protocol):
     def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
         """Take a message of a topic; `lost` messages are missing just before it."""
 
-    def is_open(self, port: SubscriberPort) -> bool:
-        """Return whether the node takes a message of a topic now.
+    def is_open(self, port: SubscriberPort | ServerPort) -> bool:
+        """Return whether the node takes a message of a topic, or a request, now.
 
-        Where it does not, the message stays in the middleware, whose history loses the oldest.
+        Where it does not, it stays in the middleware, whose history loses the oldest.
         """
 
     def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Take a request. One that comes again is served once; every `answer` given for it is called."""
+
+    def requests_wait(self, port: ServerPort) -> None:
+        """Learn that a transport which is `Keeping` has requests, or has lost some."""
 
     def response_arrived(self, port: ClientPort, message: Message) -> None:
         """Take the response to the request of this id; one that nobody waits for (any more) is ignored."""
 
     def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
         """Learn that a request timed out or was not sent: it is recorded and sent again with the same id."""
+
+    def ticked(self, timer: TimerPort) -> None:
+        """Learn that a timer ticks; a tick that comes before its callback has begun is gone."""
 
     def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
         """Learn that something came that is no message; it is counted, and the first is recorded."""
@@ -103,6 +110,33 @@ class Pausing(Protocol):
         """Learn that the node takes messages of a topic again; on the thread of the node's loop."""
 
 
+@runtime_checkable
+class Ticking(Protocol):
+    """A transport that has timers; where it has none, those of a node go by the clock of its loop."""
+
+    def start_timers(self) -> object:
+        """Tell the receiver of each tick from now on, the first one after a period; once, when it is open."""
+
+
+@runtime_checkable
+class Keeping(Protocol):
+    """A transport that keeps requests until the node takes them: on the thread of the node's loop."""
+
+    def take_request(self, port: ServerPort) -> tuple[Message, Answer] | None:
+        """Return the oldest request of a service, and what sends its response; None: there is none."""
+
+    def lost_requests(self, port: ServerPort) -> list[str]:
+        """Return the ids of the requests that the full history has lost since this was asked last."""
+
+
+@runtime_checkable
+class Forgetting(Protocol):
+    """A transport that keeps something of each request until its response is there."""
+
+    def forget(self, port: ClientPort, message_id: str) -> object:
+        """Learn that the node waits no longer for the response to a request."""
+
+
 class Transport(Protocol):
     """What a node calls, from the thread of its loop."""
 
@@ -117,7 +151,10 @@ class Transport(Protocol):
         """
 
     def request(self, port: ClientPort, message: Message) -> None:
-        """Send a request. The node has one under way per client and sends it again after a time-out."""
+        """Send a request, once more if it was sent before: the node does so after a time-out.
+
+        The node has as many under way per client as `ClientPort.outstanding` says.
+        """
 
     def close(self) -> None:
         """Leave the channels; when it returns, the receiver is called no more."""

@@ -53,6 +53,8 @@ class Execution:
         Watches the handlers that run on the node's thread.
     departures : Departures
         Refuses what cannot be sent.
+    timing : Timing
+        What time lets fire.
     firings : int
         How many have committed.
     kept : dict
@@ -73,8 +75,8 @@ class Execution:
         self._loop = loop
         self._observer = observer
         self._workers = Workers()
-        self._timing = Timing(engine.structure, loop)
-        self._chooser = Chooser(random, self._timing, self.watchdog)
+        self.timing = Timing(engine.structure, loop)
+        self._chooser = Chooser(random, self.timing, self.watchdog)
         self.departures = Departures()
         # Transition -> the tokens of its last failure and how often it failed with them.
         self._failures: dict[int, tuple[frozenset[int], int]] = {}
@@ -107,8 +109,8 @@ class Execution:
         else:
             engine.fire(transition)
             self.firings += 1
-            if self._timing:
-                self._timing.began(transition)
+            if self.timing:
+                self.timing.began(transition)
         return True
 
     @property
@@ -144,8 +146,8 @@ class Execution:
     def _begin(self, transition: int, taken: Tokens) -> None:
         """Run the handlers of a transition and commit, or leave it in flight."""
         engine, started = self.engine, self._loop.clock()
-        if self._timing:
-            self._timing.began(transition)
+        if self.timing:
+            self.timing.began(transition)
         handlers = self.handlers.of(transition)
         data = engine.passed_on(transition, taken)
         if not handlers:

@@ -2,8 +2,9 @@
 
 A transition with an interval fires only when it has been ready for its earliest time without a break; one
 that has been so for its latest time goes before others. The callback of a timer begins at most once in each
-period, and a tick that comes before it has begun is gone (rule C1). Ticks come at multiples of the period, as
-those of rclpy: a late one delays no other. Both only delay: every marking is one of the net without time.
+period, and a tick that comes before it has begun is gone (rule C1). Ticks come at multiples of the period: a
+late one delays no other. They are those of the loop's clock, or of the timers that a transport has, such as
+those of rclpy. Both only delay: every marking is one of the net without time.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import math
 
 from dineros.runtime.nets.engine import Engine
+from dineros.runtime.nets.ports import TimerPort
 from dineros.runtime.nets.structure import Structure
 from dineros.runtime.scheduling.loop import Loop
 
@@ -24,11 +26,13 @@ class Timing:
             number: interval for number, interval in enumerate(structure.intervals) if interval is not None
         }
         self._ready_since: dict[int, float] = {}
-        self._timers = structure.timers
+        self._timers = structure.ports.timers
         self._timer_of = {
-            number: timer for timer, (_, begins) in enumerate(self._timers) for number in begins
+            number: timer
+            for timer, begins in zip(self._timers, structure.timers, strict=True)
+            for number in begins
         }
-        self._is_due = [False] * len(self._timers)
+        self._due: set[TimerPort] = set()
         self._is_ticking = False
 
     def __bool__(self) -> bool:
@@ -40,8 +44,8 @@ class Timing:
         now = self._loop.clock()
         if not self._is_ticking:
             self._is_ticking = True
-            for timer in range(len(self._timers)):
-                self._tick_at(now + self._timers[timer][0], timer)
+            for timer in self._timers:
+                self._tick_at(now + timer.period, timer)
         for number, (earliest, _) in self._intervals.items():
             if not engine.is_ready(number):
                 self._ready_since.pop(number, None)
@@ -56,11 +60,19 @@ class Timing:
         """Note that a transition fires: its time starts anew."""
         self._ready_since.pop(number, None)
         if number in self._timer_of:
-            self._is_due[self._timer_of[number]] = False
+            self._due.discard(self._timer_of[number])
+
+    def leave_ticks(self) -> None:
+        """Let no timer tick by itself: a transport tells of `ticked`."""
+        self._is_ticking = True
+
+    def ticked(self, timer: TimerPort) -> None:
+        """Let the callback of a timer begin, once; on the node's thread."""
+        self._due.add(timer)
 
     def _has_ticked(self, number: int) -> bool:
         timer = self._timer_of.get(number)
-        return timer is None or self._is_due[timer]
+        return timer is None or timer in self._due
 
     def _is_ripe(self, number: int, now: float) -> bool:
         interval = self._intervals.get(number)
@@ -72,13 +84,11 @@ class Timing:
             return False
         return now >= self._ready_since[number] + interval[1]
 
-    def _tick_at(self, due: float, timer: int) -> None:
-        period = self._timers[timer][0]
-
+    def _tick_at(self, due: float, timer: TimerPort) -> None:
         def tick() -> None:
-            self._is_due[timer] = True
-            missed = max(0, math.floor((self._loop.clock() - due) / period))
-            self._tick_at(due + (missed + 1) * period, timer)
+            self.ticked(timer)
+            missed = max(0, math.floor((self._loop.clock() - due) / timer.period))
+            self._tick_at(due + (missed + 1) * timer.period, timer)
 
         self._loop.timers.call_later(due - self._loop.clock(), tick)
 

@@ -143,7 +143,14 @@ def _tokens(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]]) -> A
 
 
 def _requests(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]]) -> Any:
-    return {key: {**request, "data": change(request["data"])} for key, request in value.items()}
+    def changed(request: dict[str, Any]) -> dict[str, Any]:
+        return {**request, "data": change(request["data"])}
+
+    # Until there could be several, it was the request itself.
+    return {
+        key: changed(found) if isinstance(found, dict) else [changed(request) for request in found]
+        for key, found in value.items()
+    }
 
 
 def _responses(value: Any, change: Callable[[dict[str, Any]], dict[str, Any]]) -> Any:

@@ -42,12 +42,15 @@ class Checkpoint(TypedDict):
     missing : dict
         ``CHANNEL/PLACE`` -> messages that were lost since the last one came.
     requests : dict
-        ``CHANNEL/CLIENT`` -> the request under way: message id, data, attempts so far.
+        ``CHANNEL/CLIENT`` -> the requests under way, the oldest first: message id, data, attempts so far, and
+        for how many seconds.
     serving : dict
         Entry place of a server instance -> message id of the request that it serves.
     responses : dict
         Channel of a server -> message id -> data of the responses kept for requests that come twice, oldest
         first.
+    kept_responses : dict
+        Channel of a server -> how many responses to each sender it keeps, where that is more than one.
     aside : dict
         Transition -> place -> ids of tokens put aside.
     run : str
@@ -64,9 +67,10 @@ class Checkpoint(TypedDict):
     seen: dict[str, dict[str, int]]
     seen_apart: dict[str, dict[str, list[list[int]]]]
     missing: dict[str, int]
-    requests: dict[str, PendingRequest]
+    requests: dict[str, list[PendingRequest]]
     serving: dict[str, str]
     responses: dict[str, dict[str, dict[str, Value]]]
+    kept_responses: dict[str, int]
     aside: dict[str, dict[str, list[int]]]
     run: str
 
@@ -77,6 +81,7 @@ class PendingRequest(TypedDict):
     message: str
     data: dict[str, Value]
     attempts: int
+    age: float
 
 
 class Recorder(Protocol):

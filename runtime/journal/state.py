@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
@@ -15,6 +16,7 @@ from dineros.metamodel.records import (
     Data,
     Drop,
     Fire,
+    GiveUp,
     Publish,
     Record,
     Release,
@@ -30,12 +32,22 @@ from dineros.metamodel.records import (
     parts_of,
     read_records,
 )
+from dineros.metamodel.records.schema import requests_of
 from dineros.runtime.journal import recording
 from dineros.runtime.journal.outlined import Outlined
 
 
 class JournalStateError(DinerosError):
     """A record that cannot follow those before it."""
+
+
+@dataclass
+class _Pending:
+    """A request under way; `asked`: when, in seconds since the epoch."""
+
+    data: Data
+    asked: float
+    attempts: int = 1
 
 
 class JournalState:
@@ -65,9 +77,11 @@ class JournalState:
         self._kept: dict[str, Any] = {}
         self._seen: dict[str, Senders] = {}
         self._missing: dict[str, int] = {}  # of a subscriber: messages lost since its last one
-        self._requests: dict[str, recording.PendingRequest] = {}
+        self._requests: dict[str, dict[str, _Pending]] = {}
         self._serving: dict[str, str] = {}
         self._responses: dict[str, dict[str, Data]] = {}
+        self._kept_responses: dict[str, int] = {}
+        self._now = 0.0  # seconds since the epoch, of the last record that tells
         self._aside: dict[str, dict[str, list[int]]] = {}
         self._run = ""
 
@@ -96,9 +110,17 @@ class JournalState:
             "seen": {port: numbers for port, numbers in seen.items() if numbers},
             "seen_apart": {port: ranges for port, ranges in apart.items() if ranges},
             "missing": {port: count for port, count in self._missing.items() if count},
-            "requests": dict(self._requests),
+            "requests": {
+                client: [
+                    {"message": id, "data": each.data, "attempts": each.attempts, "age": self._age(each)}
+                    for id, each in requests.items()
+                ]
+                for client, requests in self._requests.items()
+                if requests
+            },
             "serving": dict(self._serving),
             "responses": {channel: dict(kept) for channel, kept in self._responses.items()},
+            "kept_responses": dict(self._kept_responses),
             "aside": {
                 transition: {place: list(ids) for place, ids in tokens.items()}
                 for transition, tokens in self._aside.items()
@@ -115,6 +137,7 @@ class JournalState:
             It takes a token that is not there, or answers a request that was not served.
         """
         self.next_sequence = record.sequence + 1
+        self._now = self._now if record.time is None else record.time
         apply = _APPLY.get(type(record))
         if apply is not None:
             apply(self, record)
@@ -141,9 +164,16 @@ class JournalState:
             for port in {**record.seen, **record.seen_apart}
         }
         self._missing = dict(record.missing)
-        self._requests = cast("dict[str, recording.PendingRequest]", dict(record.requests))
+        self._requests = {
+            client: {
+                request["message"]: _Pending(request["data"], self._now - request["age"], request["attempts"])
+                for request in requests_of(found, record.location)
+            }
+            for client, found in record.requests.items()
+        }
         self._serving = dict(record.serving)
         self._responses = {channel: dict(kept) for channel, kept in record.responses.items()}
+        self._kept_responses = dict(record.kept_responses)
         self._aside = {transition: dict(tokens) for transition, tokens in record.aside.items()}
         self._run = record.run
 
@@ -165,11 +195,11 @@ class JournalState:
 
     def _publish(self, record: Publish) -> None:
         data = self._remove(record, record.place, _token(record, record.token))
-        self._count(record)
-        number = self._numbers.get(record.place)
-        if number is not None:
-            limit = self._queues.get(record.place, 1)
-            history = self._history.setdefault(record.place, deque(maxlen=limit))
+        known = self._count(record)
+        if known is not None:
+            place, number = known
+            limit = self._queues.get(place, 1)
+            history = self._history.setdefault(place, deque(maxlen=limit))
             history.append((number, data))
 
     def _take(self, record: Take) -> None:
@@ -183,17 +213,28 @@ class JournalState:
     def _request(self, record: Request) -> None:
         data = self._remove(record, record.place, _token(record, record.token))
         self._count(record)
-        key = f"{record.channel}/{record.client}"
-        self._requests[key] = {"message": record.message or "", "data": data, "attempts": 1}
+        self._pending(record)[record.message or ""] = _Pending(data, self._now)
+
+    def _pending(self, record: Request | Timeout | Response | GiveUp) -> dict[str, _Pending]:
+        """Return the requests that a client has under way, by id."""
+        return self._requests.setdefault(f"{record.channel}/{record.client}", {})
+
+    def _age(self, pending: _Pending) -> float:
+        return max(0.0, self._now - pending.asked)
 
     def _timeout(self, record: Timeout) -> None:
-        pending = self._requests.get(f"{record.channel}/{record.client}")
+        pending = self._pending(record).get(record.message or "")
         if pending is not None:
-            pending["attempts"] = record.attempt + 1
+            pending.attempts = record.attempt + 1
 
     def _response(self, record: Response) -> None:
         self._add(record.place, StoredToken(_token(record, record.token), record.data))
-        self._requests.pop(f"{record.channel}/{record.client}", None)
+        self._pending(record).pop(record.message or "", None)
+
+    def _give_up(self, record: GiveUp) -> None:
+        if record.place is not None and record.token is not None:
+            self._add(record.place, StoredToken(record.token, record.data))
+        self._pending(record).pop(record.message or "", None)
 
     def _serve(self, record: Serve) -> None:
         self._add(record.place, StoredToken(_token(record, record.token), record.data))
@@ -213,11 +254,12 @@ class JournalState:
         kept = self._responses.setdefault(record.channel, {})
         kept[message] = data
         sender = message.rpartition("/")[0]
-        for earlier in [id for id in kept if id != message and id.rpartition("/")[0] == sender]:
+        of_sender = [id for id in kept if id.rpartition("/")[0] == sender]
+        for earlier in of_sender[: -self._kept_responses.get(record.channel, 1)]:
             del kept[earlier]
 
     def _drop(self, record: Drop) -> None:
-        if record.place is None:
+        if record.place is None or record.queue == "request":
             return
         if record.change.get(record.place, 0) < 0:
             self._remove(record, record.place, _token(record, record.token))
@@ -267,10 +309,14 @@ class JournalState:
         else:
             aside.pop(place, None)
 
-    def _count(self, record: Publish | Request) -> None:
+    def _count(self, record: Publish | Request) -> tuple[str, int] | None:
+        """Note a message by the place that its id names, on a server page one for all instances."""
         known = _parts(record, record.message)
-        if known is not None:
-            self._numbers[record.place] = known[1]
+        if known is None:
+            return None
+        place, number = known[0].rpartition("/")[2], known[1]
+        self._numbers[place] = number
+        return place, number
 
 
 def _parts(record: Record, message: str | None) -> tuple[str, int] | None:
@@ -299,6 +345,7 @@ _APPLY: Mapping[type[Record], Callable[..., None]] = {
     Request: JournalState._request,
     Timeout: JournalState._timeout,
     Response: JournalState._response,
+    GiveUp: JournalState._give_up,
     Serve: JournalState._serve,
     Reply: JournalState._reply,
     Aside: JournalState._put_aside,

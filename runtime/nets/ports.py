@@ -12,8 +12,8 @@ from dineros.metamodel.token_data import TokenType, Value
 Data = Mapping[str, Value]
 """The fields of a token or message. Nobody changes it once it is made: it is shared, not copied."""
 
-Queue = Literal["publisher", "dispatcher", "subscriber", "restart"]
-"""A queue of a topic that can overflow; ``restart``: that of a publisher, which died with its process."""
+Queue = Literal["publisher", "dispatcher", "subscriber", "request", "restart"]
+"""A queue that can overflow; ``restart``: that of a publisher, which died with its process."""
 
 
 class Message(NamedTuple):
@@ -22,8 +22,8 @@ class Message(NamedTuple):
     Attributes
     ----------
     id : str
-        ``NODE/PLACE/NUMBER``: sending node, sending place, and how many messages that place had sent with
-        this one. A message that is sent again keeps its id; a response has the id of its request. Empty
+        ``NODE/PLACE/NUMBER``: sending node, place of the port, and how many messages had been sent from there
+        with this one. A message that is sent again keeps its id; a response has the id of its request. Empty
         where the sender gives no ids, as programs that know nothing of DiNeROS.
     data : mapping
         Values of the fields of the token type.
@@ -137,26 +137,74 @@ class ClientPort(Port):
 
     A client on a server page is one for each server instance, with an id and places of its own
     (``Pick[2].c1``): a response comes back to the instance that asked.
+
+    Attributes
+    ----------
+    service : str
+        Name of the service.
+    client : str
+        Id of the client.
+    request, response : str
+        The places.
+    outstanding : int
+        Requests that it has under way at most.
+    timeout : float or None
+        Seconds after which it gives a request up; None: it waits for ever.
+    timed_out : str or None
+        The place that gets a token then.
     """
 
     service: str
     client: str
     request: str
     response: str
+    outstanding: int = 1
+    timeout: float | None = None
+    timed_out: str | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ServerPort(Port):
-    """Requests of a service become tokens; entry and exit place of each server instance."""
+    """Requests of a service become tokens; entry and exit place of each server instance.
+
+    Attributes
+    ----------
+    service : str
+        Name of the service.
+    entries, exits : tuple of str
+        The places of each instance.
+    depth : int
+        Requests that wait for an instance at most, under the rules of ROS 2.
+    outstanding : int
+        Requests that one of its clients has under way at most.
+    """
 
     service: str
     entries: tuple[str, ...]
     exits: tuple[str, ...]
+    depth: int = 10
+    outstanding: int = 1
 
     @property
     def instances(self) -> int:
         """How many requests can be served at a time."""
         return len(self.entries)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TimerPort:
+    """The timer of a callback, which ticks (rule C1); each is equal to itself only.
+
+    Attributes
+    ----------
+    callback : str
+        Id of the callback page.
+    period : float
+        Seconds, as the model has it.
+    """
+
+    callback: str
+    period: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,6 +253,7 @@ class Ports:
     clients: tuple[ClientPort, ...]
     servers: tuple[ServerPort, ...]
     signals: tuple[SignalPort, ...]
+    timers: tuple[TimerPort, ...] = ()
     place_types: Mapping[str, TokenType] = field(default_factory=dict)
 
     def type_at(self, place: str) -> TokenType:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from dineros.metamodel import pn, rtm, sym
-from dineros.metamodel.callbacks.bodies import Body, calls_of
+from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
 from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, pages, resolve
 from dineros.metamodel.errors import DinerosError
@@ -54,8 +54,8 @@ class Structure:
         For each transition, those of higher priority: while one of them is enabled, it may not fire.
     intervals : tuple
         For each transition, the earliest and latest seconds since it is ready, or None.
-    timers : tuple of (float, tuple of int)
-        For each timer callback, its period, and the transitions by which it begins.
+    timers : tuple of tuple of int
+        For each timer of the ports, the transitions by which its callback begins.
     clauses : tuple of Clause
         For each transition, its input clause.
     initial : tuple
@@ -82,13 +82,17 @@ class Structure:
     inhibitors: tuple[Arcs, ...]
     superiors: tuple[tuple[int, ...], ...]
     intervals: tuple[tuple[float, float | None] | None, ...]
-    timers: tuple[tuple[float, tuple[int, ...]], ...]
+    timers: tuple[tuple[int, ...], ...]
     clauses: tuple[Clause, ...]
     signals: tuple[str, ...]
     initial: tuple[tuple[dict[str, Value], ...], ...]
     initial_signals: tuple[bool, ...]
     types: tuple[TokenType, ...]
     ports: ports.Ports
+
+
+_Common = tuple[str, str | None, tuple[ports.FieldMapping, ...]]
+"""Channel, existing interface and mappings of a port."""
 
 
 class _Instance(NamedTuple):
@@ -276,20 +280,11 @@ class _Reading:
                         superiors[below].append(index)
         return tuple(tuple(above) for above in superiors)
 
-    def _timers(self) -> tuple[tuple[float, tuple[int, ...]], ...]:
+    def _timers(self) -> tuple[tuple[int, ...], ...]:
         calls = calls_of(self.model)
-        return tuple(
-            (
-                page.timer,
-                tuple(
-                    number
-                    for begin in Body(page, calls).beginnings()
-                    if (number := self.transitions.get((begin, 0))) is not None
-                ),
-            )
-            for page in pages(self.model)
-            if isinstance(page, sym.CallbackPage) and page.kind == sym.CallbackKind.timer and page.timer
-        )
+        begins = (Body(page, calls).beginnings() for page in timers_of(self.model))
+        known = self.transitions
+        return tuple(tuple(known[each, 0] for each in some if (each, 0) in known) for some in begins)
 
     def _initial(self, place: pn.Node) -> tuple[dict[str, Value], ...]:
         assert isinstance(place, pn.Place)
@@ -316,10 +311,11 @@ class _Reading:
                     quality = (_quality(port, common[1]), port.dispatcherLimit)
                     subscribers.append(ports.SubscriberPort(*common, *ends, *quality))
                 elif isinstance(port, rtm.ClientPort):
-                    clients.append(ports.ClientPort(*common, port.service, *self._client(port, number)))
+                    clients.append(self._client(port, number, common))
                 elif isinstance(port, rtm.ServerPort):
                     entries, exits = self._copies(place), self._copies(port.exit)
-                    servers.append(ports.ServerPort(*common, port.service, entries, exits))
+                    asked = (port.depth, port.outstanding)
+                    servers.append(ports.ServerPort(*common, port.service, entries, exits, *asked))
         return ports.Ports(
             model=model.systemModel,
             node=node.id,
@@ -334,6 +330,7 @@ class _Reading:
             clients=tuple(clients),
             servers=tuple(servers),
             signals=tuple(ports.SignalPort(s.id, label(s), bool(s.initial)) for s in node.signals),
+            timers=tuple(ports.TimerPort(page.id, page.timer or 0.0) for page in timers_of(model)),
             place_types=self._place_types(),
         )
 
@@ -352,16 +349,22 @@ class _Reading:
                 types[place.id] = types[self.place_ids[index]] = type_
         return types
 
-    def _client(self, port: rtm.ClientPort, number: int) -> tuple[str, str, str]:
-        """Return id and places of a client; those of a server instance where it has a number."""
-        request = port.eContainer()
+    def _client(self, port: rtm.ClientPort, number: int, common: _Common) -> ports.ClientPort:
+        """Return a client; that of a server instance where it has a number."""
+        request, client = port.eContainer(), port.client
         assert isinstance(request, rtm.Place)
         if number:
-            channel = self.servers[self.prototypes[request]].channel
-            ends = (self.places[place, number] for place in (request, port.response))
-            asked, answered = (self.place_ids[end] for end in ends)
-            return copy_id(channel, number, port.client), asked, answered
-        return port.client, request.id, port.response.id
+            client = copy_id(self.servers[self.prototypes[request]].channel, number, client)
+        return ports.ClientPort(
+            *common,
+            service=port.service,
+            client=client,
+            request=self.place_ids[self.places[request, number]],
+            response=self.place_ids[self.places[port.response, number]],
+            outstanding=port.outstanding,
+            timeout=port.timeout,
+            timed_out=None if port.timedOut is None else self.place_ids[self.places[port.timedOut, number]],
+        )
 
     def _copies(self, place: pn.Node) -> tuple[str, ...]:
         return tuple(self.place_ids[index] for (node, _), index in self.places.items() if node is place)

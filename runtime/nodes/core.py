@@ -67,11 +67,18 @@ class Core:
         Called when the node's status may be another one; from any thread.
     """
 
-    def __init__(self, structure: Structure, seed: int, policy: Policy, clock: Callable[[], float]) -> None:
+    def __init__(
+        self,
+        structure: Structure,
+        seed: int,
+        policy: Policy,
+        clock: Callable[[], float],
+        steady: Callable[[], float] | None = None,
+    ) -> None:
         self.structure = structure
         self.seed = seed
         self.names = Names(structure)
-        self.loop = Loop(clock)
+        self.loop = Loop(clock, steady)
         self.on_status: Callable[[], None] | None = None
         self.handlers = Handlers(self.names.transitions, len(structure.transitions))
         self._departures = departures_of(structure)
@@ -255,6 +262,7 @@ class Core:
             requests={},
             serving={},
             responses={},
+            kept_responses={},
             aside={
                 structure.transitions[transition]: {
                     structure.places[place]: sorted(ids) for place, ids in by_place.items()

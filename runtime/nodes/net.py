@@ -60,6 +60,9 @@ class Net:
         Returns seconds, for time-outs and delays.
     watchdog : float, optional
         Seconds after which a handler is named that keeps the node from all else; None: never.
+    steady : callable, optional
+        Returns the machine's seconds, where `clock` tells the time of a simulation that others drive, such as
+        that of ``/clock``: what was lost on the way is asked for again after a pause by it.
 
     Attributes
     ----------
@@ -80,10 +83,11 @@ class Net:
         policy: Policy | None = None,
         clock: Callable[[], float] = time.monotonic,
         watchdog: float | None = LIMIT,
+        steady: Callable[[], float] | None = None,
     ) -> None:
         own_seed = random.SystemRandom().getrandbits(32) if seed is None else seed
         self._ros_node: Any = None
-        self.core = Core(read_structure(model), own_seed, policy or Halt(), clock)
+        self.core = Core(read_structure(model), own_seed, policy or Halt(), clock, steady)
         self.watchdog = watchdog
 
     @classmethod

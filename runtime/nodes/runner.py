@@ -15,9 +15,17 @@ from typing import Self
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.channels.arrivals import Arrivals
 from dineros.runtime.channels.exchange import Exchange
-from dineros.runtime.channels.transport import Answer, Transport
+from dineros.runtime.channels.transport import Answer, Ticking, Transport
 from dineros.runtime.journal.recording import Checkpoint, NullRecorder, Recorder
-from dineros.runtime.nets.ports import ClientPort, Message, Port, Queue, ServerPort, SubscriberPort
+from dineros.runtime.nets.ports import (
+    ClientPort,
+    Message,
+    Port,
+    Queue,
+    ServerPort,
+    SubscriberPort,
+    TimerPort,
+)
 from dineros.runtime.nets.sources import Source
 from dineros.runtime.nets.staleness import Expectation
 from dineros.runtime.nodes.core import Core
@@ -134,6 +142,9 @@ class Runner:
             # arrives now: it is sent and recorded first, so that the records are in the order of events.
             with self._loop:
                 self.exchange.depart()
+        if isinstance(transport, Ticking):
+            self._execution.timing.leave_ticks()
+            transport.start_timers()
 
     def step(self) -> bool:
         """Do what came in, begin at most one firing, send what is due; return whether there was anything."""
@@ -342,13 +353,17 @@ class Runner:
         """Let a message of a topic wait for the loop."""
         self._arrivals.arrived(port, message, lost)
 
-    def is_open(self, port: SubscriberPort) -> bool:
-        """Return whether a message of a topic is taken now."""
+    def is_open(self, port: SubscriberPort | ServerPort) -> bool:
+        """Return whether a message of a topic, or a request, is taken now."""
         return self._arrivals.is_open(port)
 
     def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Have a request served."""
-        self._post(lambda: self.exchange.requested(port, message, answer))
+        self._arrivals.requested(port, message, answer)
+
+    def requests_wait(self, port: ServerPort) -> None:
+        """Have requests taken that the transport keeps."""
+        self._post(lambda: self.exchange.serve(port))
 
     def response_arrived(self, port: ClientPort, message: Message) -> None:
         """Have a response put on its place."""
@@ -357,6 +372,10 @@ class Runner:
     def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
         """Have a request sent again."""
         self._post(lambda: self.exchange.failed(port, message_id, reason))
+
+    def ticked(self, timer: TimerPort) -> None:
+        """Have the callback of a timer begin."""
+        self._post(lambda: self._execution.timing.ticked(timer))
 
     def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
         """Have it counted that something came that is no message."""

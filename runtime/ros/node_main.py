@@ -33,7 +33,7 @@ from dineros.runtime.journal.recording import Checkpoint
 from dineros.runtime.nodes.net import Net, load_runtime_model
 from dineros.runtime.ros.channels.parameters import JOURNAL, LOG_LEVEL, RESUME, SEED, WATCHDOG, declare
 from dineros.runtime.ros.logs import ros_logs
-from dineros.runtime.ros.process.clocks import clock_of
+from dineros.runtime.ros.process.clocks import clocks_of
 from dineros.runtime.ros.process.session import Session
 from dineros.runtime.ros.running import RosNode
 
@@ -158,7 +158,7 @@ def _make_node(
     seed = int(declare(session.node, SEED))
     folder = str(declare(session.node, JOURNAL))
     resume = bool(declare(session.node, RESUME)) or is_again
-    net = Net(model, seed=None if seed < 0 else seed, clock=clock_of(session.node))
+    net = Net(model, seed=None if seed < 0 else seed, **clocks_of(session.node))
     net.ros_node = session.node
     net.watchdog = float(declare(session.node, WATCHDOG)) or None
     _register(register, net)

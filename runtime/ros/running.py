@@ -106,10 +106,7 @@ class RosNode:
         while turn():
             if time.monotonic() > end:
                 return 0.0
-        due = self.net.next_timer
-        if self._loop.clock is not time.monotonic:
-            return None  # simulated time goes on by a message, which wakes it
-        return None if due is None else max(0.0, due - self._loop.clock())
+        return self._loop.steady_timers.seconds_left  # simulated time goes on by a message, which wakes it
 
     def close(self, reason: str = "stopped") -> None:
         """Leave the channels and record the end; the session goes on."""

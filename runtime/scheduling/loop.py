@@ -24,11 +24,22 @@ class Loop:
     ----------
     clock : callable
         Returns the time in seconds; it never goes back.
+    steady : callable, optional
+        Returns the seconds of the machine, where the clock is that of a simulation which others drive, and
+        which may stand still. Whoever has such a clock calls `run_actions` when it goes on; `wait` does not.
+
+    Attributes
+    ----------
+    timers, steady_timers : Timers
+        Those that go by the clock, and those that go by the machine's: the same where the clock is that.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, clock: Callable[[], float] = time.monotonic, steady: Callable[[], float] | None = None
+    ) -> None:
         self.clock = clock
         self.timers = Timers(clock)
+        self.steady_timers = self.timers if steady is None else Timers(steady)
         self._inbox: deque[Callable[[], None]] = deque()
         self._wake = threading.Event()
         self._is_waiting = False
@@ -115,6 +126,8 @@ class Loop:
         while inbox:
             inbox.popleft()()
         if self.timers and self.timers.run_due():
+            did = True
+        if self.steady_timers is not self.timers and self.steady_timers.run_due():
             did = True
         return did
 

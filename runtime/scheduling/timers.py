@@ -51,6 +51,12 @@ class Timers:
             heapq.heappop(self._queue)
         return self._queue[0][0] if self._queue else None
 
+    @property
+    def seconds_left(self) -> float | None:
+        """Seconds until the next timer is due; None without one."""
+        due = self.next_time
+        return None if due is None else max(0.0, due - self._clock())
+
     def run_due(self) -> bool:
         """Do all that is due; return whether something was."""
         did = False

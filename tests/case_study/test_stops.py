@@ -1,4 +1,4 @@
-"""Both applications, stopped, killed and flooded: a short run of the benchmarks that do it for hours."""
+"""Applications, stopped, killed and flooded: a short run of the benchmarks that do it for hours."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.endurance import flood, stops_and_kills
+from benchmarks.endurance import flood, periodic, stops_and_kills
 from benchmarks.endurance.applications import APPLICATIONS
 from tests.support.on_ros import on_ros
 
@@ -34,3 +34,21 @@ def test_the_flooded_case_study_stays_flat(tmp_path: Path) -> None:
     assert samples[-1].messages > 100
     assert samples[-1].memory < samples[2].memory + 16
     assert Counter(sample.descriptors for sample in samples[1:]).most_common(1)[0][1] > len(samples) // 2
+
+
+def test_the_periodic_publisher_stays_flat(tmp_path: Path) -> None:
+    with on_ros() as domain:
+        samples = list(periodic.run(3.0, 0.5, 0.02, 0.05, tmp_path, domain, journal=True))
+    assert samples[-1].talker_anonymous < samples[1].talker_anonymous + 8
+    assert samples[-1].logger_anonymous < samples[1].logger_anonymous + 8
+    verdict = periodic.replayed(0.02, tmp_path)
+    assert (verdict.status, verdict.violations) == ("conforms", [])
+    assert verdict.steps > 100
+    assert "drop" in (tmp_path / "journal/logger.jsonl").read_text()
+
+
+def test_growth_is_that_of_a_straight_line_after_the_start() -> None:
+    """Whatever it does while buffers fill."""
+    samples = [periodic.Sample(s, 0.0, 0.0, 0.0 if s < 100 else s / 3600, 5.0, 0.0) for s in range(1, 1001)]
+    assert periodic.growth(samples, "talker_anonymous") == pytest.approx(1.0)
+    assert periodic.growth(samples, "logger_anonymous") == pytest.approx(0.0)

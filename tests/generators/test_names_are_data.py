@@ -232,6 +232,18 @@ def value_of(tree: ast.AST, keyword: str) -> object:
     )
 
 
+def test_a_hostile_timer_is_text() -> None:
+    def ticking(id: str) -> dict[str, bytes]:
+        model, begin = rich(), sym.Transition(id=f"{id}2")
+        page = sym.CallbackPage(id=id, kind="timer", timer=0.5, objects=[begin])
+        find(model, "board", sym.NodeNet).objects.append(page)
+        found = accepted(model)
+        assert found is not None
+        return found
+
+    assert files_by_role(ticking(ODD)) == files_by_role(ticking(HARMLESS))
+
+
 @settings(max_examples=40, deadline=None)
 @given(
     st.just(EVIL)

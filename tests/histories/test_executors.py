@@ -103,13 +103,14 @@ def test_what_does_not_run_callbacks_has_no_threads(middleware: str, execution: 
     assert nodes == {"Work", "Worked", "Worked.free"} | (ticking if middleware == "ros2" else set())
 
 
-def test_a_response_has_a_callback_in_a_group_of_its_own() -> None:
-    """It begins while no callback of the client's group runs, and holds only its own group's lock."""
-    model = case_model(Case())
+def _answered_apart(case: Case, group: str) -> sym.SystemModel:
+    """Return a case in which another callback, in no group or one of the node's, has the response."""
+    model = case_model(case)
     (timer,) = (each for each in model.eAllContents() if isinstance(each, sym.CallbackPage) and each.timer)
     node = timer.page
     assert isinstance(node, sym.NodeNet)
-    answered = sym.CallbackPage(id="OnAnswer", kind="client", page=node, group=node.callbackGroups[1])
+    named = next((each for each in node.callbackGroups if each.id == group), None)
+    answered = sym.CallbackPage(id="OnAnswer", kind="client", page=node, group=named)
     for part in [each for each in timer.objects if each.id in ("Got", "Done")]:
         timer.objects.remove(part)
         answered.objects.append(part)
@@ -118,14 +119,27 @@ def test_a_response_has_a_callback_in_a_group_of_its_own() -> None:
     (arc,) = (arc for arc in timer.arcs if arc.id == "Got-Done")
     timer.arcs.remove(arc)
     answered.arcs.append(arc)
-    assert validate(model) == []
+    return model
+
+
+@pytest.mark.parametrize(
+    ("group", "takes"),
+    [("", []), ("A.own", ["A.own.lock"]), ("A.all", ["A.all.lock"])],
+    ids=["as rclpy has it", "in a group of its own", "as rclcpp has it"],
+)
+def test_a_response_begins_a_callback(group: str, takes: list[str]) -> None:
+    """It begins while no callback of the client's group runs, and holds only its own group's lock, if any."""
+    model = _answered_apart(Case(), group.removeprefix("A."))
+    assert [found.constraint for found in validate(model)] == ["response-callback-group"] * (group == "A.own")
     flattened = flatten(model, "none")
     response = "Work.client.timer.res"
-    assert _arcs(flattened, "E6", "E6Exclusive", "E3Exclusive") >= {
+    others = [] if group == "A.all" else [f"A.all.lock-{response}-read"]
+    arcs = _arcs(flattened, "E6", "E6Exclusive", "E3Exclusive")
+    assert {arc for arc in arcs if response in arc} == {
         f"A.threads-{response}",
         f"{response}-OnAnswer.running",
-        f"A.all.lock-{response}-read",
-        f"A.own.lock-{response}",
+        *others,
+        *(f"{lock}-{response}" for lock in takes),
     }
     found = compare(plain_net_of(flattened.net), ExecutorInterpreter(model), 1000)
     assert (found.complete, found.difference) == (True, "")

@@ -71,6 +71,7 @@ FOLDERS = {
         "properties",
         "callbacks",
         "questions",
+        "requirements",
         "checks",
         "suggestions",
         "evidence",
@@ -104,7 +105,7 @@ FOLDERS = {
     "cli": [
         *("failures", "options", "console", "searching", "supervising"),
         *("models", "rule_files", "outputs", "orders", "quick_start"),
-        *("analysing", "running", "presentation", "asking", "commands", "main"),
+        *("analysing", "running", "presentation", "asking", "stored_properties", "commands", "main"),
     ],
     "views": ["policy", "javascript", "nets", "traces", "reports", "exports", "serving", "live", "editing"],
     "views/nets": ["contents", "placement", "differences", "drawing"],

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow, inhibit, read
-from dineros.metamodel.elements import places
+from dineros.metamodel.elements import node_nets, places
 
 ODD_SUFFIXES = ["", "", "", "-1", ".x", "ä", "_2", ":b", "🤖", "#4", "(5)", "tr"]
 QUOTED_SUFFIXES = ["'", "{c}", "é\\", '&<>"']  # of plain nets only
@@ -174,7 +174,7 @@ def _join(
 
 
 @st.composite
-def system_models(draw: st.DrawFn) -> sym.SystemModel:
+def system_models(draw: st.DrawFn, with_properties: bool = False) -> sym.SystemModel:
     """Return a valid system model of one to three node nets, with topics, services, signals and clauses."""
     make_id = _Ids(draw, ODD_SUFFIXES)
     model = sym.SystemModel(id=make_id("model"), name=draw(st.sampled_from(NAMES)))
@@ -190,6 +190,8 @@ def system_models(draw: st.DrawFn) -> sym.SystemModel:
             _service(draw, make_id, model, nets, number)
     if model.tokenType is not None and draw(st.booleans()):
         _other_token_types(draw, make_id, model, model.tokenType)
+    if with_properties:
+        _with_properties(model, make_id)
     return model
 
 
@@ -241,6 +243,20 @@ def _other_token_types(draw: st.DrawFn, make_id: _Ids, model: sym.SystemModel, f
     for place in places(model):
         if isinstance(place, sym.Place):
             place.tokenType = other
+
+
+def _with_properties(model: sym.SystemModel, make_id: _Ids) -> None:
+    """Store a property of each kind, and assumptions."""
+    for text, features in {
+        "never deadlock": {},
+        "G F !deadlock": {"language": "ltl", "expected": False},
+        "AG !deadlock": {"language": "ctl", "signals": "ioEnabled", "name": "goes on"},
+    }.items():
+        model.properties.append(sym.Property(id=make_id("property"), text=text, **features))  # type: ignore[arg-type]
+    model.assumptions.append(sym.Fairness(id=make_id("fair"), of="all", strong=True))
+    signals = [signal for node in node_nets(model) for signal in node.signals]
+    if len(signals) > 1:
+        model.assumptions.append(sym.ExclusiveSignals(id=make_id("apart"), signals=signals))
 
 
 def _node_net(draw: st.DrawFn, make_id: _Ids, model: sym.SystemModel, fields: list[str]) -> sym.NodeNet:

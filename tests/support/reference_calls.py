@@ -3,7 +3,7 @@
 A call is sent, kept by the server until an instance takes it, served, answered, and over. A server keeps a
 number of requests, whoever they are of; what comes to a server that keeps as many is lost. A client that has
 given up is ready at once, and what it asked goes on without it: nobody's request is served all the same, and
-its answer goes nowhere.
+its answer goes nowhere; a server that is full may forget it for one that comes.
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ class ServicePlayer:
         asked = sum(client.outstanding for client, _ in self.calls)
         self.can_lose = gives_up or asked > service.depth
         self.kept: list[int] = []
+        self.nobodys: int | None = None
         if gives_up:
             self._nobody()
         for client, copy in self.calls:
@@ -74,6 +75,13 @@ class ServicePlayer:
             waiting["lost"] = lost
             play._happens(f"{prefix}.in", lambda s: s[sent] > 0 and not self.is_full(s), {sent: -1, kept: 1})
             play._happens(f"{prefix}.drop", lambda s: s[sent] > 0 and self.is_full(s), {sent: -1, lost: 1})
+            if self.nobodys is not None:
+                late = self.nobodys
+                play._happens(
+                    f"{prefix}.instead",
+                    lambda s: s[sent] > 0 and s[late] > 0 and self.is_full(s),
+                    {sent: -1, kept: 1, late: -1},
+                )
         play._happens(
             f"{prefix}.req",
             lambda s: s[request] > 0 and s[ready] > 0,
@@ -85,6 +93,7 @@ class ServicePlayer:
         if client.timeout is None:
             return
         told = {} if client.timedOut is None else {play._place(client.timedOut, copy): 1}
+        assert self.nobodys is not None
         goes_on = {"requests": {self.nobodys: 1}}
         for number, slot in served.items():
             waiting[f"inUse[{number}]"] = slot

@@ -84,10 +84,10 @@ class ExecutorInterpreter(Interpreter):
         self._callbacks[page, copy] = callback
 
     def _group(self, asking: sym.CallbackPage | sym.ClientPort, node: sym.NodeNet) -> object:
-        """Return what has only one callback at a time; None where a group is reentrant."""
+        """Return what has only one callback at a time; None where a group is reentrant, or there is none."""
         named = asking.group
         if named is None and isinstance(asking, sym.CallbackPage) and str(asking.kind) == "client":
-            named = next((c.group for _, c in self._ports if _comes_anew(c, asking)), None)
+            return None  # a task of the executor, as rclpy has it
         if named is None:
             return node
         return named if str(named.kind) == "exclusive" else None

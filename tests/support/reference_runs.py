@@ -65,6 +65,7 @@ class ReferenceRun:
         self.node_of: dict[str, str] = {}
         self.tokens: dict[str, list[int]] = {}
         self.numbers: dict[str, int] = {}
+        self.sender_of: dict[str, str] = {}  # place of each copy of a publisher's port -> of the port
         self.transitions: dict[str, _Transition] = {}
         self._load()
         self.topics = [_Topic(self, c) for c in model.channels if isinstance(c, sym.TopicChannel)]
@@ -233,8 +234,9 @@ class ReferenceRun:
         """Let the oldest token of a place leave; return the message's id."""
         node = self.node_of[place]
         if message is None:
-            self.numbers[place] = self.numbers.get(place, 0) + 1
-            message = f"{node}/{place}/{self.numbers[place]}"
+            sender = self.sender_of.get(place, place)
+            self.numbers[sender] = self.numbers.get(sender, 0) + 1
+            message = f"{node}/{sender}/{self.numbers[sender]}"
         token = self.tokens[place].pop(0)
         self.record(node, kind, place=place, token=token, message=message, change={place: -1}, **fields)
         return message
@@ -262,6 +264,7 @@ class _Topic:
             queue = _Queue(port.limit)  # one, whichever instance of a server page writes to it
             self.leaving.append(queue)
             self.publishers |= dict.fromkeys(run.copies[port.place], queue)
+            run.sender_of |= dict.fromkeys(run.copies[port.place], port.place.id)
         self.subscribers = {port.place.id: _Queue(port.limit) for port in channel.subscribers}
         limits = {dispatcher.node.id: dispatcher.limit for dispatcher in channel.dispatchers}
         receivers = dict.fromkeys(run.node_of[place] for place in self.subscribers)

@@ -25,6 +25,10 @@ def whole_models(draw: st.DrawFn) -> sym.SystemModel:
     if draw(st.integers(0, 3)):
         for transition in transitions(model):
             transition.overrides.clear()  # priorities are not analysed
+    for channel in model.channels:
+        for client in channel.clients if isinstance(channel, sym.ServiceChannel) else ():
+            if client.timeout is not None:
+                client.timeout = draw(st.sampled_from([0.001, 0.003, 0.02, 0.5]))
     if draw(st.integers(0, 9)) == 0:
         model.middleware = "ros1"  # type: ignore[assignment]  # which then meets what only ROS 2 knows
     return model

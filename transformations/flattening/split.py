@@ -155,15 +155,19 @@ def _topic_ports(
 def _service_ports(
     channel: sym.ServiceChannel, images: dict[EObject, EObject], counts: dict[sym.ServiceChannel, int]
 ) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
+    # The paper's rules know of one request at a time, which is waited for.
+    runs_on_ros2 = channel.model is not None and channel.model.middleware == sym.Middleware.ros2
     for client in channel.clients:
         place, response = images.get(client.request), images.get(client.response)
         if isinstance(place, rtm.Place) and isinstance(response, rtm.Place):
-            yield (
-                place,
-                rtm.ClientPort(
-                    **_interface(channel), service=channel.service, client=client.client, response=response
-                ),
+            port = rtm.ClientPort(
+                **_interface(channel), service=channel.service, client=client.client, response=response
             )
+            if runs_on_ros2:
+                port.outstanding, port.timeout = client.outstanding, client.timeout
+                told = images.get(client.timedOut) if client.timedOut is not None else None
+                port.timedOut = told if isinstance(told, rtm.Place) else None
+            yield place, port
     server = channel.server
     entry, exit_, page = images.get(server.entry), images.get(server.exit), images.get(server.page)
     if isinstance(entry, rtm.Place) and isinstance(exit_, rtm.Place) and isinstance(page, pn.Page):
@@ -176,6 +180,8 @@ def _service_ports(
                 page=page,
                 # A server that nobody calls yet is a server: one instance, not none.
                 instances=max(1, counts[channel]),
+                depth=channel.depth,
+                outstanding=max([1, *(client.outstanding for client in channel.clients if runs_on_ros2)]),
             ),
         )
 
@@ -257,3 +263,5 @@ def _port_places(model: sym.SystemModel) -> Iterator[pn.Place]:
             yield from (channel.server.entry, channel.server.exit)
             for client in channel.clients:
                 yield from (client.request, client.response)
+                if client.timedOut is not None:
+                    yield client.timedOut

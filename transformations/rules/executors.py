@@ -247,7 +247,7 @@ class E5Exclusive(Rule):
 
 
 class E6(Rule):
-    """A response that has a callback of its own begins it."""
+    """A response that has a callback of its own begins it, on a thread, and in a group if it names one."""
 
     client = Node(sym.ClientPort)
     page = Node(sym.CallbackPage, of=Callback(client.response))
@@ -262,7 +262,7 @@ class E6(Rule):
 
 
 class E6Exclusive(Rule):
-    """The client's exclusive group must be free, too, where that callback is in another one."""
+    """The client's exclusive group must be free, too, where that callback is in none, or in another one."""
 
     client = Node(sym.ClientPort)
     page = Node(sym.CallbackPage, of=Callback(client.response))

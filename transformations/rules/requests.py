@@ -5,7 +5,8 @@ forgets makes no difference: requests of different clients may arrive in any ord
 be the one that is lost (OMG, Data Distribution Service 1.4, 2015, Sect. 2.2.3.18).
 
 A client that gives up is ready at once; nobody tells the server. So what it asked still takes room in the
-history and an instance's time, as a late request of nobody, and its answer is dropped.
+history and an instance's time, as a late request of nobody, and its answer is dropped. Only here it makes a
+difference which one is forgotten: a late request was there before the client gave it up.
 """
 
 from __future__ import annotations
@@ -187,6 +188,35 @@ class R6(Rule):
     )
 
     where = [GivesUp(service)]
+
+
+class R6Client(Rule):
+    """A full history may forget a late request, instead of losing the one that comes."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    late = Made(R6.late, of=service)
+    load = Made(R5.load, of=service)
+    sent = Made(R5Client.sent, of=client)
+    requests = Made(S1.requests, of=client)
+
+    instead = transition(
+        "{service.id}.client.{client.client}.instead",
+        means=Meaning(
+            "{queue} takes the request of {client}, and forgets one whose client has given up",
+            step=Transfer,
+            queue="request",
+            called=HISTORY,
+            part="instead",
+        ),
+    )
+    arcs = [
+        arc(sent, instead),
+        arc(late, instead),
+        arc(load, instead, weight=service.depth),
+        arc(instead, load, weight=service.depth),
+        arc(instead, requests),
+    ]
 
 
 class R6Instance(Rule):

@@ -60,7 +60,14 @@ _SCHEMAS: dict[str, dict[str, Any]] = {
 }
 _INFO, _ERROR = 2, 4  # levels of foxglove.Log
 _EVENTS = {"p": "publish", "k": "take", "d": "drop", "n": "level"}
-_STATES = {"q": "requested", "s": "served", "r": "replied", "a": "answered", "o": "timed out"}
+_STATES = {
+    "q": "requested",
+    "s": "served",
+    "r": "replied",
+    "a": "answered",
+    "o": "timed out",
+    "g": "given up",
+}
 
 
 def export(builder: TraceBuilder) -> bytes:

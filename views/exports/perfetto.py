@@ -88,10 +88,12 @@ class _Tracks:
         if first is None:
             return
         begin = self.times[first]
-        end = self.end if call.response is None else self.times[call.response]
+        end = self.end if call.over is None else self.times[call.over]
         lane = call.lane
-        client = self._track(lane.node, f"{lane.label} client {lane.id}")
-        open_ = "" if call.response is not None else " (never answered)"
+        number_ = f" ({call.level + 1})" if call.level else ""
+        client = self._track(lane.node, f"{lane.label} client {lane.id}{number_}")
+        ended = " (given up)" if call.given_up is not None else " (never answered)"
+        open_ = "" if call.response is not None else ended
         self._slice(client, f"{lane.label} C {lane.id}{open_}", begin, end, flow=number)
         if call.serve is None:
             return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from dineros.views.traces.building import Step, TraceBuilder
@@ -30,20 +30,30 @@ def marks_of(builder: TraceBuilder) -> Iterator[tuple[int, Step, Lane, str, list
 
 @dataclass
 class Call:
-    """A client's call of a service, by indices of steps; None for what did not happen."""
+    """A client's call of a service, by indices of steps; None for what did not happen.
+
+    Those of one client that overlap have different levels, from 0.
+    """
 
     lane: Lane
     request: int | None = None
     serve: int | None = None
     reply: int | None = None
     response: int | None = None
+    given_up: int | None = None
     instance: int | None = None
+    level: int = 0
+
+    @property
+    def over(self) -> int | None:
+        """When its client waits no longer."""
+        return self.given_up if self.response is None else self.response
 
 
 def calls_of(builder: TraceBuilder) -> list[Call]:
     """Return the calls of all services in the order they begin."""
     calls: dict[tuple[int, int], Call] = {}
-    names = {"q": "request", "s": "serve", "r": "reply", "a": "response"}
+    names = {"q": "request", "s": "serve", "r": "reply", "a": "response", "g": "given_up"}
     for index, _, lane, letter, values in marks_of(builder):
         if lane.kind != "client" or letter not in names:
             continue
@@ -51,4 +61,17 @@ def calls_of(builder: TraceBuilder) -> list[Call]:
         setattr(call, names[letter], index)
         if letter == "s":
             call.instance = values[1]
-    return list(calls.values())
+    found = list(calls.values())
+    _set_levels(found)
+    return found
+
+
+def _set_levels(calls: Iterable[Call]) -> None:
+    """Give calls of one client that overlap different levels."""
+    over: dict[int, list[int | None]] = {}  # of each lane and level: when its last call was over
+    for call in calls:
+        begin = call.request if call.request is not None else call.serve or 0
+        levels = over.setdefault(call.lane.index, [])
+        free = (level for level, end in enumerate(levels) if end is not None and end <= begin)
+        call.level = next(free, len(levels))
+        levels[call.level : call.level + 1] = [call.over]

@@ -7,7 +7,7 @@ What a record does to a lane is a *mark*: a list of the lane's number, a letter,
 |---|---|
 | signal | ``v`` value |
 | queue | ``p`` level (publish), ``k`` level (take), ``d`` level, count (drop), ``n`` level |
-| client | call, after ``q`` (request), ``s`` (serve), ``r`` (reply), ``a`` (answer), ``o`` (late) |
+| client | call, after ``q`` request, ``s`` serve, ``r`` reply, ``a`` answer, ``o`` late, ``g`` given up |
 | transition | ``f`` handlers (fires), ``e`` (fails), ``z`` (leaves tokens), ``u`` (takes them again) |
 | place | ``n`` tokens |
 """
@@ -112,6 +112,7 @@ class TraceBuilder:
         self._published: dict[str, int] = {}
         self._counts: dict[int, int] = {}
         self._call_of: dict[tuple[str, str], tuple[Lane, int]] = {}
+        self._open: dict[int, dict[int, str]] = {}  # of each client's lane: the last mark of its open calls
         self._started: set[str] = set()
         self._watched: dict[str, list[Lane]] = {}
         self._begun = False
@@ -340,7 +341,7 @@ class TraceBuilder:
         lane = lane or self._client_lane(channel, client or "?", step.node)
         if isinstance(record, rec.Request) or not self._counts[lane.index]:
             call = self._counts[lane.index] = self._counts[lane.index] + 1
-        call = call or self._counts[lane.index]
+        call = call or self._following(lane, record)
         if record.message:
             self._call_of[key] = (lane, call)
         place = getattr(record, "place", None)
@@ -361,15 +362,30 @@ class TraceBuilder:
                 mark, text = ["o", call], f"{asking} of service {name} waits too long: asks again"
         step.marks.append([lane.index, *mark])
         step.text = step.text or text
+        if mark[0] == "a":
+            self._open.get(lane.index, {}).pop(call, None)
+        elif mark[0] != "o":
+            self._open.setdefault(lane.index, {})[call] = str(mark[0])
+
+    def _following(self, lane: Lane, record: Record) -> int:
+        """Return the oldest call of a client that a step without an id can follow; else the last one."""
+        before = {rec.Serve: "q", rec.Reply: "s", rec.Response: "r"}.get(type(record))
+        open_ = self._open.get(lane.index, {})
+        found = (call for call, mark in open_.items() if mark == before or before is None)
+        return next(found, self._counts[lane.index])
 
     def _unanswered(self, step: Step, record: rec.Drop | rec.GiveUp) -> None:
         """Show in the client's lane that its request is lost, or that it waits no longer."""
         name, gives_up = self._name(record.channel), isinstance(record, rec.GiveUp)
-        client = record.client if isinstance(record, rec.GiveUp) else None
+        lane, call = self._call_of.get((record.channel, record.message or ""), (None, 0))
+        client = record.client if isinstance(record, rec.GiveUp) else lane.id if lane else None
         client = client or self.facts.ports.get((record.channel, record.place or ""), "?")
-        lane = self._client_lane(record.channel, client, step.node)
+        lane = lane or self._client_lane(record.channel, client, step.node)
         step.node = step.node or lane.node
-        step.marks.append([lane.index, "o", self._counts[lane.index]])
+        call = call or (self._following(lane, record) if gives_up else self._counts[lane.index])
+        step.marks.append([lane.index, "g" if gives_up else "o", call])
+        if gives_up:
+            self._open.get(lane.index, {}).pop(call, None)
         asking = self.facts.client_words(client)
         words = f"{asking} gives up waiting for" if gives_up else f"the request of {asking} is lost by"
         step.text = step.text or f"{words} service {name}"

@@ -28,6 +28,7 @@ _WORDS = {
     "r": "reply",
     "a": "answer",
     "o": "late",
+    "g": "given up",
     "f": "fires",
     "e": "fails",
     "z": "leaves tokens",

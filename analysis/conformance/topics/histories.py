@@ -3,13 +3,14 @@
 A publisher waits for nobody, so that its message must go somewhere: where its writer history is full, the
 oldest one goes on to the reader, or is lost. It is lost there if its subscriber is known never to have taken
 it; if both histories are full, too, but only when nothing else can be done, since the subscriber may have
-taken a message before. What a subscriber's trace says to be lost, and was not yet, is lost where it can be.
+taken a message before. What a subscriber's trace says to be lost, and was not yet, is lost where it can be;
+the message that it takes next says whose it was.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from dineros.analysis.conformance.net import ConformanceNet, HistoryTopic, Pair
@@ -66,7 +67,7 @@ class HistoryFlow:
         self._fire = fire
         self._fates = fates
         self._under_way: dict[Pair, dict[str, None]] = {pair: {} for pair in topic.pairs}
-        self._untold: Counter[str] = Counter()  # losses of each subscriber that its trace has not told yet
+        self._untold: Counter[Pair] = Counter()  # losses that the subscriber's trace has not told yet
 
     def publish(self, record: Publish, transition: int, forced: bool) -> Refusal | None:
         """Write a message into the histories; `forced`: lose an older one where both are full."""
@@ -99,7 +100,7 @@ class HistoryFlow:
         elif victim is not None or (forced and not has_way):
             self._fire(queue.drop)
             self._forget(pair, victim)
-            self._untold[pair.subscriber] += 1
+            self._untold[pair] += 1
         else:
             reason = f"the {queue.text} has no room, and nothing says that it has lost a message"
             return Waiting(reason, (self.topic.node_of[pair.subscriber],), is_forcible=True)
@@ -134,54 +135,66 @@ class HistoryFlow:
 
     def take(self, record: Take, leave: int) -> Fault | bool:
         """Let a subscriber take a message; False: none is under way."""
-        sender = (record.message or "").rpartition("/")[0].rpartition("/")[2]
-        if not self._fill(record.place, 1, sender):
+        pairs = self._pairs_of(record)
+        if not self._fill(record.place, 1, pairs):
             return False
         reason = why_not(self._net, leave, self._marking)
         if reason:
             return Fault(reason)
         self._fire(leave)
         if record.message:
-            for pair in self._pairs_to(record.place):
-                if sender in pair.publishers:
-                    self._forget(pair, record.message)
+            for pair in pairs:
+                self._forget(pair, record.message)
         return True
 
-    def drop(self, record: Drop) -> Refusal | None:
-        """Lose messages that a subscriber's trace says to be lost, but for those that were before."""
+    def drop(self, record: Drop, following: Take | None) -> Refusal | None:
+        """Lose messages that a subscriber's trace says to be lost, but for those that were before.
+
+        Parameters
+        ----------
+        record : Drop
+            What the trace says.
+        following : Take, optional
+            The message before which they are missing: they are of the same publisher.
+        """
         place = record.place or ""
         if record.queue != "subscriber":
             return Fault(f"a topic of ROS 2 has no {record.queue} queue")
         if self.topic.node_of.get(place) != record.node:
             return Fault(f"{place!r} is no subscriber of topic channel {record.channel!r}")
-        rest = max(0, record.count - self._untold[place])
-        most = self._most_losses(place)
+        pairs = [] if following is None else self._pairs_of(following)
+        pairs = pairs or self._pairs_to(place)
+        rest = max(0, record.count - sum(self._untold[pair] for pair in pairs))
+        most = self._most_losses(place, pairs)
         if rest > most:
             reader = self.topic.subscribers[place]
             writers = tuple(self._net.publishing_nodes(record.channel))
             return Waiting(f"the {reader.text} has lost {record.count}, at most {most} can be lost", writers)
-        self._untold[place] -= record.count - rest
+        told = record.count - rest
+        for pair in pairs:
+            told -= (here := min(told, self._untold[pair]))
+            self._untold[pair] -= here
         for _ in range(rest):
-            self._lose(place)
+            self._lose(place, pairs)
         return None
 
-    def _most_losses(self, place: str) -> int:
-        """Return how many messages to a subscriber can be lost now."""
+    def _most_losses(self, place: str, pairs: Collection[Pair]) -> int:
+        """Return how many messages to a subscriber can be lost now, at it or by these pairs."""
         reader, marking = self.topic.subscribers[place], self._marking
         lost, at_reader = 0, marking[reader.source] + marking[reader.load]
         for pair in self._pairs_to(place):
             here = self._here(pair)
-            if pair.lose is not None:
+            if pair.lose is not None and pair in pairs:
                 lost += here.all
             else:
-                overflows = here.arriving >= 1 and here.load >= pair.queue.limit
+                overflows = pair in pairs and here.arriving >= 1 and here.load >= pair.queue.limit
                 lost += overflows
                 at_reader += here.all - overflows
         return lost + max(0, at_reader - reader.limit)
 
-    def _lose(self, place: str) -> None:
+    def _lose(self, place: str, pairs: Collection[Pair]) -> None:
         reader, marking = self.topic.subscribers[place], self._marking
-        for pair in self._pairs_to(place):
+        for pair in pairs:
             here = self._here(pair)
             if pair.lose is not None and here.all >= 1:
                 if here.load < 1:
@@ -193,29 +206,37 @@ class HistoryFlow:
                 continue
             self._forget(pair, None)
             return
-        self._fill(place, reader.limit, "")
+        self._fill(place, reader.limit, pairs)
         if marking[reader.source] < 1:
-            self._pass_on(next(pair for pair in self._pairs_to(place) if self._here(pair).all >= 1))
+            self._supply(place, pairs)
         self._fire(reader.drop)
-        pairs = sorted(self._pairs_to(place), key=lambda pair: self._victim(pair) is None)
-        self._forget(pairs[0], None)
+        self._forget(min(pairs, key=lambda pair: self._victim(pair) is None), None)
 
-    def _fill(self, place: str, load: int, publisher: str) -> bool:
-        """Fill a reader history up to a load, first with what a publisher's place sent; False: too little."""
+    def _fill(self, place: str, load: int, first: Collection[Pair]) -> bool:
+        """Fill a reader history up to a load, from some pairs first; False: too little is under way."""
         reader, marking = self.topic.subscribers[place], self._marking
-        pairs = sorted(self._pairs_to(place), key=lambda pair: publisher not in pair.publishers)
         while marking[reader.load] < load:
-            if marking[reader.source] < 1:
-                pair = next((pair for pair in pairs if self._here(pair).all >= 1), None)
-                if pair is None:
-                    return False
-                self._pass_on(pair)
+            if marking[reader.source] < 1 and not self._supply(place, first):
+                return False
             self._fire(reader.enter)
         return True
+
+    def _supply(self, place: str, first: Collection[Pair]) -> bool:
+        """Let a message arrive at a reader, of some pairs if they have any; False: none is under way."""
+        pairs = sorted(self._pairs_to(place), key=lambda pair: pair not in first)
+        pair = next((pair for pair in pairs if self._here(pair).all >= 1), None)
+        if pair is not None:
+            self._pass_on(pair)
+        return pair is not None
 
     def _here(self, pair: Pair) -> _Here:
         """Return what a pair holds; what is owed where traces begin within the run is less than nothing."""
         return _Here(max(0, self._marking[pair.queue.source]), self._marking[pair.queue.load])
+
+    def _pairs_of(self, record: Take) -> list[Pair]:
+        """Return the pairs that a message has come through; none where its id does not say that."""
+        sender = (record.message or "").rpartition("/")[0].rpartition("/")[2]
+        return [pair for pair in self._pairs_to(record.place) if pair.publisher == sender]
 
     def _pairs_to(self, place: str) -> list[Pair]:
         return [pair for pair in self.topic.pairs if pair.subscriber == place]
@@ -223,7 +244,7 @@ class HistoryFlow:
     def begin(self, sender: str, place: str, taken: int, sent: int) -> None:
         """Put what is between a sender and a subscriber where traces begin; what does not fit is lost."""
         publisher = sender.rpartition("/")[2]
-        for pair in (pair for pair in self._pairs_to(place) if publisher in pair.publishers):
+        for pair in (pair for pair in self._pairs_to(place) if publisher == pair.publisher):
             marking, reader, count = self._marking, self.topic.subscribers[place], sent - taken
             if count < 0:  # it comes when the sender's trace has got there
                 marking[pair.queue.source] += count
@@ -238,6 +259,6 @@ class HistoryFlow:
                     marking[queue.source] += 1
                     marking[self._net.room[queue.source]] -= 1
                     count -= 1
-            self._untold[place] += count
+            self._untold[pair] += count
             first = taken + count + 1
             self._under_way[pair] |= {f"{sender}/{number}": None for number in range(first, sent + 1)}

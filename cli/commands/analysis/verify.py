@@ -29,6 +29,7 @@ from dineros.cli.presentation.property_files import answer_properties, write_for
 from dineros.cli.presentation.scheduling import scheduler_option
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
+from dineros.cli.stored_properties import verify_stored, write_stored
 from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:
@@ -38,9 +39,11 @@ if TYPE_CHECKING:
 @search_command(
     "dineros verify sorting.sym.xmi --signals none --ctl 'AG EF (Shown >= 3)'",
     "dineros verify sorting.sym.xmi --signals none --ltl 'G F fired(TSense)'",
+    "dineros verify robot.sym.xmi EveryPickIsAnswered",
     "dineros verify sorting.sym.xmi --ctl 'AG EF (Shown >= 3)' --write-properties questions.xml",
 )
 @model_argument()
+@click.argument("property_name", metavar="[PROPERTY]", required=False)
 @click.option("--ltl", metavar="FORMULA", help="A formula that all runs must satisfy.")
 @click.option("--ctl", metavar="FORMULA", help="A formula that the initial marking must satisfy.")
 @click.option(
@@ -78,6 +81,7 @@ if TYPE_CHECKING:
 @question_options
 def verify(
     model: Path,
+    property_name: str | None,
     ltl: str | None,
     ctl: str | None,
     weak: tuple[str, ...],
@@ -99,6 +103,10 @@ def verify(
 ) -> int:
     """Verify a formula of linear (LTL) or branching (CTL) temporal logic, or all of a property file.
 
+    Or a PROPERTY that the model stores, by its id or name: with the signals that it says, under the
+    assumptions of the model. Exit status 0 where that is as expected, 1 where not. Without any formula,
+    --write-properties writes all that the model stores.
+
     Atoms are `Shown >= 2`, `A + 2*B < 3`, `enabled(T)`, `fired(T)`, `signal(S)` and `deadlock`. A run that
     ends in a deadlock stays there for ever. Exit status 0: holds; 1: violated; 3: unknown. An answer for
     which no run is found in time stands without one, and says so. With --engine tina, TINA's programs tina
@@ -114,6 +122,25 @@ def verify(
     from dineros.analysis.witnesses.findings import witness_of
     from dineros.metamodel.errors import DinerosError
 
+    if property_name is not None:
+        if any(other not in (None, ()) for other in (ltl, ctl, weak, strong, properties, written)):
+            alone = "--ltl, --ctl, --fair, --properties and --write-properties"
+            raise click.UsageError(f"a property of the model goes with none of {alone}")
+        backing = Backing(certificate, confirm)
+        return verify_stored(
+            model,
+            property_name,
+            settings,
+            overflow,
+            orders,
+            backing,
+            engine=engine,
+            scheduler=scheduler,
+            output=output,
+            as_json=as_json,
+        )
+    if written is not None and not properties and ltl is None and ctl is None:
+        return write_stored(model, settings, overflow, written)
     if properties:
         others = (ltl, ctl, weak, strong, output, confirm or None)
         if engine == "tina" or any(other not in (None, ()) for other in others):

@@ -18,6 +18,12 @@ from dineros.cli.options import command, json_option, middleware_option, model_a
 @click.option(
     "--simulate", is_flag=True, help="As --local, in simulated time: the same seed gives the same run."
 )
+@click.option(
+    "--speed",
+    type=click.FloatRange(0, min_open=True),
+    metavar="X",
+    help="With --simulate: at most X simulated seconds a second, such as 1 to watch it; by default no limit.",
+)
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), metavar="N", help="Seed of the firing selections.")
 @click.option(
     "--handlers",
@@ -72,6 +78,7 @@ def run(
     model: Path,
     local: bool,
     simulate: bool,
+    speed: float | None,
     seed: int | None,
     handler_file: Path | None,
     until: str | None,
@@ -107,6 +114,8 @@ def run(
         raise DinerosError("--resume needs the traces to go on from", hint="name their folder with --trace")
     if programs and (local or simulate):
         raise DinerosError("--with needs ROS", hint="let handlers.py define simulate(application) instead")
+    if speed is not None and not simulate:
+        raise DinerosError("--speed needs --simulate", hint="elsewhere, time is that of the machine")
     application = application_of(model, settings, handler_file, stale_after)
     is_on_ros = not (local or simulate)
     say_what_is_by_hand(application.models, model)
@@ -123,5 +132,6 @@ def run(
         is_shown=view,
         ros=RosOptions(domain_of(domain), reach, programs, restarts) if is_on_ros else None,  # type: ignore[arg-type]
         is_simulated=simulate,
+        speed=speed,
     )
     return run_application(application, options, say_run_as_json if as_json else say_run)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import click
+
 from dineros.cli.console import note, summarise, warn, working
 from dineros.cli.models import load, refuse_settings_that_break, violations_of
 from dineros.cli.options import command, model_argument, output_option, settings_option
@@ -19,8 +21,13 @@ from dineros.cli.outputs import PICTURES, refuse_output
 @output_option(
     "The file to write; its suffix tells the format: .xmi, .sym, .pnml, .net; pictures are .svg, .png, .html."
 )
+@click.option(
+    "--properties",
+    metavar="FILE.xml",
+    help="Store the formulas of a property file of the Model Checking Contest in the model.",
+)
 @settings_option
-def convert(model: Path, output: Path, settings: tuple[str, ...]) -> int:
+def convert(model: Path, output: Path, properties: str | None, settings: tuple[str, ...]) -> int:
     """Write a model in another format: XMI (.xmi), PNML (.pnml), TINA (.net), or as a picture.
 
     A model that violates constraints is converted all the same, with a warning. OUT is written as a whole or
@@ -30,6 +37,10 @@ def convert(model: Path, output: Path, settings: tuple[str, ...]) -> int:
 
     refuse_output(output, (*files.SUFFIXES, *PICTURES))
     net = load(model, settings)
+    if properties is not None:
+        from dineros.cli.stored_properties import take_in
+
+        note(f"properties taken from {properties}: {take_in(net, properties, model)}")
     violations = violations_of(net)
     if settings:
         refuse_settings_that_break(violations, model)

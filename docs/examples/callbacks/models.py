@@ -1,7 +1,7 @@
 """Models of the programs beside this file.
 
-``python docs/examples/callbacks/models.py`` writes `battery.sym.xmi`, `planner.sym.xmi`, `sensor.sym.xmi` and
-`sensor_mended.sym.xmi` beside it. Which model with which settings is which program, `PROGRAMS` says.
+``python docs/examples/callbacks/models.py`` writes `answer.sym.xmi`, `battery.sym.xmi` and so on beside it.
+Which model with which settings is which program, `PROGRAMS` says.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ PROGRAMS: dict[str, tuple[str, tuple[str, ...]]] = {
     "reentrant": ("battery", (OWN, "OnTimer.group=calls", "calls.kind=reentrant", *TWO_THREADS)),
     "awaiting": ("battery", ("OnTimer.awaits=true",)),
     "awaiting_own_group": ("battery", (OWN, "OnTimer.awaits=true")),
+    "answer_one_thread": ("answer", ()),
+    "answer_two_threads": ("answer", TWO_THREADS),
     "calling_each_other": ("planner", ()),
     "calling_each_other_mended": (
         "planner",
@@ -76,6 +78,30 @@ def battery() -> sym.SystemModel:
     model = sym.SystemModel(id="battery_monitor", middleware="ros2")
     client = asking(timer(node(model, "monitor"), 0.03), "Level")
     service(model, "Level", server(node(model, "battery"), "Level", "Measure")[0], client)
+    return model
+
+
+def answer() -> sym.SystemModel:
+    """`answer_one_thread`: a monitor that asks once more in what the answer of the battery begins."""
+    model = sym.SystemModel(id="battery_answer", middleware="ros2")
+    monitor = node(model, "monitor")
+    on_timer = timer(monitor, 0.03)
+    on_level = sym.CallbackPage(id="OnLevel", kind="client", page=monitor)
+    idle = sym.Place(id="Idle", tokens=1, page=monitor)
+    here, there = (
+        pn.ReferencePlace(id=f"Idle@{page.id}", target=idle, page=page) for page in (on_timer, on_level)
+    )
+    first, second = sym.Place(id="Request", page=on_timer), sym.Place(id="RequestAgain", page=on_level)
+    level, again = sym.Place(id="Response", page=on_level), sym.Place(id="ResponseAgain", page=on_level)
+    flow(here, sym.Transition(id="Ask", page=on_timer), first)
+    inhibit(here, sym.Transition(id="Skip", page=on_timer))
+    flow(level, sym.Transition(id="AskAgain", page=on_level), second)
+    flow(again, sym.Transition(id="Note", page=on_level), there)
+    port, _ = server(node(model, "battery"), "Battery", "Measure")
+    service(model, "Level", port, sym.ClientPort(client="monitor", request=first, response=level))
+    model.channels[0].clients.append(  # type: ignore[attr-defined]
+        sym.ClientPort(client="again", request=second, response=again)
+    )
     return model
 
 
@@ -150,6 +176,7 @@ def program(name: str) -> sym.SystemModel:
 
 
 MODELS: dict[str, Callable[[], sym.SystemModel]] = {
+    "answer": answer,
     "battery": battery,
     "planner": planner,
     "sensor": sensor,

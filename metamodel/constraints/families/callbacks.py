@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.callbacks.bodies import Body
-from dineros.metamodel.callbacks.groups import callback_page_of, is_awaited, runs_callbacks
+from dineros.metamodel.callbacks.groups import (
+    begins_callback,
+    callback_page_of,
+    group_or_node,
+    is_awaited,
+    runs_callbacks,
+)
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
@@ -147,6 +153,20 @@ def client_group_has_effect(port: sym.ClientPort, index: Index) -> Outcome:
     """The callback group of a client counts where its node runs callbacks, under the rules of ROS 2."""
     assert port.group is not None
     return (_runs(port.response, index) and _has_executors(index)) or describe(port.group)
+
+
+@constraint(
+    "responses to {it} begin {found}",
+    fix="let the page name no group (rclpy), or page and client the same one (rclcpp)",
+    severity="warning",
+    guard=lambda port, index: _runs(port.response, index) and begins_callback(port),
+)
+def response_callback_group(port: sym.ClientPort, index: Index) -> Outcome:
+    """What a response begins runs in no callback group, as in rclpy, or in its client's, as in rclcpp."""
+    page = callback_page_of(port.response)
+    if page is None or page.group is None or page.group is group_or_node(port):
+        return True
+    return f"{describe(page)} in {describe(page.group)}, in which its client is not"
 
 
 @constraint(

@@ -158,3 +158,13 @@ def signal_name_unique(signal: sym.InputSignal, index: Index) -> Outcome:
 def signal_used(signal: sym.InputSignal, index: Index) -> Outcome:
     """A signal is used by a clause."""
     return len(signal.literals) > 0
+
+
+@constraint("{it} names {found}", fix="name two signals or more, each once")
+def exclusive_signals(assumption: sym.ExclusiveSignals, index: Index) -> Outcome:
+    """Signals that are never true together are two or more, each named once."""
+    signals = list(assumption.signals)
+    if len(signals) < 2:
+        return f"{len(signals)} signals" if len(signals) != 1 else "one signal"
+    twice = next((each for number, each in enumerate(signals) if each in signals[:number]), None)
+    return True if twice is None else f"{describe(twice)} twice"

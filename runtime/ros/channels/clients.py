@@ -1,4 +1,4 @@
-"""The clients of a node: one request under way each, with a time-out.
+"""The clients of a node: the requests under way, each with a time-out.
 
 A request whose server never answers would leave a future that never completes: the queues of a busy server
 drop requests, and nobody is told. Here the node is told, and asks again with the same id. What it asked
@@ -59,7 +59,7 @@ class _Client:
     requests: Codec
     responses: Codec
     announcer: Announcer | None
-    call: _Call | None = None
+    calls: dict[str, _Call] = field(default_factory=dict)
 
 
 class Clients:
@@ -105,7 +105,7 @@ class Clients:
         try:
             if port.type is not None:
                 name = f"{self._node.resolve_service_name(port.service)}/{REQUESTS}"
-                announcer = Announcer(self._node, name, 1)
+                announcer = Announcer(self._node, name, port.outstanding)
             entity = self._node.create_client(
                 interface,
                 port.service,
@@ -126,22 +126,23 @@ class Clients:
         return requests
 
     def request(self, port: ClientPort, message: Message) -> None:
-        """Send a request, now or when its server is there.
-
-        What was under way is given up, unless it is this request, which is sent once more.
-        """
+        """Send a request, now or when its server is there; once more if it is under way."""
         client = self._clients[port.channel, port.client]
         now = time.monotonic()
         with self._lock:
-            former, call = client.call, client.call
-            if call is None or call.message.id != message.id:
-                call = client.call = _Call(message, None)
+            call = client.calls.setdefault(message.id, _Call(message, None))
             call.deadline, call.look = now + self._timeout, FIRST_LOOK
-        if former is not None and former is not call:
-            self._forget(client, former)
         if client.entity.service_is_ready():
             self._send(client, call)
         self._look_in_time(call, now)
+
+    def forget(self, port: ClientPort, message_id: str) -> None:
+        """Wait for the response to a request no longer."""
+        client = self._clients[port.channel, port.client]
+        with self._lock:
+            call = client.calls.pop(message_id, None)
+        if call is not None:
+            self._forget(client, call)
 
     def _send(self, client: _Client, call: _Call) -> None:
         request = client.requests.encode(call.message)
@@ -157,9 +158,9 @@ class Clients:
 
     def _done(self, client: _Client, call: _Call, future: Any) -> None:
         with self._lock:
-            if client.call is not call:
+            if client.calls.get(call.message.id) is not call:
                 return
-            client.call = None
+            del client.calls[call.message.id]
         self._forget(client, call)
         try:
             response = client.responses.decode(future.result())
@@ -191,9 +192,8 @@ class Clients:
             self._due = None
             if self._timer is not None:
                 self._timer.cancel()
-        for client in list(self._clients.values()):
-            call = client.call
-            if call is None or call.deadline is None:
+        for client, call in self._waiting():
+            if call.deadline is None:
                 continue
             if call.look and client.entity.service_is_ready():
                 try:
@@ -207,10 +207,14 @@ class Clients:
                 call.look = min(LAST_LOOK, 2 * call.look)
             self._look_in_time(call, now)
 
+    def _waiting(self) -> list[tuple[_Client, _Call]]:
+        with self._lock:
+            return [(client, call) for client in self._clients.values() for call in client.calls.values()]
+
     def _tell(self, client: _Client, call: _Call, reason: str) -> None:
         """Tell the node that the time of a request is over; a response still counts."""
         with self._lock:
-            if client.call is not call:
+            if client.calls.get(call.message.id) is not call:
                 return
             call.deadline = None
         LOG.debug("request %s: %s", call.message.id, reason)
@@ -225,7 +229,7 @@ class Clients:
         """Take the clients down; nothing is told any more."""
         with self._lock:
             for client in self._clients.values():
-                client.call = None
+                client.calls.clear()
             timer, self._timer = self._timer, None
         if timer is not None:
             self._node.destroy_timer(timer)

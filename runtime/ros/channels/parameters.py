@@ -110,8 +110,25 @@ def subscriber_parameters(channels: Iterable[str]) -> dict[str, Parameter]:
     }
 
 
+def period_parameters(timers: Iterable[tuple[str, float]]) -> dict[str, Parameter]:
+    """Return the parameter for the period of each timer, by the id of its callback page."""
+    periods = dict(timers)
+    return {
+        id: Parameter(
+            f"periods.{name}",
+            float(periods[id]),
+            f"Seconds between two ticks of the timer of the callback {id}.",
+            1e-9,
+            1e9,
+        )
+        for id, name in resource_names(periods).items()
+    }
+
+
 def declare(node: Any, parameter: Parameter) -> Any:
     """Declare a parameter of a ROS node, read-only, and return its value.
+
+    An integer is taken for a number: `5` for `5.0`, as nobody writes the point on a command line.
 
     Raises
     ------
@@ -119,7 +136,7 @@ def declare(node: Any, parameter: Parameter) -> Any:
         It was given a value that is out of range or of another type.
     """
     from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
-    from rclpy.exceptions import ParameterException
+    from rclpy.exceptions import InvalidParameterTypeException, ParameterException
 
     if node.has_parameter(parameter.name):
         return node.get_parameter(parameter.name).value
@@ -136,9 +153,27 @@ def declare(node: Any, parameter: Parameter) -> Any:
                 IntegerRange(from_value=int(parameter.least), to_value=int(parameter.most), step=1)
             ]
     try:
-        return node.declare_parameter(parameter.name, parameter.default, descriptor).value
+        try:
+            return node.declare_parameter(parameter.name, parameter.default, descriptor).value
+        except InvalidParameterTypeException:
+            given = _integer(node, parameter)
+            if given is None:
+                raise
+            return node.declare_parameter(parameter.name, given, descriptor, ignore_override=True).value
     except ParameterException as error:
         raise RosError(
             f"the parameter {parameter.name} cannot have the value it was given: {error}",
             hint=parameter.description,
         ) from error
+
+
+def _integer(node: Any, parameter: Parameter) -> float | None:
+    """Return the integer that a parameter was given where it takes numbers; None: it does not, or was not."""
+    from rcl_interfaces.msg import ParameterDescriptor
+
+    if not isinstance(parameter.default, float):
+        return None
+    free = ParameterDescriptor(dynamic_typing=True)
+    value = node.declare_parameter(parameter.name, parameter.default, free).value
+    node.undeclare_parameter(parameter.name)
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else None

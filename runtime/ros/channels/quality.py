@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from dineros.metamodel.message_ids import MessageIdError, parse_id
+from dineros.metamodel.ros_names import resource_names
 from dineros.runtime.nets.ports import PublisherPort, SubscriberPort
 
 SENDER_LIMIT = 256
@@ -56,6 +57,26 @@ def topic_quality(port: PublisherPort | SubscriberPort) -> Any:
     )
 
 
+def overriding_options(port: PublisherPort | SubscriberPort) -> Any:
+    """Let parameters such as ``qos_overrides.TOPIC.publisher_PLACE.depth`` change the quality of a port.
+
+    All of it that matters for whether it matches others, and what else the model says of it.
+    """
+    from rclpy.qos import QoSPolicyKind as Kind
+    from rclpy.qos_overriding_options import QoSOverridingOptions
+
+    kinds = [Kind.HISTORY, Kind.DEPTH, Kind.RELIABILITY, Kind.DURABILITY]
+    quality = port.quality
+    more = {
+        Kind.LIVELINESS: quality.liveliness != "automatic",
+        Kind.DEADLINE: quality.deadline is not None,
+        Kind.LIVELINESS_LEASE_DURATION: quality.lease_duration is not None,
+        Kind.LIFESPAN: quality.lifespan is not None,
+    }
+    kinds += [kind for kind, is_said in more.items() if is_said]
+    return QoSOverridingOptions(kinds, entity_id=resource_names([port.place])[port.place])
+
+
 def signal_quality(*, is_kept: bool) -> Any:
     """Return the QoS profile of a signal's topic; `is_kept`: for what was published before."""
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -78,12 +99,12 @@ def companion_quality(depth: int) -> Any:
     )
 
 
-def service_quality() -> Any:
-    """Return the QoS profile of services."""
+def service_quality(depth: int = SERVICE_DEPTH) -> Any:
+    """Return the QoS profile of services; the depth is that of a server's history of requests."""
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
     return QoSProfile(
-        depth=SERVICE_DEPTH, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE
+        depth=depth, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE
     )
 
 

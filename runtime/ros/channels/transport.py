@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
-from dineros.metamodel.ros_names import resource_names
 from dineros.runtime.channels.transport import Answer, Receiver
 from dineros.runtime.nets.ports import (
     Check,
@@ -32,8 +31,15 @@ from dineros.runtime.ros.channels.parameters import (
     subscriber_parameters,
 )
 from dineros.runtime.ros.channels.pausing import pausing_group
-from dineros.runtime.ros.channels.quality import SERVICE_DEPTH, LossCounter, service_quality, topic_quality
+from dineros.runtime.ros.channels.quality import (
+    SERVICE_DEPTH,
+    LossCounter,
+    overriding_options,
+    service_quality,
+    topic_quality,
+)
 from dineros.runtime.ros.channels.signals import RosSignals
+from dineros.runtime.ros.channels.timers import RosTimers
 from dineros.runtime.ros.conversion.codecs import Codecs
 from dineros.runtime.ros.conversion.messages import Codec
 from dineros.runtime.ros.process.session import LOG, RosError, Session
@@ -79,6 +85,7 @@ class RclpyTransport:
         self._entities: list[tuple[Callable[[Any], Any], Any]] = []
         self._clients: Clients | None = None
         self._signals: RosSignals | None = None
+        self._timers: RosTimers | None = None
         self._checks: dict[Port, Check | None] = {}
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
@@ -112,6 +119,7 @@ class RclpyTransport:
         for subscriber in ports.subscribers:
             self._add_subscriber(node, subscriber, codecs, receiver)
         self._signals = RosSignals(node, ports.signals, receiver)
+        self._timers = self._own(RosTimers.close, RosTimers(node, ports.timers, receiver.ticked))
 
     def _own(self, destroy: Callable[[Any], Any], entity: Any) -> Any:
         self._entities.append((destroy, entity))
@@ -132,7 +140,7 @@ class RclpyTransport:
                     interface,
                     port.topic,
                     topic_quality(port),
-                    qos_overriding_options=_overridable(port.place),
+                    qos_overriding_options=overriding_options(port),
                 ),
             ),
         )
@@ -171,7 +179,7 @@ class RclpyTransport:
                     take,
                     topic_quality(port),
                     callback_group=group,
-                    qos_overriding_options=_overridable(port.place),
+                    qos_overriding_options=overriding_options(port),
                 ),
             ),
         )
@@ -259,8 +267,6 @@ class RclpyTransport:
         return cast("Listener", self._own(Listener.close, listener))
 
     def _add_server(self, node: Any, port: ServerPort, codecs: Codecs, receiver: Receiver) -> None:
-        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-
         interface, requests, responses = codecs.service(port)
         self._checks[port] = responses.check
 
@@ -271,7 +277,7 @@ class RclpyTransport:
             if self._is_open:
                 receiver.request_arrived(port, message, answer)
 
-        group, listener = MutuallyExclusiveCallbackGroup(), None
+        group, listener = pausing_group(lambda: receiver.is_open(port)), None
         if port.type is not None:
             service_name = node.resolve_service_name(port.service)
             listener = self._listen(
@@ -286,8 +292,8 @@ class RclpyTransport:
                 announced=lambda message, info, is_alone: None,
                 known=requested,
                 strange=requested,
+                group=group,
             )
-            group = listener.group
         service = self._own(
             node.destroy_service,
             _made(
@@ -296,11 +302,12 @@ class RclpyTransport:
                     interface,
                     port.service,
                     hand_on,
-                    qos_profile=service_quality(),
+                    qos_profile=service_quality(port.depth if self._has_histories else SERVICE_DEPTH),
                     callback_group=group,
                 ),
             ),
         )
+        group.entity = service
         send_response = service.send_response
 
         def keep(request: Any, header: Any) -> None:
@@ -343,6 +350,11 @@ class RclpyTransport:
     def _subscribers(self, port: PublisherPort) -> int:
         return int(self._publishers[port.channel, port.place].publisher.get_subscription_count())
 
+    def start_timers(self) -> None:
+        """Let the timers tick; before, the node could not have begun their callbacks."""
+        assert self._timers is not None
+        self._timers.start()
+
     def publish(self, port: PublisherPort, message: Message) -> bool:
         """Publish a message; ROS overwrites the oldest of a full queue, and the subscribers see the gap."""
         outlet = self._publishers[port.channel, port.place]
@@ -366,6 +378,11 @@ class RclpyTransport:
         assert self._clients is not None
         self._clients.request(port, message)
 
+    def forget(self, port: ClientPort, message_id: str) -> None:
+        """Wait for the response to a request no longer."""
+        assert self._clients is not None
+        self._clients.forget(port, message_id)
+
     def check(self, port: Port) -> Check | None:
         """Return what raises for data outside the ranges of the ROS fields that it is mapped to."""
         return self._checks[port]
@@ -381,13 +398,6 @@ class RclpyTransport:
             destroy(entity)
         self._entities.clear()
         self._publishers.clear()
-
-
-def _overridable(place: str) -> Any:
-    """Let parameters such as ``qos_overrides.TOPIC.publisher_PLACE.depth`` change the quality of service."""
-    from rclpy.qos_overriding_options import QoSOverridingOptions
-
-    return QoSOverridingOptions.with_default_policies(entity_id=resource_names([place])[place])
 
 
 def _made(name: str, make: Callable[[], Any]) -> Any:

@@ -4,27 +4,59 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypedDict
+
+USE_SIM_TIME = "use_sim_time"
 
 
-def clock_of(node: Any) -> Callable[[], float]:
-    """Return what tells a net's time in seconds.
+class Clocks(TypedDict):
+    """What tells a net's time, and the machine's where that is another one, in seconds."""
 
-    With the parameter `use_sim_time`, it is the time that is published on ``/clock``, which never goes back
-    here; firing intervals, periods of timer callbacks, time-outs of handlers and delays all go by it.
+    clock: Callable[[], float]
+    steady: Callable[[], float] | None
+
+
+def clocks_of(node: Any) -> Clocks:
+    """Return what tells a net's time.
+
+    With the parameter `use_sim_time`, it is the time that passes on ``/clock``: firing intervals, time-outs
+    of handlers and delays all go by it. Where that goes back, as for a simulation that begins anew, no time
+    has passed.
 
     Parameters
     ----------
     node : rclpy.node.Node
         The ROS node.
     """
-    if not node.get_parameter("use_sim_time").value:
-        return time.monotonic
-    clock, latest = node.get_clock(), 0.0
+    clock = node.get_clock()
+    if not clock.ros_time_is_active:
+        return {"clock": time.monotonic, "steady": None}
+    passed = last = 0
 
     def simulated() -> float:
-        nonlocal latest
-        latest = max(latest, float(clock.now().nanoseconds) * 1e-9)
-        return latest
+        nonlocal passed, last
+        now = int(clock.now().nanoseconds)
+        passed += max(0, now - last)
+        last = now
+        return passed * 1e-9
 
-    return simulated
+    return {"clock": simulated, "steady": time.monotonic}
+
+
+def hold_time_source(node: Any) -> None:
+    """Refuse to change `use_sim_time` later: what waits already waits for a time of the clock it began with.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The ROS node.
+    """
+    from rcl_interfaces.msg import SetParametersResult
+
+    def judge(parameters: Any) -> Any:
+        now = node.get_parameter(USE_SIM_TIME).value
+        is_other = any(each.name == USE_SIM_TIME and each.value != now for each in parameters)
+        reason = f"{USE_SIM_TIME} can be set at the start only" if is_other else ""
+        return SetParametersResult(successful=not is_other, reason=reason)
+
+    node.add_on_set_parameters_callback(judge)

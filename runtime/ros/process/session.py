@@ -15,6 +15,7 @@ from typing import Any
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.ros_names import resource_name
 from dineros.runtime.ros.process.calm import Misfits, calm_executor
+from dineros.runtime.ros.process.clocks import hold_time_source
 from dineros.runtime.ros.process.memory import remove_abandoned
 from dineros.runtime.scheduling.threads import join
 
@@ -98,6 +99,7 @@ class Session:
         except Exception as error:
             rclpy.shutdown(context=self._context)
             raise RosError(f"the ROS node {name!r} cannot be made: {_first_line(error)}") from error
+        hold_time_source(self.node)
         self._executor.add_node(self.node)
         self._misfits = Misfits(self.node, self._executor) if executor != "multi" else None
 

@@ -30,6 +30,8 @@ CIRCLES = {
     "one_thread": f"{MONITOR} the thread of node net monitor, which callback OnTimer has",
     "reentrant": f"{MONITOR} one of the 2 threads of node net monitor, which callback OnTimer has",
     "awaiting": f"{MONITOR} the default callback group of node net monitor, which callback OnTimer has",
+    "answer_one_thread": "callback OnLevel waits for the response of service level to client again, which "
+    "waits for the thread of node net monitor, which callback OnLevel has",
     "calling_each_other": "callback OnRoute of server instance 1 waits for the response of service position "
     "to instance 1 of service route, which waits for the thread of node net planner, which callback OnRoute "
     "of server instance 1 has",

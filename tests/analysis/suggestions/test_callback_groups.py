@@ -29,6 +29,7 @@ MENDS = {
     "one_thread": ["monitor.executor=multi", "monitor.threads=2"],
     "reentrant": ["OnTimer.group=OnTimer_group"],
     "awaiting": [OWN],
+    "answer_one_thread": ["monitor.executor=multi", "monitor.threads=2"],
     "calling_each_other": [
         "Position.client.planner.group=Position_planner_group",
         "planner.executor=multi",

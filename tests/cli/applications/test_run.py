@@ -235,3 +235,12 @@ def test_traces_of_another_run_are_not_overwritten(run: Run, spoken: Path) -> No
     result = run("run", spoken, "--simulate", "--trace", folder)
     assert result.exit_code == 2
     assert "has a trace of node 'talker' already" in result.stderr
+
+
+def test_a_pace_is_for_simulations(run: Run, spoken: Path) -> None:
+    result = run("run", spoken, "--simulate", "--speed", 100, "--until", "Noted >= 3", "--timeout", 60)
+    assert result.exit_code == 0, result.stderr
+    result = run("run", spoken, "--local", "--speed", 2, "--timeout", 1)
+    assert result.exit_code == 2
+    assert result.stderr.startswith("dineros: --speed needs --simulate (")
+    assert run("run", spoken, "--simulate", "--speed", 0).exit_code == 2

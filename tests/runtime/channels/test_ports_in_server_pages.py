@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from dineros.analysis.conformance import conform
+from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
-from dineros.metamodel.records import Publish, Request, Response, read_trace, traces_of_runs
+from dineros.metamodel.records import Publish, Request, Response, Take, read_trace, traces_of_runs
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder, resume_journal
 from dineros.runtime.nets.structure import read_structure
@@ -109,3 +110,37 @@ def test_nodes_that_crash_go_on_and_the_records_name_the_instances(tmp_path: Pat
     assert {each.place for each in records if isinstance(each, Publish)} <= {"Order[1].Told", "Order[2].Told"}
     verdict = conform(bakery(), {node: partial(read_trace, parts) for node, parts in traces.items()})
     assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
+
+
+def test_what_is_lost_between_two_instances_does_not_come_again(tmp_path: Path) -> None:
+    """The board hears the last message only: one of the other instance before it is lost, and stays so."""
+    model = bakery()
+    model.middleware = "ros2"  # type: ignore[assignment]
+    (news,) = (channel for channel in model.channels if channel.id == "Sales")
+    assert isinstance(news, sym.TopicChannel)
+    news.publishers[0].limit = 4
+    news.subscribers[0].limit, news.subscribers[0].inHand = 1, 1
+    lost: set[tuple[str, int]] = set()
+    for seed in range(6):
+        folder = tmp_path / str(seed)
+        for _ in range(2):
+            found = {node: resume_journal(folder, node) for node in NODES}
+            application = LocalApplication(
+                split(model),
+                seed=seed,
+                recorder=lambda node, found=found: found[node][0],  # type: ignore[misc]
+                resume={node: state for node, (_, state) in found.items() if state is not None},
+            )
+            application.open()
+            to_the_end(application)
+            application.close()
+        parts = traces_of_runs([folder])
+        records = [record for each in parts.values() for record in read_trace(each)]
+        ids = {each.message for each in records if isinstance(each, Publish)}
+        assert ids == {f"shop/Told/{number}" for number in range(1, 5)}, "the instances count together"
+        heard = [each.message for each in records if isinstance(each, Take)]
+        lost |= {(str(seed), len(ids) - len(heard))}
+        assert len(set(heard)) == len(heard)
+        verdict = conform(model, {node: partial(read_trace, each) for node, each in parts.items()})
+        assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
+    assert any(count for _, count in lost)

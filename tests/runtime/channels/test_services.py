@@ -246,6 +246,22 @@ def test_a_request_without_response_is_recorded_and_sent_again_with_its_id() -> 
     node.close()
 
 
+def test_what_was_lost_is_asked_for_again_where_a_simulation_stands_still() -> None:
+    now, wire = [0.0], Wire()
+    net = Net(client_model(), clock=lambda: 0.0, steady=lambda: now[0])
+    node = Node(net, wire)
+    node.open()
+    node.run_until_idle()
+    assert wire.ids() == ["client/request/1"]
+    wire.receiver.request_failed(wire.ports.clients[0], "client/request/1", "no response")
+    node.run_until_idle()
+    assert len(wire.sent) == 1
+    now[0] = 0.11
+    node.run_until_idle()
+    assert wire.ids() == ["client/request/1"] * 2
+    node.close()
+
+
 def test_what_the_transport_does_not_take_stays_and_is_sent_later() -> None:
     net, node, wire, recorder, now = asking()
     wire.fails = 2

@@ -7,8 +7,11 @@ import pytest
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.elements import find
-from dineros.runtime import Net
+from dineros.runtime import Net, Node
+from dineros.runtime.channels.local import LocalNetwork, LocalTransport
+from dineros.runtime.channels.transport import Receiver
 from dineros.runtime.journal.recording import ListRecorder
+from dineros.runtime.nets.ports import Ports, TimerPort
 from tests.runtime.tiny import counts, events, stepped, tiny
 
 
@@ -96,6 +99,45 @@ def test_late_ticks_delay_no_others_and_missed_ones_do_not_pile_up() -> None:
             node.run_until_idle()
             found.append(net.count("beats"))
     assert found == [0, 1, 1, 2, 3, 3, 4, 4]
+
+
+class TickingTransport(LocalTransport):
+    """Has timers of its own, which tick when the test says so."""
+
+    receiver: Receiver
+    timer: TimerPort
+    is_ticking = False
+
+    def open(self, ports: Ports, receiver: Receiver) -> None:
+        super().open(ports, receiver)
+        self.receiver, (self.timer,) = receiver, ports.timers
+
+    def start_timers(self) -> None:
+        self.is_ticking = True
+
+
+def test_a_transport_that_has_timers_ticks_alone() -> None:
+    """The clock of the loop then says nothing, and ticks that come before the callback has begun are gone."""
+    model, clock = tiny({"beat": "full -> beats"}, {"full": 3}), Clock()
+    page = sym.CallbackPage(id="page", kind="timer", timer=1.0, page=model.node)
+    page.objects.append(find(model, "beat", pn.Transition))
+    transport, net = TickingTransport(LocalNetwork(seed=1)), Net(model, clock=clock)
+    node = Node(net, transport)
+    node.open()
+    assert transport.is_ticking
+    assert (transport.timer.callback, transport.timer.period) == ("page", 1.0)
+    node.run_until_idle()
+    clock.now = 10.0
+    node.run_until_idle()
+    assert net.next_timer is None
+    found = [net.count("beats")]
+    for ticks in (1, 0, 3, 1):
+        for _ in range(ticks):
+            transport.receiver.ticked(transport.timer)
+        node.run_until_idle()
+        found.append(net.count("beats"))
+    assert found == [0, 1, 1, 2, 3]
+    node.close()
 
 
 def test_a_timer_callback_begins_once_in_each_period_and_goes_on_at_once() -> None:

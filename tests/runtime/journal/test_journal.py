@@ -67,8 +67,14 @@ class Witnessed(JournalRecorder):
 
 
 def plain(state: Any) -> str:
-    """Return a state as text that equals that of an equal state."""
-    return json.dumps(state, sort_keys=True)
+    """Return a state as text that equals that of an equal state.
+
+    How old a request is, is left out: a record tells the time of day, not the simulated one.
+    """
+    requests = {
+        client: [{**each, "age": None} for each in found] for client, found in state["requests"].items()
+    }
+    return json.dumps({**state, "requests": requests}, sort_keys=True)
 
 
 def play(

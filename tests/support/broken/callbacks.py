@@ -141,6 +141,22 @@ def group_of_a_net(small: Small) -> None:
 
 
 @CASES.breaks(
+    "response-callback-group",
+    "responses to client port 'clock' of service channel 'Service' begin callback page 'OnAnswer' in "
+    "callback group 'apart', in which its client is not",
+    "let the page name no group (rclpy), or page and client the same one (rclcpp)",
+    of=callbacks,
+)
+def response_in_a_group_of_its_own(small: Small) -> None:
+    small["Clock"].awaits = False
+    small["node"].callbackGroups.append(sym.CallbackGroup(id="apart"))
+    page = sym.CallbackPage(id="OnAnswer", kind="client", page=small["node"], group=small["apart"])
+    answered = sym.Place(id="Answered", page=page)
+    flow(answered, sym.Transition(id="NoteIt", page=page))
+    small["Service"].clients[0].response = answered
+
+
+@CASES.breaks(
     "awaits-has-effect",
     "callback page 'clock' awaits responses, but its node does not run callbacks",
     f"{_BY_CALLBACKS}, or take it away",

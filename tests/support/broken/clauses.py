@@ -113,3 +113,12 @@ def same_name(small: Small) -> None:
 )
 def unused(small: Small) -> None:
     small["listener"].signals.append(sym.InputSignal(id="Spare"))
+
+
+@CASES.breaks(
+    "exclusive-signals",
+    "exclusive signals 'apart' names one signal",
+    "name two signals or more, each once",
+)
+def one_exclusive_signal(small: Small) -> None:
+    small.net.assumptions.append(sym.ExclusiveSignals(id="apart", signals=[small["Danger"]]))

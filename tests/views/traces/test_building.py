@@ -11,19 +11,24 @@ from dineros.metamodel.records import (
     Checkpoint,
     Drop,
     Fire,
+    GiveUp,
     Header,
     Publish,
     Reply,
     Request,
+    Response,
+    Serve,
     Start,
     StoredToken,
     Take,
 )
+from dineros.views.exports.timing import calls_of
 from dineros.views.traces.building import TraceBuilder
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.facts import Facts, facts_of, prototype
 from dineros.views.traces.merging import merge
 from tests.support.bakery import bakery
+from tests.support.ovens import oven
 from tests.views.samples import CASE_STUDY, Scribe, lasso, run
 
 
@@ -180,3 +185,24 @@ def test_server_instances_call_in_lanes_of_their_own_and_share_a_queue() -> None
     queues = [(lane.id, lane.capacity) for lane in builder.lanes.all if lane.queue == "publisher"]
     assert queues == [("Told", 4)]
     assert marks(builder, "queue", "Sales", "publisher", "Told") == [[2, "p", 0], [5, "p", 0]]
+
+
+def test_calls_that_overlap_and_calls_that_are_given_up() -> None:
+    """Each step goes to its own call; what is given up is served all the same."""
+    scribe = Scribe("baker0")
+    for number in (1, 2, 3):
+        scribe.write(Request, channel="Oven", client="baker0", place="Ask0", message=f"baker0/Ask0/{number}")
+    scribe.write(GiveUp, channel="Oven", client="baker0", place="Late0", message="baker0/Ask0/2")
+    scribe.write(Serve, channel="Oven", place="Dough", instance=1, message="baker0/Ask0/2")
+    scribe.write(Reply, channel="Oven", place="Bread", instance=1, message="baker0/Ask0/2")
+    scribe.write(Drop, channel="Oven", queue="request", message="baker0/Ask0/3")
+    scribe.write(Response, channel="Oven", client="baker0", place="Got0", message="baker0/Ask0/1")
+    builder = TraceBuilder(facts_of(oven(2, 2, outstanding=3, timeout=1.0, tells=True)))
+    for record in scribe.records:
+        builder.add(record)
+    found = [mark[1:3] for mark in marks(builder, "client", "Oven", "baker0")]
+    assert found == [["q", 1], ["q", 2], ["q", 3], ["g", 2], ["s", 2], ["r", 2], ["o", 3], ["a", 1]]
+    assert builder.steps[3].text == "client baker0 gives up waiting for service /bake"
+    assert builder.steps[6].text == "the request of client baker0 is lost by service /bake"
+    calls = calls_of(builder)
+    assert [(call.level, call.given_up) for call in calls] == [(0, None), (1, 3), (2, None)]

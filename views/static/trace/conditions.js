@@ -19,6 +19,7 @@ export const EVENTS = [
   "serve",
   "reply",
   "response",
+  "giveUp",
   "aside",
   "release",
   "transfer",

@@ -1,6 +1,6 @@
 // A trace in memory: its steps, what happened on each lane, and the marking after any step.
 
-/** @import { FilledLane, Growth, Lane, Literal, Mark, Step, View } from "./types.js" */
+/** @import { Call, FilledLane, Growth, Lane, Literal, Mark, Step, View } from "./types.js" */
 /** @typedef {Map<number, number>} Marking  tokens by number of the place */
 
 const EVERY = 256; // steps between two kept markings
@@ -63,7 +63,7 @@ export class Data {
 
   /** @param {Lane} lane */
   addLane(lane) {
-    this.lanes.push({ ...lane, index: this.lanes.length, at: [], marks: [], calls: [] });
+    this.lanes.push({ ...lane, index: this.lanes.length, at: [], marks: [], calls: [], levels: [] });
   }
 
   /** @param {Step} step */
@@ -95,7 +95,9 @@ export class Data {
   /** The trace as it is now. @type {() => View} */
   snapshot() {
     const { nodes, places, transitions, texts, steps } = this;
-    const lanes = this.lanes.map(({ index: _, at: _at, marks: _marks, calls: _calls, ...lane }) => lane);
+    const lanes = this.lanes.map(
+      ({ index: _, at: _at, marks: _marks, calls: _calls, levels: _levels, ...lane }) => lane,
+    );
     return { ...this.view, nodes, places, transitions, texts, steps, lanes };
   }
 
@@ -203,7 +205,7 @@ function addMark(lane, index, mark) {
   lane.marks.push(mark);
   if (lane.kind !== "client") return;
   const [letter, number, instance] = mark;
-  lane.calls[number - 1] ??= { number, first: index, timeouts: [] };
+  lane.calls[number - 1] ??= newCall(lane, number, index);
   const call = lane.calls[number - 1];
   if (letter === "q") call.request = index;
   else if (letter === "s") {
@@ -211,7 +213,18 @@ function addMark(lane, index, mark) {
     call.instance = instance;
   } else if (letter === "r") call.reply = index;
   else if (letter === "a") call.response = index;
+  else if (letter === "g") call.givenUp = index;
   else call.timeouts.push(index);
+}
+
+/** A call that begins: on the first level where none is under way. @type {(lane: FilledLane, number: number, first: number) => Call} */
+function newCall(lane, number, first) {
+  const free = lane.levels.findIndex((call) => call.response !== undefined || call.givenUp !== undefined);
+  const level = free < 0 ? lane.levels.length : free;
+  /** @type {Call} */
+  const call = { number, first, timeouts: [], level };
+  lane.levels[level] = call;
+  return call;
 }
 
 /** Id in the system model of an element of a server instance. @type {(name: string) => string} */

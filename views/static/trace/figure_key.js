@@ -70,12 +70,17 @@ export function drawKey(surface, theme, left, top, lanes, causes) {
       surface.rect(x, middle - 4, 14, 8, { fill: theme.serviceFill });
     });
   }
-  if (calls.some((call) => call.response === undefined))
+  if (calls.some((call) => call.response === undefined && call.givenUp === undefined))
     item("not answered", () => {
       surface.path(points(x, middle + 4, x, middle - 4, x + 15, middle - 4), { ...waits, dash: [4, 3] });
     });
   if (calls.some((call) => call.timeouts.length))
     item("waits too long", () => hourglass(surface, x + 7, middle, theme));
+  if (calls.some((call) => call.givenUp !== undefined))
+    item("gives up", () => {
+      surface.path(points(x, middle + 4, x, middle - 4, x + 11, middle - 4), { ...waits, dash: [4, 3] });
+      hourglass(surface, x + 11, middle, theme);
+    });
   if (kinds.has("transition"))
     item("fires", () => {
       surface.path(points(x + 7, middle - 6, x + 7, middle + 6), { stroke: theme.soft, width: 2 });

@@ -134,22 +134,29 @@ function queue(view, lane, y, height) {
   });
 }
 
+/** Rows for calls of a client that overlap, at most. */
+const ROWS = 3;
+
 /** @type {DrawLane} */
 function client(view, lane, y, height) {
   const { surface, theme, scale } = view;
-  const top = y + 5;
-  const low = y + height - 3;
-  let free = -Infinity;
-  // Calls follow one another: the first that can be seen is the last that began before the window, or later.
-  const begins = Array.from(lane.calls, (call) => call?.first ?? -1);
-  for (const call of lane.calls.slice(Math.max(0, lastAtMost(begins, view.from) - 1))) {
+  const rows = Math.min(ROWS, Math.max(1, lane.levels.length));
+  const tall = (height - 8) / rows;
+  /** @type {number[]} */
+  const free = [];
+  for (const call of seenCalls(lane, view.from)) {
     if (!call) continue;
     if (call.first > view.to) break;
+    const row = call.level % rows;
+    const top = y + 5 + row * tall;
+    const low = top + tall - (row === rows - 1 ? 0 : 1);
     const x = view.dx + scale.x(call.request ?? call.serve ?? call.first);
-    const end = view.dx + scale.x(call.response ?? view.data.length);
-    if (end < view.left - 20) continue;
-    if (end - x < 1.5 && x - free < 1) continue;
-    free = end;
+    const end = view.dx + scale.x(call.response ?? call.givenUp ?? view.data.length);
+    const late = call.givenUp === undefined || call.serve === undefined;
+    const last = late ? end : view.dx + scale.x(call.reply ?? view.data.length);
+    if (Math.max(end, last) < view.left - 20) continue;
+    if (end - x < 1.5 && x - (free[row] ?? -Infinity) < 1) continue;
+    free[row] = end;
     const answered = call.response !== undefined;
     const left = clampX(view, x);
     const right = clampX(view, end);
@@ -159,7 +166,16 @@ function client(view, lane, y, height) {
     surface.path(outline, { stroke: theme.service, width: 1.6, dash: answered ? undefined : [4, 3] });
     if (call.serve !== undefined) served(view, lane, call, call.serve, top, low);
     for (const step of call.timeouts) hourglass(surface, view.dx + scale.x(step), top + 5, theme);
+    if (call.givenUp !== undefined) hourglass(surface, end, top + 5, theme);
   }
+}
+
+/** The calls that can be seen from a step on. @type {(lane: FilledLane, from: number) => Call[]} */
+function seenCalls(lane, from) {
+  if (lane.levels.length > 1 || lane.calls.some((call) => call?.givenUp !== undefined)) return lane.calls;
+  // Calls follow one another: the first that can be seen is the last that began before the window, or later.
+  const begins = Array.from(lane.calls, (call) => call?.first ?? -1);
+  return lane.calls.slice(Math.max(0, lastAtMost(begins, from) - 1));
 }
 
 /**
@@ -171,16 +187,17 @@ function served(view, lane, call, serve, top, low) {
   const { surface, theme, scale } = view;
   const from = clampX(view, view.dx + scale.x(serve));
   const to = clampX(view, view.dx + scale.x(call.reply ?? view.data.length));
-  surface.rect(from, top + 4, Math.max(to - from, 1), low - top - 5, { fill: theme.serviceFill });
+  const upper = top + Math.min(4, (low - top) / 4);
+  surface.rect(from, upper, Math.max(to - from, 1), low - upper - 1, { fill: theme.serviceFill });
   if (call.reply === undefined && call.response === undefined) {
-    const open = points(to, top + 4, from, top + 4, from, low - 1, to, low - 1);
+    const open = points(to, upper, from, upper, from, low - 1, to, low - 1);
     surface.path(open, { stroke: theme.service, dash: [4, 3] });
   }
   const instance = `I${call.instance ?? "?"}`;
   const room = Math.min(to, view.left + view.width) - Math.max(from, view.left);
   const whole = `${instance} C ${lane.id}`;
   const text = textWidth(whole, 9.5) + 6 <= room ? whole : instance;
-  if (textWidth(text, 9.5) + 4 <= room)
+  if (textWidth(text, 9.5) + 4 <= room && low - top >= 12)
     surface.text(Math.max(from, view.left) + 3, low - 4, text, { fill: theme.ink, size: 9.5 });
 }
 

@@ -103,7 +103,15 @@ export function rowsOf(traces, choice = {}) {
     if (closed) continue;
     for (const { key, lanes } of entries.filter((entry) => open || !entry.idle)) {
       lanes.forEach((own, trace) => {
-        const lane = own ?? { ...first(lanes), at: [], marks: [], calls: [], initial: 0, absent: true };
+        const lane = own ?? {
+          ...first(lanes),
+          at: [],
+          marks: [],
+          calls: [],
+          levels: [],
+          initial: 0,
+          absent: true,
+        };
         push({ type: "lane", group, key, lane, trace }, HEIGHTS[lane.kind]);
       });
     }

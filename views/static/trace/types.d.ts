@@ -118,7 +118,10 @@ export interface Call {
   serve?: number;
   reply?: number;
   response?: number;
+  givenUp?: number;
   instance?: number;
+  /** Calls that overlap have different levels, from 0. */
+  level: number;
 }
 
 /** A lane with what happens on it: the step of each mark, and the mark, go side by side. */
@@ -127,6 +130,8 @@ export interface FilledLane extends Lane {
   at: number[];
   marks: Mark[];
   calls: Call[];
+  /** Of each level, the last call. */
+  levels: Call[];
   /** Only the other trace has it. */
   absent?: boolean;
 }

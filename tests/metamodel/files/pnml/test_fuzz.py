@@ -20,7 +20,7 @@ VALUES = st.sampled_from(
 
 
 @settings(suppress_health_check=list(HealthCheck), deadline=None)
-@given(net=st.one_of(plain_nets(), system_models(), odd_models()), data=st.data())
+@given(net=st.one_of(plain_nets(), system_models(with_properties=True), odd_models()), data=st.data())
 def test_damaged_files(net: object, data: st.DataObject, tmp_path: Path) -> None:
     root = etree.fromstring(pnml_bytes(net, data.draw(st.sampled_from(["0.1", "0.2"]))))  # type: ignore[arg-type]
     for _ in range(data.draw(st.integers(1, 3))):

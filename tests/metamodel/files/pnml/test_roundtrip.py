@@ -36,13 +36,16 @@ def written_and_read(net: pn.Net, version: Version, folder: Path) -> pn.Net:
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
-@given(net=st.one_of(plain_nets(), system_models(), calling_systems(circles=True)), version=versions)
+@given(
+    net=st.one_of(plain_nets(), system_models(with_properties=True), calling_systems(circles=True)),
+    version=versions,
+)
 def test_generated_models(net: pn.Net, version: Version, tmp_path: Path) -> None:
     assert not differences(net, written_and_read(net, version, tmp_path))
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=15)
-@given(net=st.one_of(plain_nets(), system_models(), calling_systems(circles=True)))
+@given(net=st.one_of(plain_nets(), system_models(with_properties=True), calling_systems(circles=True)))
 def test_from_xmi_to_pnml_and_back(net: pn.Net, tmp_path: Path) -> None:
     save(net, tmp_path / "first.xmi")
     save(load(tmp_path / "first.xmi"), tmp_path / "middle.pnml")

@@ -27,7 +27,7 @@ def resources() -> ResourceSet:
     return known
 
 
-models = st.one_of(plain_nets(), system_models())
+models = st.one_of(plain_nets(), system_models(with_properties=True))
 
 
 @given(model=models)

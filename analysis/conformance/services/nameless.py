@@ -22,6 +22,10 @@ def is_nameless(record: Record) -> bool:
     return isinstance(record, (Serve, Reply)) and not record.message and not record.client
 
 
+_Ask = tuple[str, str]
+"""Client and message of a request."""
+
+
 @dataclass(eq=False)
 class _Call:
     """A call that is served, or was answered: its instance, and which firings of the replay it is."""
@@ -53,7 +57,7 @@ class NamelessCalls:
         self._channel = channel
         self._marking = marking
         self._firings = firings
-        self._asking: dict[str, int] = {}  # client -> number of the firing, the oldest request first
+        self._asking: dict[_Ask, int] = {}  # request -> number of the firing, the oldest request first
         self._calls: list[_Call] = []  # those not ascribed for good, the oldest first
         self._are_there = False
 
@@ -67,13 +71,21 @@ class NamelessCalls:
         """Whether an answered call has not found its response yet."""
         return any(call.answered is not None for call in self._calls)
 
-    def asks(self, client: str, firing: int) -> None:
+    def asks(self, client: str, message: str, firing: int) -> None:
         """Note a client's request."""
-        self._asking[client] = firing
+        self._asking[client, message] = firing
+
+    def forget(self, client: str, message: str) -> bool:
+        """Take out a request that is given up; False: whether it is served is not known."""
+        if self._calls:
+            return False
+        self._asking.pop((client, message), None)
+        return True
 
     def next_client(self) -> str | None:
         """Return the client to which the next call is ascribed at first; None: nobody asks."""
-        return next(islice(self._asking, len(self._calls), None), None)
+        ask = next(islice(self._asking, len(self._calls), None), None)
+        return None if ask is None else ask[0]
 
     def served(self, instance: int, firing: int) -> None:
         """Note that an instance serves the next client."""
@@ -83,7 +95,7 @@ class NamelessCalls:
     def client_at(self, instance: int) -> str | None:
         """Return the client that an instance serves, as far as it is known; None: it serves nobody."""
         call = self._open_at(instance)
-        return None if call is None else self._ascribed(self._calls, self._asking)[call]
+        return None if call is None else self._ascribed(self._calls, self._asking)[call][0]
 
     def answered(self, instance: int, firing: int) -> None:
         """Note that an instance has answered."""
@@ -91,32 +103,33 @@ class NamelessCalls:
         assert call is not None
         call.answered = firing
 
-    def respond(self, client: str) -> bool:
-        """Ascribe an answered call to a client for good, if there is one that can be its."""
-        since = self._asking.get(client)
+    def respond(self, client: str, message: str) -> bool:
+        """Ascribe an answered call to a client's request for good, if there is one that can be its."""
+        since = self._asking.get((client, message))
         if since is None:
             return False
         fitting = (call for call in self._calls if call.answered is not None and call.served > since)
-        return self._settle(client, next(fitting, None))
+        return self._settle((client, message), next(fitting, None))
 
-    def claim(self, client: str) -> bool:
-        """Take out a client whose call turns out to have an id, if the others can have made all calls."""
-        return client not in self._asking or self._settle(client, None, is_known=True)
+    def claim(self, client: str, message: str) -> bool:
+        """Take out a request whose call turns out to have an id, if the others can have made all calls."""
+        ask = client, message
+        return ask not in self._asking or self._settle(ask, None, is_known=True)
 
-    def _settle(self, client: str, call: _Call | None, is_known: bool = False) -> bool:
+    def _settle(self, ask: _Ask, call: _Call | None, is_known: bool = False) -> bool:
         if call is None and not is_known:
             return False
-        asking = {other: since for other, since in self._asking.items() if other != client}
+        asking = {other: since for other, since in self._asking.items() if other != ask}
         calls = [other for other in self._calls if other is not call]
         after = self._ascribed(calls, asking)
         if len(after) < len(calls) or any(call.served < asking[other] for call, other in after.items()):
             return False
         before = self._ascribed(self._calls, self._asking)
         if call is not None:
-            after[call] = client
-        for changed, owner in after.items():
-            if before[changed] != owner:
-                self._ascribe(changed, before[changed], owner)
+            after[call] = ask
+        for changed, (owner, _) in after.items():
+            if before[changed][0] != owner:
+                self._ascribe(changed, before[changed][0], owner)
         self._asking, self._calls = asking, calls
         return True
 
@@ -136,7 +149,7 @@ class NamelessCalls:
         return next((c for c in self._calls if c.instance == instance and c.answered is None), None)
 
     @staticmethod
-    def _ascribed(calls: Iterable[_Call], asking: Mapping[str, int]) -> dict[_Call, str]:
+    def _ascribed(calls: Iterable[_Call], asking: Mapping[_Ask, int]) -> dict[_Call, _Ask]:
         return dict(zip(calls, asking, strict=False))
 
     def _transition(self, kind: type[Serve | Reply], client: str, instance: int) -> int:

@@ -1,0 +1,249 @@
+"""Replaying the steps of calls: those of clients and servers, what is given up, what is lost on the way.
+
+A request stays on its way until it is served or given up, so that it takes room in the history of its service
+as late as possible; what a client gives up is kept there, if there is room. One that comes to a full history
+pushes such a late request out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Protocol
+
+from dineros.analysis.conformance.messages import Messages
+from dineros.analysis.conformance.net import ConformanceNet
+from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
+from dineros.analysis.conformance.services.nameless import NamelessCalls, is_nameless
+from dineros.metamodel import sym
+from dineros.metamodel.records import Drop, GiveUp, Reply, Request, Response, Serve
+from dineros.metamodel.records.schema import ServiceStep, Step
+
+
+class Player(Protocol):
+    """What fires transitions of the net."""
+
+    @property
+    def fired(self) -> int:
+        """How many have fired."""
+
+    def at(self, record: Step, transition: int) -> Fault | None:
+        """Refuse a port's step that another node or another place records, or with another change."""
+
+    def fire_recorded(self, record: Step, transition: int) -> Fault | None:
+        """Fire what a record stands for."""
+
+    def add_between(self, transition: int, times: int = 1) -> None:
+        """Let a transition have fired that the traces do not tell: its effect on places of no node."""
+
+
+class Calls:
+    """The calls of all services.
+
+    Parameters
+    ----------
+    net : ConformanceNet
+        The net.
+    marking : list of int
+        The marking.
+    messages : Messages
+        What is under way.
+    player : Player
+        Fires transitions.
+    firings : list of int or None
+        The firings so far, where they are noted.
+    """
+
+    def __init__(
+        self,
+        net: ConformanceNet,
+        marking: list[int],
+        messages: Messages,
+        player: Player,
+        firings: list[int] | None,
+    ) -> None:
+        self._net = net
+        self._marking = marking
+        self._messages = messages
+        self._player = player
+        self._nameless = {
+            channel.id: NamelessCalls(net, channel.id, marking, firings)
+            for channel in net.model.channels
+            if isinstance(channel, sym.ServiceChannel)
+        }
+
+    def are_ambiguous(self, channel: str) -> bool:
+        """Tell whether servers of a service do not know whose requests they serve."""
+        return channel in self._nameless and self._nameless[channel].are_ambiguous
+
+    # Traces that begin within the run.
+
+    def begin(self, kind: type[ServiceStep], channel: str, client: str, instance: int = 1) -> None:
+        """Let a step of a client's call have happened that the traces do not tell."""
+        enter = self._net.entering(channel, client)
+        for transition in (
+            enter if kind is Serve else None,
+            self._net.service(kind, channel, client, instance),
+        ):
+            if transition is not None:
+                self._player.add_between(transition)
+
+    def begin_late(self, channel: str, client: str, instance: int | None = None) -> None:
+        """Let a client have given up what waits, or what an instance serves, before the traces begin."""
+        self.begin(Request, channel, client)
+        ways = self._net.giving_up(channel, client, Request, None)[:1]
+        serve = None if instance is None else self._net.service(Serve, channel, None, instance)
+        for transition in (self._net.entering(channel, client), *ways, serve):
+            if transition is not None:
+                self._player.add_between(transition)
+
+    def begin_instance(self, channel: str, client: str, instance: int) -> None:
+        """Let an instance serve a request that the client's trace is still to tell."""
+        serve, reply = self._ends(channel, client, instance)
+        for place in serve.keys() & reply.keys():
+            self._marking[place] += serve[place]
+
+    def _ends(self, channel: str, client: str, instance: int) -> tuple[dict[int, int], dict[int, int]]:
+        """Return what serving and answering a client change."""
+        found = [self._net.service(kind, channel, client, instance) for kind in (Serve, Reply)]
+        serve, reply = (dict(self._net.net.delta[index]) if index is not None else {} for index in found)
+        return serve, reply
+
+    def _catch_up(self, channel: str, client: str, stage: type[ServiceStep], request: int) -> None:
+        """Let what the server did happen to a request that it had served when its trace begins."""
+        own = {index for places in self._net.places_of.values() for index in places.values()}
+        for place, tokens in self._net.net.delta[request].items():
+            if tokens > 0 and place not in own:
+                self._marking[place] -= tokens
+        if stage is Reply:
+            serve, reply = self._ends(channel, client, 1)
+            for place, tokens in reply.items():
+                if tokens > 0 and place not in own and place not in serve:
+                    self._marking[place] += tokens
+
+    # Steps.
+
+    def step(self, record: ServiceStep) -> Refusal | None:
+        """Replay a step of a call."""
+        calls = self._nameless.get(record.channel)
+        if calls is None:
+            return Fault(f"the model has no service channel {record.channel!r}")
+        if is_nameless(record):
+            return self._step_nameless(record, calls)
+        client = self._messages.client_of(record)
+        if client is None:
+            return Fault(f"{record.message!r} is of no client of service channel {record.channel!r}")
+        instance = record.instance or self._net.instances.get((record.channel, record.place))
+        transition = self._net.service(type(record), record.channel, client, instance)
+        if transition is None:
+            return Fault(f"service channel {record.channel!r} has no such port")
+        fault = self._player.at(record, transition)
+        if fault is not None:
+            return fault
+        refusal = self._messages.may_serve(record, client)
+        message = self._messages.stages.message(record, client)
+        if isinstance(refusal, Waiting) and isinstance(record, Response):
+            if self._messages.is_asking(record, client) and calls.respond(client, message):
+                refusal = None
+            else:
+                refusal = replace(refusal, unclear=calls.has_answers, unclear_if_stuck=calls.are_ambiguous)
+        if refusal is not None:
+            return refusal
+        is_late = self._messages.stages.late(record.channel, message) is not None
+        if is_late:
+            late = self._net.service(type(record), record.channel, None, instance)
+            assert late is not None, "its client has a time-out"
+            transition = late
+            if self._messages.stages.is_stray(record.channel, message):
+                self.begin_late(record.channel, client)
+        elif isinstance(record, Serve) and not calls.claim(client, message):
+            return self._nobody_asks(record, calls, unclear=True)
+        stages, channel = self._messages.stages, record.channel
+        was_over = not is_late and stages.is_over(channel, client, message)
+        if was_over and isinstance(record, Serve):
+            self.begin(Request, channel, client)
+        before = self._player.fired
+        fault = self._player.fire_recorded(record, transition)
+        if fault is None:
+            self._messages.served(record, client, instance)
+            if isinstance(record, Request):
+                calls.asks(client, message, before)
+                if (ahead := stages.ahead(channel, client, message)) is not None:
+                    self._catch_up(channel, client, ahead, transition)
+            elif was_over and isinstance(record, Reply):
+                self.begin(Response, channel, client)
+        return fault
+
+    def give_up(self, record: GiveUp) -> Refusal | None:
+        """Let a client give up a call, wherever that is: waiting, lost, served, or answered."""
+        calls = self._nameless.get(record.channel)
+        if calls is None:
+            return Fault(f"the model has no service channel {record.channel!r}")
+        refusal = self._messages.may_give_up(record)
+        if refusal is not None:
+            return refusal
+        stages, message = self._messages.stages, record.message or ""
+        stage = stages.of(record.channel, record.client, message)
+        assert stage is not None, "it may be given up"
+        if not calls.forget(record.client, message):
+            return Waiting("whether the server works on its request is not known", (), unclear=True)
+        ways = self._net.giving_up(
+            record.channel, record.client, stage, stages.instance(record.channel, message)
+        )
+        fault = Fault(f"client {record.client} has no time-out") if not ways else None
+        for way in ways:
+            fault = self._player.at(record, way) or self._player.fire_recorded(record, way)
+            if fault is None:
+                stages.give_up(record.channel, record.client, message)
+                break
+        return fault
+
+    def _step_nameless(self, record: ServiceStep, calls: NamelessCalls) -> Refusal | None:
+        """Replay a step of a server that does not know whose request it serves."""
+        instance = record.instance or self._net.instances.get((record.channel, record.place)) or 0
+        serves = isinstance(record, Serve)
+        client = calls.next_client() if serves else calls.client_at(instance)
+        some = client or next(iter(self._net.clients_of(record.channel)), "")
+        transition = self._net.service(type(record), record.channel, some, instance)
+        if transition is None:
+            return Fault(f"service channel {record.channel!r} has no such port")
+        fault = self._player.at(record, transition)
+        if fault is None and client is None:
+            late = self._net.service(type(record), record.channel, None, instance)
+            if late is not None and self._player.fire_recorded(record, late) is None:
+                return None  # its client has given it up
+            return (
+                self._nobody_asks(record, calls)
+                if serves
+                else Fault(f"instance {instance} serves no request")
+            )
+        before = self._player.fired
+        fault = fault or self._player.fire_recorded(record, transition)
+        if fault is None:
+            note = calls.served if serves else calls.answered
+            note(instance, before)
+        return fault
+
+    def _nobody_asks(self, record: ServiceStep, calls: NamelessCalls, unclear: bool = False) -> Waiting:
+        outside = (
+            f"a program outside of the model asks {self._net.names_in_ros[record.channel]}, too, "
+            "or a request was sent again after a time-out"
+        )
+        return Waiting(
+            "no request of the model waits to be served",
+            self._net.asking_nodes(record.channel),
+            outside,
+            unclear,
+            unclear_if_stuck=calls.are_ambiguous,
+        )
+
+    def lose(self, record: Drop) -> Refusal | None:
+        """A full history has lost a request: nothing more, since its client may ask again."""
+        if record.queue != "request":
+            return Fault(f"a service has no {record.queue} queue")
+        client = next(iter(self._net.clients_of(record.channel)), None)
+        serving = record.node if client is None else self._net.ends_of_call(record.channel, client)[1]
+        if record.node != serving:
+            return Fault(f"the service belongs to node {serving}, not {record.node}")
+        if any(record.change.values()):
+            return Fault(f"it changes {record.change}, in the model it changes nothing")
+        return self._messages.may_lose(record, self._net.depths[record.channel])

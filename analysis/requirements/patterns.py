@@ -1,0 +1,338 @@
+"""Properties in words: the patterns and scopes of Dwyer et al., as formulas.
+
+==========================  ====================================================
+``never P``                 absence
+``always P``                universality
+``P happens``               existence
+``P until Q``               Q happens, and P holds until then
+``P leads to Q``            response
+``P only after Q``          precedence
+``at most 2 times P``       bounded existence
+``P is possible``           some run has it
+``P stays possible``        from every marking, some run has it
+==========================  ====================================================
+
+Each but the last two may have a scope in front of it: ``before R:``, ``after Q:``, ``between Q and R:`` and
+``after Q until R:``. A scope holds from the marking Q on, or after the step Q, and ends with the next R:
+before that marking, or with that step, which is part of it. ``before`` and ``between`` say nothing where no R
+comes. What a step leads to comes after it. ``P``, ``Q`` and ``R`` are conditions on markings and steps,
+without temporal operators.
+
+References
+----------
+M. B. Dwyer, G. S. Avrunin, J. C. Corbett, *Patterns in property specifications for finite-state
+verification*, ICSE 1999.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.logic.language.parser import MAX_LENGTH, parse
+from dineros.analysis.logic.language.syntax import (
+    TEMPORAL,
+    And,
+    Exists,
+    Finally,
+    Fired,
+    ForAll,
+    Formula,
+    Globally,
+    Implies,
+    Next,
+    Not,
+    Or,
+    Until,
+    WeakUntil,
+)
+
+MOST_TIMES = 20
+"""Largest number of a bounded existence: its formula grows with it."""
+
+_TIMES = {"once": 1, "twice": 2}
+_HINT = (
+    "never P; always P; P happens; P until Q; P leads to Q; P only after Q; at most 2 times P; "
+    "P is possible; P stays possible; before that: before R:, after Q:, between Q and R:, after Q until R:"
+)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A property as a formula.
+
+    Attributes
+    ----------
+    logic : {"ltl", "ctl"}
+        What it is a formula of.
+    formula : Formula
+        The formula.
+    is_negated : bool
+        Whether the property holds where the formula does not: a run that violates it shows the property.
+    """
+
+    logic: Literal["ltl", "ctl"]
+    formula: Formula
+    is_negated: bool = False
+
+    def as_formula(self) -> tuple[Literal["ltl", "ctl"], Formula]:
+        """Return a formula that holds where the property does, and its logic."""
+        match self.formula:
+            case Globally(Not(condition)) if self.is_negated:
+                return "ctl", Exists(Finally(condition))
+        return self.logic, self.formula
+
+
+def read_pattern(text: str) -> Reading:
+    """Read a property in words.
+
+    Raises
+    ------
+    FormulaError
+        It is none; `column` tells where.
+    """
+    if len(text) > MAX_LENGTH:
+        raise FormulaError(f"the property has {len(text)} characters, more than {MAX_LENGTH}", column=1)
+    return _Reader(text).read()
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A piece of the text, and where it begins, from 0."""
+
+    text: str
+    start: int
+
+    def cut(self, begin: int, end: int) -> _Part:
+        return _Part(self.text[begin:end], self.start + begin)
+
+
+class _Reader:
+    def __init__(self, text: str) -> None:
+        self._whole = _Part(text, 0)
+
+    def read(self) -> Reading:
+        body, scope = self._whole, None
+        colon = _found(self._whole, ":")
+        if colon is not None:
+            scope, body = (
+                self._whole.cut(0, colon.start()),
+                self._whole.cut(colon.end(), len(self._whole.text)),
+            )
+        possible = re.search(r"\b(is|stays)\s+possible\s*$", body.text)
+        if possible is not None:
+            if scope is not None:
+                raise FormulaError(
+                    "what is possible has no scope", column=1, hint="say never P with the scope"
+                )
+            return _possible(body.cut(0, possible.start()), possible[1] == "stays")
+        return Reading("ltl", _scoped(scope, body))
+
+
+def _possible(part: _Part, stays: bool) -> Reading:
+    if not stays:
+        return Reading("ltl", Globally(Not(_condition(part))), is_negated=True)
+    condition = _condition(part)
+    steps = next((each for each in condition.subformulas() if isinstance(each, Fired)), None)
+    if steps is not None:
+        raise FormulaError(
+            f"{steps} is no condition on markings", column=part.start + 1, hint=f"say enabled({steps.name})"
+        )
+    return Reading("ctl", ForAll(Globally(Exists(Finally(condition)))))
+
+
+def _scoped(scope: _Part | None, body: _Part) -> Formula:
+    if scope is None:
+        return _pattern(body, _Scope(None))
+    words = re.match(r"\s*(before|after|between)\b", scope.text)
+    if words is None:
+        raise FormulaError(
+            f"no scope is called {scope.text.strip()!r}",
+            column=scope.start + 1,
+            hint="before R, after Q, between Q and R, after Q until R",
+        )
+    rest = scope.cut(words.end(), len(scope.text))
+    if words[1] == "before":
+        end = _condition(rest)
+        return Implies(Finally(end), _pattern(body, _Scope(end)))
+    if words[1] == "after" and _found(rest, r"\buntil\b") is None:
+        begin = _condition(rest)
+        return WeakUntil(Not(begin), And((begin, _then(begin, _pattern(body, _Scope(None))))))
+    begin, end = _two(rest, "and" if words[1] == "between" else "until")
+    within = _pattern(body, _Scope(end))
+    if words[1] == "between":
+        within = Implies(Finally(end), within)
+    if not _is_step(end):
+        within = Implies(Not(end), within)
+    return Globally(Implies(begin, _then(begin, within)))
+
+
+def _then(begin: Formula, scope: Formula) -> Formula:
+    """Return what holds from a beginning on: after it, where it is a step."""
+    return Next(scope) if _is_step(begin) else scope
+
+
+def _is_step(condition: Formula) -> bool:
+    return any(isinstance(part, Fired) for part in condition.subformulas())
+
+
+def _two(part: _Part, word: str) -> tuple[Formula, Formula]:
+    """Read two conditions with a word between them, which may be part of either, too."""
+    found: list[tuple[Formula, Formula]] = []
+    wrong: FormulaError | None = None
+    for match in _all_found(part, rf"\b{word}\b"):
+        try:
+            pair = _condition(part.cut(0, match.start())), _condition(part.cut(match.end(), len(part.text)))
+        except FormulaError as error:
+            wrong = wrong or error
+        else:
+            found.append(pair)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise FormulaError(
+            f"{word!r} may part this in {len(found)} ways",
+            column=part.start + 1,
+            hint="put ( ) around conditions",
+        )
+    raise wrong or FormulaError(f"there is no {word!r}", column=part.start + 1)
+
+
+def _pattern(body: _Part, scope: _Scope) -> Formula:
+    """Return what a pattern says from now on, in a scope."""
+    first = re.match(r"\s*(never|always|at\s+most)\b", body.text)
+    if first is not None and first[1] in ("never", "always"):
+        condition = _condition(body.cut(first.end(), len(body.text)))
+        return scope.throughout(Not(condition) if first[1] == "never" else condition)
+    if first is not None:
+        return _bounded(body.cut(first.end(), len(body.text)), scope)
+    happens = re.search(r"\bhappens\s*$", body.text)
+    if happens is not None:
+        return scope.some_time(_condition(body.cut(0, happens.start())))
+    for words, make in (
+        ("leads to", scope.response),
+        ("only after", scope.precedence),
+        ("until", scope.until),
+    ):
+        if _found(body, _spaced(words)) is not None:
+            return make(*_parted(body, words))
+    raise FormulaError("this is no pattern", column=body.start + 1, hint=_HINT)
+
+
+def _parted(body: _Part, words: str) -> tuple[Formula, Formula]:
+    match = _found(body, _spaced(words))
+    assert match is not None
+    return _condition(body.cut(0, match.start())), _condition(body.cut(match.end(), len(body.text)))
+
+
+@dataclass(frozen=True)
+class _Scope:
+    """From now on, until an end that comes, or for ever.
+
+    Attributes
+    ----------
+    end : Formula or None
+        The marking before which it ends, or the step that is its last.
+    """
+
+    end: Formula | None
+
+    @property
+    def ends_with_step(self) -> bool:
+        return self.end is not None and _is_step(self.end)
+
+    def ended(self, condition: Formula) -> Formula | None:
+        """Return that the scope ends here, where a condition is to hold as long as it lasts."""
+        return And((self.end, condition)) if self.end is not None and self.ends_with_step else self.end
+
+    def goes_on(self, condition: Formula) -> Formula:
+        """Return that a condition holds here and the scope does not end."""
+        return condition if self.end is None else And((condition, Not(self.end)))
+
+    def within(self, condition: Formula) -> Formula:
+        """Return that a condition holds here, in the scope."""
+        return condition if self.ends_with_step else self.goes_on(condition)
+
+    def throughout(self, condition: Formula) -> Formula:
+        ended = self.ended(condition)
+        return Globally(condition) if ended is None else WeakUntil(condition, ended)
+
+    def some_time(self, condition: Formula) -> Formula:
+        return Finally(condition) if self.end is None else Until(Not(self.end), self.within(condition))
+
+    def response(self, cause: Formula, effect: Formula) -> Formula:
+        follows = self.some_time(effect)
+        if _is_step(cause):
+            follows = And((Not(self.end), Next(follows))) if self.end is not None else Next(follows)
+        return self.throughout(Implies(cause, follows))
+
+    def precedence(self, effect: Formula, cause: Formula) -> Formula:
+        ended = self.ended(Not(effect))
+        return WeakUntil(Not(effect), cause if ended is None else Or((cause, ended)))
+
+    def until(self, during: Formula, then: Formula) -> Formula:
+        return Until(self.goes_on(during), self.within(then))
+
+    def as_long(self, condition: Formula, then: Formula) -> Formula:
+        """Return that a condition holds until something else does, or as long as the scope lasts."""
+        ended = self.ended(condition)
+        return WeakUntil(self.goes_on(condition), then if ended is None else Or((ended, then)))
+
+
+def _bounded(part: _Part, scope: _Scope) -> Formula:
+    """Return that something happens some times at most: steps count, or how often markings become so."""
+    words = re.match(r"\s*(once|twice|\d{1,9}\s+times?)\b", part.text)
+    if words is None:
+        raise FormulaError("how often?", column=part.start + 1, hint="at most once, twice, 3 times ...")
+    times = _TIMES.get(words[1]) or int(words[1].split()[0])
+    if not 1 <= times <= MOST_TIMES:
+        raise FormulaError(f"from 1 to {MOST_TIMES} times", column=part.start + words.start(1) + 1)
+    condition = _condition(part.cut(words.end(), len(part.text)))
+    formula = scope.throughout(Not(condition))
+    for _ in range(times):
+        if _is_step(condition):
+            then: Formula = Next(formula)
+            if scope.end is not None and scope.ends_with_step:
+                then = Or((scope.end, then))
+        else:
+            then = scope.as_long(condition, And((scope.within(Not(condition)), formula)))
+        formula = scope.as_long(Not(condition), And((scope.within(condition), then)))
+    return formula
+
+
+def _condition(part: _Part) -> Formula:
+    if not part.text.strip():
+        raise FormulaError("a condition is missing", column=part.start + 1, hint=_HINT)
+    formula = parse(" " * part.start + part.text)  # so that columns are those of the whole text
+    if any(isinstance(each, TEMPORAL) for each in formula.subformulas()):
+        raise FormulaError(
+            "a pattern's conditions have no temporal operators",
+            column=part.start + 1,
+            hint="write the whole property in LTL",
+        )
+    return formula
+
+
+_OPAQUE = re.compile(r'"(?:[^"\\]|\\.)*"|\{(?:[^{}\\]|\\.)*\}')
+
+
+def _found(part: _Part, pattern: str) -> re.Match[str] | None:
+    return next(iter(_all_found(part, pattern)), None)
+
+
+def _all_found(part: _Part, pattern: str) -> list[re.Match[str]]:
+    """Return where something stands outside of quotes, braces and parentheses."""
+    flat = list(_OPAQUE.sub(lambda match: "\0" * len(match[0]), part.text))
+    depth = 0
+    for place, letter in enumerate(flat):
+        depth += letter == "("
+        if depth:
+            flat[place] = "\0"
+        depth -= letter == ")" and depth > 0
+    return list(re.finditer(pattern, "".join(flat)))
+
+
+def _spaced(words: str) -> str:
+    return r"\b" + words.replace(" ", r"\s+") + r"\b"

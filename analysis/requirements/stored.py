@@ -1,0 +1,190 @@
+"""The properties that a model stores, asked under its assumptions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.answers.outcome import Outcome
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.syntax import (
+    QUANTIFIERS,
+    And,
+    Exists,
+    Finally,
+    ForAll,
+    Formula,
+    Globally,
+    Implies,
+    Name,
+    Next,
+    Not,
+    SignalTrue,
+)
+from dineros.analysis.model.fairness import fair_transitions
+from dineros.analysis.model.subject import Subject, base_subject, subject_of
+from dineros.analysis.questions.engines import ENGINES, Branching, Linear, Question
+from dineros.analysis.requirements.patterns import Reading, read_pattern
+from dineros.analysis.symbolic.order_cache import OrderCache
+from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import label
+from dineros.metamodel.errors import near_matches
+from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+
+VARIANTS: dict[str, SignalVariant] = {
+    "none": "none",
+    "fullyEnabled": "fully-enabled",
+    "inputEnabled": "input-enabled",
+    "ioEnabled": "io-enabled",
+}
+"""From what a property says of the signals to the net that is asked."""
+
+_SEEN_AT_ONCE = {(ForAll, Globally), (Exists, Finally), (ForAll, Next), (Exists, Next)}
+"""What a beginning of a run shows: every beginning goes on as a fair run (Apt, Francez and Katz, 1988)."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A property, as a question about a net.
+
+    Attributes
+    ----------
+    property : sym.Property
+        The property.
+    subject : Subject
+        The net.
+    reading : Reading
+        The property as a formula, the assumptions about signals in it.
+    weak, strong : tuple of str
+        Transitions of the net that no run neglects.
+    """
+
+    property: sym.Property
+    subject: Subject
+    reading: Reading
+    weak: tuple[str, ...]
+    strong: tuple[str, ...]
+
+    def question(self, orders: OrderCache | None = None) -> Question:
+        """Return what engines answer."""
+        net, names, formula = self.subject.net, self.subject.names, str(self.reading.formula)
+        if self.reading.logic == "ctl":
+            return Branching(net, names, formula, orders)
+        return Linear(net, names, formula, self.weak, self.strong)
+
+    def verdict(self, outcome: Outcome) -> Outcome:
+        """Return what an answer to the question says of the property."""
+        if not self.reading.is_negated:
+            return outcome
+        other = {"holds": "violated", "violated": "holds"}
+        return replace(outcome, status=other.get(outcome.status, outcome.status))
+
+    def answer(self, budget: Budget, orders: OrderCache | None = None) -> Outcome:
+        """Decide the property, with whichever engine suits it."""
+        return self.verdict(ENGINES["auto"].answer(self.question(orders), budget))
+
+
+def properties_of(model: pn.Net) -> Sequence[sym.Property]:
+    """Return the properties that a model stores; a plain net has none."""
+    return tuple(model.properties) if isinstance(model, sym.SystemModel) else ()
+
+
+def property_named(model: pn.Net, name: str) -> sym.Property:
+    """Return the property of this id, or else the one of this name.
+
+    Raises
+    ------
+    FormulaError
+        There is none, or several have the name.
+    """
+    known = properties_of(model)
+    found = [each for each in known if each.id == name] or [each for each in known if label(each) == name]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise FormulaError(f"{len(found)} properties are named {name!r}", hint="give the id")
+    names = [str(each.id) for each in known]
+    raise FormulaError(
+        f"the model stores no property {name!r}",
+        hint=near_matches(name, names) or (f"it stores {', '.join(names)}" if names else "it stores none"),
+    )
+
+
+def asked(
+    property: sym.Property, subject: Subject | None = None, overflow: OverflowVariant = "weighted"
+) -> Asked:
+    """Read a property and what it may assume.
+
+    Parameters
+    ----------
+    property : sym.Property
+        A property of a system model.
+    subject : Subject, optional
+        The net without signals, where it is there already.
+    overflow : str, optional
+        How queues lose messages in the net.
+
+    Raises
+    ------
+    FormulaError
+        It cannot be read, names something unknown, or asks in CTL what an assumption makes a matter of runs.
+    """
+    model = property.eContainer()
+    assert isinstance(model, sym.SystemModel)
+    reading = read(property)
+    variant = VARIANTS[str(property.signals)]
+    if variant != "none":
+        subject = subject_of(model, variant, overflow)
+    elif subject is None:
+        subject = base_subject(model, overflow)
+    weak: list[str] = []
+    strong: list[str] = []
+    never: list[Formula] = []
+    for assumption in model.assumptions:
+        if isinstance(assumption, sym.Fairness):
+            named = fair_transitions(subject, [str(assumption.of)])
+            (strong if assumption.strong else weak).extend(named)
+        elif isinstance(assumption, sym.ExclusiveSignals) and variant != "none":
+            signals = [SignalTrue(Name(str(signal.id))) for signal in assumption.signals]
+            never += [Not(And(pair)) for pair in combinations(signals, 2)]
+    if reading.logic == "ctl":
+        if never:
+            raise FormulaError("CTL cannot be asked of the runs of exclusive signals", hint="say it in LTL")
+        if (weak or strong) and not _is_seen_at_once(reading.formula):
+            raise FormulaError(
+                "CTL cannot be asked of fair runs, but for AG, EF, AX and EX", hint="say it in LTL"
+            )
+    elif never:
+        premise = Globally(never[0] if len(never) == 1 else And(tuple(never)))
+        reading = replace(reading, formula=Implies(premise, reading.formula))
+    BoundAtoms(subject.net, reading.formula, subject.names)  # raises at what is unknown, with its column
+    return Asked(property, subject, reading, tuple(dict.fromkeys(weak)), tuple(dict.fromkeys(strong)))
+
+
+def read(property: sym.Property) -> Reading:
+    """Read what a property asks.
+
+    Raises
+    ------
+    FormulaError
+        It cannot be read.
+    """
+    text = str(property.text)
+    match str(property.language):
+        case "ltl":
+            return Reading("ltl", parse(text))
+        case "ctl":
+            return Reading("ctl", parse(text, "ctl"))
+    return read_pattern(text)
+
+
+def _is_seen_at_once(formula: Formula) -> bool:
+    return all(
+        (type(part), type(part.operands[0])) in _SEEN_AT_ONCE
+        for part in formula.subformulas()
+        if isinstance(part, QUANTIFIERS)
+    )

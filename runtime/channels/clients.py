@@ -1,0 +1,271 @@
+"""Clients of a node: what they have asked, and what becomes of it.
+
+A client has one request under way, or as many as its model says. A request is sent again until its response
+comes; with a time-out, until the client gives it up. A response that comes later is dropped (rule R7).
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+from dineros.runtime.channels.traffic import SendError, Traffic
+from dineros.runtime.channels.transport import Forgetting
+from dineros.runtime.nets.ports import ClientPort, Message
+from dineros.runtime.scheduling.timers import Timer
+
+LOG = logging.getLogger("dineros.runtime")
+RESEND_DELAY = 0.1
+LONGEST_RESEND_DELAY = 5.0
+
+
+@dataclass(eq=False)
+class Call:
+    """A request under way.
+
+    Attributes
+    ----------
+    message : Message
+        The request.
+    asked : float
+        When it was sent for the first time, by the node's clock.
+    attempts : int
+        How often it was sent.
+    response : Message or None
+        Its response, while that waits for room.
+    is_late : bool
+        Whether its time is over, and there is no room for the token that says so.
+    """
+
+    message: Message
+    asked: float
+    attempts: int = 1
+    response: Message | None = None
+    is_late: bool = False
+    resending: Timer | None = None
+    ending: Timer | None = None
+
+    def stop(self) -> None:
+        """Let nothing more happen to it when a time comes."""
+        self.stop_resending()
+        if self.ending is not None:
+            self.ending.cancel()
+            self.ending = None
+
+    def stop_resending(self) -> None:
+        """Send it no more."""
+        if self.resending is not None:
+            self.resending.cancel()
+            self.resending = None
+
+
+class Client:
+    """Sends the tokens of one place as requests and puts the responses on another one.
+
+    Parameters
+    ----------
+    traffic : Traffic
+        What it shares with the other ports.
+    port : ClientPort
+        The port.
+    places : (int, int, int or None)
+        The places of its requests, of their responses, and of what it gives up.
+    departure : int
+        Number of the departure.
+    request_timeout : float or None
+        Seconds after which it asks again.
+
+    Attributes
+    ----------
+    calls : dict of str to Call
+        The requests under way by id, the oldest first.
+    departure : int
+        Number of the departure; on hold while no more requests may be under way.
+    request, response, timed_out : int
+        The places of its requests, of their responses, and of what it gives up; None: it names none.
+    """
+
+    def __init__(
+        self,
+        traffic: Traffic,
+        port: ClientPort,
+        places: tuple[int, int, int | None],
+        departure: int,
+        request_timeout: float | None,
+    ) -> None:
+        self._traffic = traffic
+        self.port = port
+        self.request, self.response, self.timed_out = places
+        self.departure = departure
+        self._request_timeout = request_timeout
+        self.calls: dict[str, Call] = {}
+        self._is_held = True
+
+    def begin(self) -> None:
+        """Let tokens depart; what was under way before a restart is asked again."""
+        self._hold_or_not()
+        for call in list(self.calls.values()):
+            self._patience(call)
+            self._ask_again(call)
+
+    def restore(self, message: Message, attempts: int, age: float) -> None:
+        """Take over a request that was under way before a restart, and has been for `age` seconds."""
+        self.calls[message.id] = Call(message, self._traffic.loop.clock() - age, attempts)
+
+    def send(self) -> None:
+        """Send the oldest token as a request.
+
+        Raises
+        ------
+        SendError
+            The transport failed; the token stays where it is.
+        """
+        traffic, port, place = self._traffic, self.port, self.request
+        token = traffic.engine.oldest(place)
+        call = Call(Message(traffic.next_id(port.request), token.data), traffic.loop.clock())
+        self._ask(call)
+        traffic.engine.take(place)
+        traffic.count_sent(port.request)
+        self.calls[call.message.id] = call
+        self._hold_or_not()
+        self._patience(call)
+        if traffic.observer.is_observing:
+            traffic.observer.emit(
+                "request",
+                channel=port.channel,
+                client=port.client,
+                place=port.request,
+                token=token.id,
+                message=call.message.id,
+                change={port.request: -1},
+            )
+
+    def _hold_or_not(self) -> None:
+        """Let requests depart as long as more may be under way."""
+        must_wait = len(self.calls) >= self.port.outstanding
+        if must_wait is not self._is_held:
+            engine = self._traffic.engine
+            (engine.hold_departure if must_wait else engine.unhold_departure)(self.departure)
+            self._is_held = must_wait
+
+    def _patience(self, call: Call) -> None:
+        """Give a request up when its time is over."""
+        if self.port.timeout is not None:
+            loop = self._traffic.loop
+            left = max(0.0, call.asked + self.port.timeout - loop.clock())
+            call.ending = loop.timers.call_later(left, lambda: self._give_up(call))
+
+    def _ask(self, call: Call) -> None:
+        traffic = self._traffic
+        try:
+            traffic.joined.request(self.port, call.message)
+        except Exception as error:
+            raise SendError(f"cannot ask {self.port.service}: {error}") from error
+        if self._request_timeout is not None:
+            reason = f"no response in {self._request_timeout:g} s"
+            call.resending = traffic.loop.timers.call_later(
+                self._request_timeout, lambda: self.failed(call.message.id, reason)
+            )
+
+    def failed(self, message_id: str, reason: str) -> None:
+        """Record that a request got no response, and send it again a little later."""
+        call = self.calls.get(message_id)
+        if call is None or call.response is not None or call.is_late:
+            return
+        call.stop_resending()
+        LOG.warning("request %s of %s: %s", message_id, self.port.service, reason)
+        self._traffic.observer.emit(
+            "timeout",
+            channel=self.port.channel,
+            client=self.port.client,
+            message=message_id,
+            attempt=call.attempts,
+        )
+        delay = min(LONGEST_RESEND_DELAY, RESEND_DELAY * 2.0 ** min(call.attempts - 1, 30))
+        call.attempts += 1
+        # In real time, also where a simulation stands still: what was lost is no matter of its time.
+        steady_timers = self._traffic.loop.steady_timers
+        call.resending = steady_timers.call_later(delay, lambda: self._ask_again(call))
+
+    def _ask_again(self, call: Call) -> None:
+        call.resending = None
+        try:
+            self._ask(call)
+        except SendError as error:
+            self.failed(call.message.id, str(error))
+
+    def responded(self, message: Message) -> None:
+        """Put the token of the response, if it is one that is waited for; without an id, the oldest."""
+        id = message.id or next(iter(self.calls), "")
+        call, traffic, port = self.calls.get(id), self._traffic, self.port
+        if call is None:
+            return
+        if not traffic.engine.has_room(self.response):
+            call.stop_resending()
+            call.response = message
+            return
+        token = traffic.arriving(port.service, self.response, message.data)
+        if token is None:
+            call.response = None
+            return
+        self._end(call)
+        traffic.engine.put(self.response, token)
+        if traffic.observer.is_observing:
+            traffic.observer.emit(
+                "response",
+                channel=port.channel,
+                client=port.client,
+                place=port.response,
+                token=token.id,
+                message=id,
+                data=token.data,
+                change={port.response: 1},
+            )
+
+    def _end(self, call: Call) -> None:
+        """Be ready for one more request: one is over."""
+        call.stop()
+        del self.calls[call.message.id]
+        self._hold_or_not()
+
+    def _give_up(self, call: Call) -> None:
+        """Wait no longer for a response, and say so where the model wants it.
+
+        The token carries what was asked, if its place has tokens of that type.
+        """
+        traffic, port, place = self._traffic, self.port, self.timed_out
+        call.ending, call.is_late = None, True
+        call.stop_resending()
+        token = None
+        if place is not None:
+            if not traffic.engine.has_room(place):
+                return
+            types = traffic.engine.structure.types
+            data = call.message.data if types[place] is types[self.request] else {}
+            token = traffic.arriving(port.service, place, data)
+            if token is None:
+                return
+        self._end(call)
+        if isinstance(traffic.joined, Forgetting):
+            traffic.joined.forget(port, call.message.id)
+        if place is not None and token is not None:
+            traffic.engine.put(place, token)
+        if traffic.observer.is_observing:
+            traffic.observer.emit(
+                "giveUp",
+                channel=port.channel,
+                client=port.client,
+                place=port.timed_out,
+                token=None if token is None else token.id,
+                message=call.message.id,
+                data={} if token is None else token.data,
+                change={} if port.timed_out is None else {port.timed_out: 1},
+            )
+
+    def let_in(self) -> None:
+        """Go on with what waits for room, now that there is some: responses, and what is to be given up."""
+        for call in list(self.calls.values()):
+            if call.response is not None:
+                self.responded(call.response._replace(id=call.message.id))
+            if call.is_late and call.message.id in self.calls:
+                self._give_up(call)

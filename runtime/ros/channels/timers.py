@@ -1,0 +1,54 @@
+"""The timers of a node's callbacks: those of rclpy, on the clock of the ROS node.
+
+A timer of rclpy whose callback comes late goes on at the next multiple of its period, and what it has missed
+is gone. Its callback only tells the node; whether the node has begun the one before is for the node to know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+from dineros.runtime.nets.ports import TimerPort
+from dineros.runtime.ros.channels.parameters import declare, period_parameters
+
+
+class RosTimers:
+    """The timers of a ROS node.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The ROS node.
+    timers : sequence of TimerPort
+        The timers of its callbacks.
+    ticked : callable
+        Told of each tick.
+
+    Raises
+    ------
+    RosError
+        A parameter has a value that is no period.
+    """
+
+    def __init__(self, node: Any, timers: Sequence[TimerPort], ticked: Callable[[TimerPort], None]) -> None:
+        self._node = node
+        self._ticked = ticked
+        parameters = period_parameters((timer.callback, timer.period) for timer in timers)
+        self._periods = {timer: float(declare(node, parameters[timer.callback])) for timer in timers}
+        self._entities: list[Any] = []
+
+    def start(self) -> None:
+        """Tick from now on."""
+        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+
+        for timer, period in self._periods.items():
+            group, tick = MutuallyExclusiveCallbackGroup(), partial(self._ticked, timer)
+            self._entities.append(self._node.create_timer(period, tick, callback_group=group))
+
+    def close(self) -> None:
+        """Tick no more."""
+        for entity in self._entities:
+            self._node.destroy_timer(entity)
+        self._entities.clear()
