@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -74,7 +73,8 @@ class Document:
     path : Path
         The file.
     epoch : str
-        Which run of handles and revisions this is; another one after `reload`.
+        By which content of the file handles are counted: commands that were made for another one mean
+        other elements. It is the same again after a process was killed.
     revision : int
         The number of the model's present state.
     recovered : int
@@ -113,7 +113,7 @@ class Document:
     def _begin(self, content: bytes | None) -> None:
         net = new_net(self.path) if content is None else read_content(content, self.path)
         remember_file(net, self.path)
-        self.epoch = secrets.token_hex(6)
+        self.epoch = (digest(content) or "new")[:16]
         self.revision = 0
         self.recovered = 0
         self._editor = Editor(net)

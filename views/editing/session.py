@@ -27,9 +27,9 @@ QUICK = 0.1
 """Seconds of processor time that checking may take after every change; else it waits for a pause."""
 
 _FIELDS = {
-    "do": {"commands", "label"},
-    "undo": set(),
-    "redo": set(),
+    "do": {"commands", "label", "epoch"},
+    "undo": {"epoch"},
+    "redo": {"epoch"},
     "save": {"over"},
     "reload": set(),
 }
@@ -149,6 +149,8 @@ class Session:
             if name not in fields | {"ask", "number"}:
                 raise CommandError(f"{ask} has no field {name[:100]!r}")
         document, by = self.document, (page, number)
+        if said.get("epoch", document.epoch) != document.epoch:
+            raise CommandError("the model was read anew meanwhile", hint="look at it, then do it again")
         if ask == "do":
             label = said.get("label", "")
             if not isinstance(label, str):

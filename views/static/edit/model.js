@@ -6,6 +6,8 @@ export class Model {
   /** @type {Map<string, ModelObject>} */
   objects = new Map();
   root = "";
+  /** Of which content of the file handles are those. */
+  epoch = "";
   revision = -1;
   /** @type {Metamodel} */
   metamodel = { classes: {}, enumerations: {} };
@@ -15,8 +17,8 @@ export class Model {
   state = { file: "", disk: "same", saved: true, undo: null, redo: null };
 
   /** @type {(snapshot: Snapshot) => void} */
-  begin({ metamodel, model, marks, state, revision }) {
-    Object.assign(this, { metamodel, marks, state, revision, root: model.root });
+  begin({ metamodel, model, marks, state, revision, epoch }) {
+    Object.assign(this, { metamodel, marks, state, revision, epoch, root: model.root });
     this.objects = new Map(Object.entries(model.objects));
   }
 

@@ -225,7 +225,7 @@ class Editor {
    */
   async act(commands, label) {
     if (commands.length === 0) return null;
-    const answer = await this.connection.ask("do", { commands, label });
+    const answer = await this.connection.ask("do", { commands, label, epoch: this.model.epoch });
     return this.answered(answer);
   }
 
@@ -244,7 +244,7 @@ class Editor {
 
   /** @type {(way: "undo" | "redo") => Promise<void>} */
   async turn(way) {
-    this.answered(await this.connection.ask(way));
+    this.answered(await this.connection.ask(way, { epoch: this.model.epoch }));
   }
 
   /** @type {(over: boolean) => Promise<void>} */
@@ -324,7 +324,7 @@ class Editor {
 
   /** Does what makes an element, and shows that. @type {(commands: Command[], label: string) => Promise<void>} */
   async made(commands, label) {
-    const answer = await this.connection.ask("do", { commands, label });
+    const answer = await this.connection.ask("do", { commands, label, epoch: this.model.epoch });
     const handle = answer.type === "done" ? answer.made?.$new : undefined;
     if (this.answered(answer) !== null || handle === undefined || !this.model.objects.has(handle)) return;
     if (this.model.kind(handle).shape === undefined) {
