@@ -136,8 +136,9 @@ class Session:
         except DinerosError as error:
             return Answer(own=[_refusal(number, error)])
         except Exception as error:  # a mistake of ours must not end the page, nor pass unseen
-            LOG.exception("a command failed")
             found = DinerosError(f"unexpected {type(error).__name__}: {error}", hint="please report it")
+            LOG.error("a command failed: %s", found)
+            LOG.debug("where it failed", exc_info=True)
             return Answer(own=[_refusal(number, found)])
 
     def _answer(self, said: dict[str, Any], number: int, page: str) -> Answer:

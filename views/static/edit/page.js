@@ -1,9 +1,11 @@
 // The page of the editor: what people do becomes commands, what Python says becomes what they see.
 
-import { byId, isInField, make } from "../elements.js";
+import { byId } from "../elements.js";
+import { showMarks, showPath, showState } from "./around.js";
 import { Canvas } from "./canvas.js";
 import { Connection } from "./connection.js";
 import { showForm } from "./form.js";
+import { heed } from "./keys.js";
 import { askFor } from "./making.js";
 import { Model } from "./model.js";
 import { ARC, CHOOSE, showTools, toolsFor } from "./tools.js";
@@ -11,7 +13,7 @@ import { ARC, CHOOSE, showTools, toolsFor } from "./tools.js";
 /** @import { Command, Done, Message, Point, Refused } from "./types.js" */
 /** @import { Tool } from "./tools.js" */
 
-class Editor {
+export class Editor {
   model = new Model();
   canvas = new Canvas(byId("canvas", HTMLElement), this.model, {
     act: (commands, label) => this.act(commands, label),
@@ -48,7 +50,7 @@ class Editor {
     theme.onchange = paint;
     dark.onchange = paint;
     paint();
-    document.addEventListener("keydown", (event) => this.key(event));
+    document.addEventListener("keydown", (event) => heed(event, this));
     addEventListener("beforeunload", (event) => {
       if (this.connection.waiting.size > 0) event.preventDefault();
     });
@@ -59,6 +61,10 @@ class Editor {
   /** @type {(message: Message) => void} */
   hear(message) {
     const before = this.canvas.sheet;
+    if (message.type === "change" && message.revision !== this.model.revision + 1) {
+      this.connection.socket?.close(); // something was missed: it comes back with everything
+      return;
+    }
     this.model.told(message);
     if (message.type === "snapshot") {
       this.canvas.computed.clear();
@@ -102,77 +108,23 @@ class Editor {
       this.source = null;
     }
     this.canvas.show(sheet);
-    this.showPath();
+    showPath(this.model, sheet, (element) => this.go(element));
     this.showTools();
     this.showState();
-    this.showMarks();
+    showMarks(this.model, (element) => this.go(element));
     this.showForm();
     this.findPlaces(sheet);
   }
 
-  showPath() {
-    const above = [];
-    for (let at = this.canvas.sheet; ; at = this.model.get(at).in ?? "") {
-      above.unshift(at);
-      if (at === this.model.root) break;
-    }
-    byId("path", HTMLElement).replaceChildren(
-      ...above.map((each) =>
-        make(
-          "button",
-          { onclick: () => this.go(each), "aria-current": each === this.canvas.sheet ? "page" : null },
-          this.model.label(each),
-        ),
-      ),
-    );
+  showState() {
+    const reload = () => this.reload();
+    showState(this.model, reload, () => this.save(true));
   }
 
   showTools() {
     const tools = toolsFor(this.model, this.canvas.sheet);
     showTools(byId("tools", HTMLElement), tools, this.tool, (tool, byKey) => this.take(tool, byKey));
     byId("canvas", HTMLElement).classList.toggle("making", this.tool !== CHOOSE);
-  }
-
-  showState() {
-    const { saved, undo, redo, disk } = this.model.state;
-    byId("saved", HTMLElement).textContent = saved ? "saved" : "not saved";
-    const buttons = [byId("undo", HTMLButtonElement), byId("redo", HTMLButtonElement)];
-    for (const [button, label] of /** @type {const} */ ([
-      [buttons[0], undo],
-      [buttons[1], redo],
-    ])) {
-      button.disabled = label === null;
-      button.title = label ?? "";
-    }
-    const banner = byId("banner", HTMLElement);
-    banner.hidden = disk !== "changed" && disk !== "gone";
-    if (banner.hidden) return;
-    const compare = `/compare${location.search}`;
-    banner.replaceChildren(
-      disk === "gone" ? "The file is gone; saving writes it again." : "Somebody else has changed the file.",
-      ...(disk === "gone"
-        ? []
-        : [
-            make("a", { href: compare, target: "_blank", rel: "noopener" }, "Compare"),
-            make("button", { onclick: () => this.reload() }, "Take theirs"),
-            make("button", { onclick: () => this.save(true) }, "Save mine over it"),
-          ]),
-    );
-  }
-
-  showMarks() {
-    const { errors, warnings, marks } = this.model.marks;
-    byId("count", HTMLElement).textContent =
-      errors + warnings === 0 ? "No problems" : `${errors} errors, ${warnings} warnings`;
-    byId("marks", HTMLElement).replaceChildren(
-      ...marks.map(({ element, severity, message, fix }) =>
-        make(
-          "li",
-          { class: severity },
-          make("button", { onclick: () => element !== null && this.go(element) }, `${message} (${fix})`),
-        ),
-      ),
-    );
   }
 
   showForm() {
@@ -398,43 +350,6 @@ class Editor {
   }
 
   // ---------------------------------------------------------------------------------- keys
-
-  /** @type {(event: KeyboardEvent) => void} */
-  key(event) {
-    const { key, ctrlKey, metaKey, shiftKey, altKey } = event;
-    const isCommand = ctrlKey || metaKey;
-    if (isCommand && key.toLowerCase() === "s") this.used(event, () => this.save(false));
-    if (document.querySelector("dialog[open]")) return;
-    if (isInField(event)) {
-      if (key === "Escape" && document.activeElement instanceof HTMLElement) document.activeElement.blur();
-      return;
-    }
-    const lower = key.toLowerCase();
-    if (isCommand && lower === "z") this.used(event, () => this.turn(shiftKey ? "redo" : "undo"));
-    else if (isCommand && lower === "y") this.used(event, () => this.turn("redo"));
-    else if (altKey && key === "ArrowUp") this.used(event, () => this.up());
-    else if (isCommand || altKey) return;
-    else if (key === "Escape") this.used(event, () => this.putDown());
-    else if (key === "Delete" || key === "Backspace") this.used(event, () => this.remove());
-    else if (key === "F2") this.used(event, () => this.looked !== null && this.rename(this.looked));
-    else if (key.startsWith("Arrow") && this.canvas.chosen().length > 0)
-      this.used(event, () => this.push(key, shiftKey));
-    else if (key === "Enter") this.enter(event);
-    else if (key === "0") this.used(event, () => this.canvas.fit());
-    else if (key === "a") this.used(event, () => this.beginArc());
-    else if (key === "l") this.used(event, () => this.canvas.diagram.get("lassoTool").toggle());
-    else if (key === "?") this.used(event, () => byId("help", HTMLDialogElement).showModal());
-    else if (/^[1-9]$/.test(key)) {
-      const tool = toolsFor(this.model, this.canvas.sheet)[Number(key) - 1];
-      if (tool) this.used(event, () => this.take(tool, false));
-    }
-  }
-
-  /** @type {(event: KeyboardEvent, action: () => unknown) => void} */
-  used(event, action) {
-    event.preventDefault();
-    action();
-  }
 
   up() {
     const above = this.model.get(this.canvas.sheet).in;
