@@ -143,8 +143,7 @@ def _runs() -> None:
 
 def _walks() -> None:
     """Compile walks at random and along a solution of the state equation."""
-    from dineros.analysis.properties.directed_walks import follow
-    from dineros.analysis.properties.walking import Walker
+    from dineros.analysis.properties.walking import Walker, follow
 
     walks = Walker(rings(1))
     walks.walk()

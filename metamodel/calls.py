@@ -1,7 +1,8 @@
-"""Services that call each other: server pages with ports of their own, and how many instances there are.
+"""Services that call each other, and actions: server pages with ports of their own, and their instances.
 
 A server page exists once per server instance, and so do the clients and the publishers' places on it. A
 service that declares no number of instances has one for each client, so its callers are counted before it.
+An action has slots for goals in the same way; no server page has clients of actions.
 
 >>> from dineros.metamodel import sym
 >>> instance_counts(sym.SystemModel(id="empty"))
@@ -10,11 +11,25 @@ service that declares no number of instances has one for each client, so its cal
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from graphlib import CycleError, TopologicalSorter
+from typing import TypeAlias
 
-from dineros.metamodel import pn, sym
+from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.errors import DinerosError
+
+Served: TypeAlias = sym.ServiceChannel | sym.ActionChannel
+"""What has a server, whose page exists once per instance or slot."""
+
+OUTCOMES = ("succeeded", "aborted", "canceled")
+"""How a goal ends that was accepted; servers and clients have a place for each of them, or none."""
+PARTS_OF_GOALS = ("goal", "result", "feedback")
+"""Parts of the interface of an action."""
+SERVER_PLACES = (*OUTCOMES, "cancel", "feedback")
+"""Places that a server may have besides its entry."""
+CLIENT_PLACES = (*OUTCOMES, "rejected", "cancel", "feedback")
+"""Places that a client may have besides that of its goals."""
 
 
 class CallCircleError(DinerosError):
@@ -31,25 +46,34 @@ def services(model: pn.Net) -> list[sym.ServiceChannel]:
     ]
 
 
-def server_pages(model: pn.Net) -> dict[pn.Page, sym.ServiceChannel]:
-    """Return the service of each server page."""
-    return {channel.server.page: channel for channel in services(model)}
+def actions(model: pn.Net) -> list[sym.ActionChannel]:
+    """Return the action channels of a model, in model order; those that lack a server are left out."""
+    channels = model.channels if isinstance(model, sym.SystemModel) else ()
+    return [
+        channel
+        for channel in channels
+        if isinstance(channel, sym.ActionChannel) and getattr(channel.server, "page", None) is not None
+    ]
 
 
-def serving(element: EObject | None, pages: dict[pn.Page, sym.ServiceChannel]) -> sym.ServiceChannel | None:
-    """Return the service whose server page an element stands on; `pages` are those of `server_pages`."""
+def server_pages(model: pn.Net) -> dict[pn.Page, Served]:
+    """Return the service or the action of each server page."""
+    served: list[Served] = [*actions(model), *services(model)]
+    return {channel.server.page: channel for channel in served}
+
+
+def serving(element: EObject | None, pages: dict[pn.Page, Served]) -> Served | None:
+    """Return what an element's server page serves; `pages` are those of `server_pages`."""
     holder = element
     while holder is not None and holder not in pages:
         holder = holder.eContainer()
     return pages[holder] if isinstance(holder, pn.Page) else None
 
 
-def callers(
-    channel: sym.ServiceChannel, pages: dict[pn.Page, sym.ServiceChannel]
-) -> list[sym.ServiceChannel]:
+def callers(channel: sym.ServiceChannel, pages: dict[pn.Page, Served]) -> list[sym.ServiceChannel]:
     """Return the services whose server pages have a client of this one, each once."""
     found = (serving(client.request, pages) for client in channel.clients)
-    return list(dict.fromkeys(caller for caller in found if caller is not None))
+    return list(dict.fromkeys(caller for caller in found if isinstance(caller, sym.ServiceChannel)))
 
 
 def callers_first(model: pn.Net) -> list[sym.ServiceChannel]:
@@ -75,8 +99,10 @@ def callers_first(model: pn.Net) -> list[sym.ServiceChannel]:
         ) from None
 
 
-def instance_counts(model: pn.Net) -> dict[sym.ServiceChannel, int]:
-    """Return how many server instances each service has: what it declares, else one for each client.
+def instance_counts(model: pn.Net) -> dict[Served, int]:
+    """Return how many server instances each service has, and how many slots each action.
+
+    That is what it declares, else one for each client.
 
     A client on a server page counts once for each instance of that page.
 
@@ -86,7 +112,10 @@ def instance_counts(model: pn.Net) -> dict[sym.ServiceChannel, int]:
         Services call each other in a circle, and none of it declares a number.
     """
     pages = server_pages(model)
-    counts: dict[sym.ServiceChannel, int] = {}
+    counts: dict[Served, int] = {
+        action: len(action.clients) if action.instances is None else action.instances
+        for action in actions(model)
+    }
     for channel in callers_first(model):
         if channel.instances is not None:
             counts[channel] = channel.instances
@@ -112,3 +141,54 @@ def loses_requests(channel: sym.ServiceChannel) -> bool:
 def copy_id(channel: str, instance: int, id: str) -> str:
     """Return the id that an element of a server page, or a client on it, has in a server instance."""
     return f"{channel}[{instance}].{id}"
+
+
+def exits(server: sym.ActionServerPort | rtm.ActionServerPort) -> dict[pn.Place, str]:
+    """Return the outcome that each place of a server stands for where a goal ends."""
+    places = ((getattr(server, outcome), outcome) for outcome in OUTCOMES)
+    return {place: outcome for place, outcome in places if place is not None}
+
+
+def answers(client: sym.ActionClientPort | rtm.ActionClientPort) -> list[pn.Place]:
+    """Return the places of a client where it learns that a goal is over, or was refused."""
+    places = (getattr(client, role) for role in (*OUTCOMES, "rejected"))
+    return [place for place in places if place is not None]
+
+
+def goal_parts(channel: sym.ActionChannel) -> dict[str, list[pn.Place]]:
+    """Return the places whose tokens each part of an action's interface carries, the server's first."""
+    server: sym.ActionServerPort | None = channel.server
+    ends: list[tuple[_Port, pn.Place | None]] = []
+    if server is not None:
+        ends.append((server, server.entry))
+    ends.extend((client, client.goal) for client in channel.clients)
+    return _parts(ends)
+
+
+def runtime_goal_parts(port: rtm.ActionServerPort | rtm.ActionClientPort) -> dict[str, list[pn.Place]]:
+    """Return the same of one port of a runtime model."""
+    own = port.eContainer()
+    return _parts([(port, own if isinstance(own, pn.Place) else None)])
+
+
+_Port: TypeAlias = sym.ActionServerPort | sym.ActionClientPort | rtm.ActionServerPort | rtm.ActionClientPort
+
+
+def _parts(ends: Iterable[tuple[_Port, pn.Place | None]]) -> dict[str, list[pn.Place]]:
+    found = {
+        "goal": [own for _, own in ends],
+        "result": [getattr(port, outcome) for port, _ in ends for outcome in OUTCOMES],
+        "feedback": [port.feedback for port, _ in ends],
+    }
+    return {part: [place for place in places if place is not None] for part, places in found.items()}
+
+
+def action_places(channel: sym.ActionChannel) -> Iterator[pn.Place]:
+    """Yield the places of all ports of an action."""
+    server: sym.ActionServerPort | None = channel.server
+    if server is not None:
+        places = (server.entry, *(getattr(server, role) for role in SERVER_PLACES))
+        yield from (place for place in places if place is not None)
+    for client in channel.clients:
+        places = (client.goal, *(getattr(client, role) for role in CLIENT_PLACES))
+        yield from (place for place in places if place is not None)

@@ -43,7 +43,7 @@ class Limit:
 
 
 LIMITS = {
-    "instances": Limit("instances", 100, 1_000, "server instances of a service"),
+    "instances": Limit("instances", 100, 1_000, "server instances of a service, slots of an action"),
     "tokens": Limit("tokens", 1_000, 100_000, "tokens at the start, of a place and of a running node net"),
     "length": Limit("elements", 10_000, 1_000_000, "a token field that is a list of fixed length"),
     "values": Limit("values", None, 10_000_000, "what the tokens of a running node net carry at the start"),

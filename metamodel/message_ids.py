@@ -110,6 +110,21 @@ class Numbers:
         if self._limit is not None and len(firsts) > self._limit:
             del firsts[0], lasts[0]
 
+    @property
+    def highest(self) -> int:
+        """The highest number; 0: there is none."""
+        return self._lasts[-1] if self._lasts else 0
+
+    def count(self, first: int, last: int) -> int:
+        """Return how many numbers from `first` to `last` are noted.
+
+        Examples
+        --------
+        >>> Numbers([(1, 3), (6, 6)]).count(2, 9)
+        3
+        """
+        return sum(max(0, min(last, end) - max(first, begin) + 1) for begin, end in self.ranges())
+
     def ranges(self) -> list[tuple[int, int]]:
         """Return first and last number of each range, in order."""
         return list(zip(self._firsts, self._lasts, strict=True))
@@ -154,6 +169,12 @@ class Senders:
     def had(self, sender: str, number: int) -> bool:
         """Return whether this number came before, or was lost."""
         return sender in self._numbers and number in self._numbers[sender]
+
+    def lacks(self, sender: str, number: int, count: int) -> int:
+        """Return how many of the `count` numbers just below one neither came nor were lost."""
+        first = max(1, number - count)
+        known = self._numbers.get(sender)
+        return number - first - (known.count(first, number - 1) if known is not None else 0)
 
     def add(self, sender: str, number: int, lost: int = 0) -> None:
         """Note a number, and that the `lost` numbers just below it will never come."""

@@ -24,6 +24,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable
+from types import UnionType
 from typing import Any, TypeVar
 
 from pyecore.ecore import EAttribute, EEnum
@@ -39,6 +40,7 @@ from dineros.metamodel.errors import (
 )
 
 Value = str | int | float | bool | None
+_Grouped = sym.CallbackPage | sym.ClientPort | sym.ActionClientPort
 T = TypeVar("T")
 
 _PARTS: dict[str, Callable[[], EObject]] = {"qos": sym.QualityOfService, "interval": pn.TimeInterval}
@@ -149,15 +151,16 @@ def _set(owner: EObject, path: str, text: str) -> None:
         _set(part, feature, text)
         if isinstance(part, sym.Dispatcher) and isinstance(owner, sym.TopicChannel):
             part.channel = owner
-    elif path == "group" and isinstance(owner, sym.CallbackPage | sym.ClientPort):
+    elif path == "group" and isinstance(owner, _Grouped):
         owner.group = _group(owner, text) if text else None
     else:
         _set_attribute(owner, path, text)
 
 
-def _group(owner: sym.CallbackPage | sym.ClientPort, id: str) -> sym.CallbackGroup:
+def _group(owner: _Grouped, id: str) -> sym.CallbackGroup:
     """Return the callback group with an id of the node net that a callback page or a client belongs to."""
-    node = elements.node_net_of(owner if isinstance(owner, sym.CallbackPage) else owner.request)
+    asks = owner.request if isinstance(owner, sym.ClientPort) else getattr(owner, "goal", owner)
+    node = elements.node_net_of(asks)
     if node is None or node.net is None:
         raise UnknownElementError("stands on no node net, which has callback groups", hint="leave it out")
     for group in node.callbackGroups:
@@ -218,7 +221,7 @@ def _known(owner: EObject) -> list[str]:
     clause = ["clause"] if isinstance(owner, sym.Transition) else []
     parts = [name for name in _PARTS if name in features]
     keyed = [name for name, (kind, _) in _KEYED.items() if isinstance(owner, kind)]
-    group = ["group"] if isinstance(owner, sym.CallbackPage | sym.ClientPort) else []
+    group = ["group"] if isinstance(owner, _Grouped) else []
     return [*attributes, *clause, *parts, *keyed, *group]
 
 
@@ -295,7 +298,7 @@ def _dispatcher(channel: sym.TopicChannel, key: str) -> EObject:
     return here[0] if here else sym.Dispatcher(node=node)
 
 
-def _client(channel: sym.ServiceChannel, key: str) -> EObject:
+def _client(channel: sym.ServiceChannel | sym.ActionChannel, key: str) -> EObject:
     return _keyed("client", key, channel.clients, lambda port: port)
 
 
@@ -303,11 +306,11 @@ def _field(token_type: sym.TokenType, key: str) -> EObject:
     return _keyed("field", key, token_type.fields, lambda field: field)
 
 
-_KEYED: dict[str, tuple[type[EObject], Callable[[Any, str], EObject]]] = {
+_KEYED: dict[str, tuple[type[EObject] | UnionType, Callable[[Any, str], EObject]]] = {
     "publisher": (sym.TopicChannel, _publisher),
     "subscriber": (sym.TopicChannel, _subscriber),
     "dispatcher": (sym.TopicChannel, _dispatcher),
-    "client": (sym.ServiceChannel, _client),
+    "client": (sym.ServiceChannel | sym.ActionChannel, _client),
     "field": (sym.TokenType, _field),
 }
 

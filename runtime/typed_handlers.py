@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 from typing import Any, Generic, NamedTuple, Protocol, TypeAlias, TypedDict, TypeVar
 
+from dineros.runtime.firing.cancels import CancelRequest
 from dineros.runtime.firing.handlers import Given, Handler
 from dineros.runtime.firing.policies import Policy
 from dineros.runtime.journal.kept import Memory
@@ -53,6 +54,10 @@ class TypedFiring(Protocol[Data_co, Inputs_co, Outputs_contra]):
     @property
     def memory(self) -> Memory:
         """What the handlers of the node keep, also over restarts."""
+
+    @property
+    def cancel(self) -> CancelRequest:
+        """Whether the goal of an action that it works on is to be canceled."""
 
     def give(self, places: Outputs_contra, /) -> Given:
         """Return data for single output places; those not named get what they would get anyway."""

@@ -66,27 +66,27 @@ def blocked(
     sets = SymbolicSets(space, BoundAtoms(subject.net, Constant(True), subject.names), budget)
     known: set[Circle] = set()
     for callback in waiting.callbacks.values():
-        ended = _without(sets, callback.places)
+        ended = without(sets, callback.places)
         doomed = sets.complement(sets.some_until(sets.everything, ended))
         is_alone = bool(doomed)
-        for marking, trace in _parts(sets, doomed):
+        for marking, trace in last_parts(sets, doomed):
             circle = waiting.circle(marking)
             is_alone &= circle is None
             if circle is not None and circle not in known:
                 known.add(circle)
                 yield Blocked(callback.waiter, circle, trace)
         if is_alone:
-            marking, trace = next(_parts(sets, doomed))
+            marking, trace = next(last_parts(sets, doomed))
             yield Blocked(callback.waiter, None, trace)
 
 
-def _without(sets: SymbolicSets, places: tuple[int, ...]) -> int:
+def without(sets: SymbolicSets, places: tuple[int, ...]) -> int:
     """Return the markings in which none of some places is marked."""
     weights, constant = sets.space.weights_of(dict.fromkeys(places, 1))
     return sets.intersection(sets.everything, sets.sets.sums(weights, None, -constant))
 
 
-def _parts(sets: SymbolicSets, states: int) -> Iterator[tuple[list[int], tuple[int, ...]]]:
+def last_parts(sets: SymbolicSets, states: int) -> Iterator[tuple[list[int], tuple[int, ...]]]:
     """Yield a marking of each part that a set ends in, a set that is never left, and a way there."""
     pinned, vectors = sets.space.diagram.pinned, sets.sets
     for _ in range(MOST_PARTS):

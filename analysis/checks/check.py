@@ -13,6 +13,7 @@ from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededErr
 from dineros.analysis.checks.blocking import Callbacks, Deadlock
 from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.clauses import Clauses
+from dineros.analysis.checks.goals import Goals
 from dineros.analysis.checks.matching import Matching
 from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.checks.properties import Properties
@@ -75,6 +76,7 @@ QUESTIONS: tuple[Question, ...] = (
     Use(),
     Deadlock(),
     Callbacks(),
+    Goals(),
     Repetition(),
     Properties(),
 )

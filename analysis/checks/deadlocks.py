@@ -24,6 +24,7 @@ from dineros.analysis.symbolic.counting import DiagramCounts
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.vector_sets import Scope
 from dineros.metamodel import pn, sym
+from dineros.metamodel.calls import Served
 from dineros.metamodel.records import Drop
 
 #: Groups told apart, before server instances are taken to be alike; what is left beyond them is one more.
@@ -249,8 +250,8 @@ def _unused_mark(subject: Subject) -> dict[int, int]:
     pages: dict[object, tuple[str, int | None]] = {}
     marks: dict[tuple[str, int | None], int] = {}
     for link in subject.links():
-        if link.meaning is not None and link.meaning.part == "inactive":
-            channel = next(source for source in link.sources if isinstance(source, sym.ServiceChannel))
+        if link.meaning is not None and link.meaning.part in ("inactive", "idle slot"):
+            channel = next(each for each in link.sources if isinstance(each, Served))
             marks[channel.id, link.index] = subject.place_index[link.target.id]
             pages.update(
                 ((part, link.index), (channel.id, link.index))

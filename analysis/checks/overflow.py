@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
+from dineros.analysis.checks.ways import firing_witness
 from dineros.analysis.covering.firings import Firings
 from dineros.analysis.model.queues import queues
-from dineros.analysis.symbolic.saturation import DiagramMemoryError
-from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
-
-NEAR = 64 << 20
-"""Bytes for the search for a shortest way to a fault; one that is further off is found by the state space."""
+from dineros.analysis.witnesses.findings import Fault, witness_of
 
 
 class Overflow(Question):
@@ -34,7 +31,7 @@ class Overflow(Question):
             if losing is None:
                 checked.report.proved.append(f"{queue} never overflows")
                 continue
-            witness = self._witness(checked, losing)
+            witness = firing_witness(checked, losing)
             if witness is None:
                 checked.leave_open(f"how {queue} overflows", OUT_OF_MEMORY)
             checked.report.findings.append(
@@ -55,19 +52,3 @@ class Overflow(Question):
                 checked.report.proved.append(f"{queue} never overflows")
             else:
                 checked.leave_open(f"whether {queue} can overflow", known.why_open)
-
-    @staticmethod
-    def _witness(checked: Checked, transition: str) -> Witness | None:
-        """Return a sequence that ends with a transition: a shortest one where few markings are nearer."""
-        # Most models need no search.
-        from dineros.analysis.questions.reachability import find_firing, way_to_firing
-
-        subject = checked.subject
-        number = subject.transition_index[transition]
-        trace = find_firing(subject.net, number, checked.budget.share(most_bytes=NEAR)).trace
-        if trace is None:
-            try:
-                trace = way_to_firing(checked.space, subject.names, number)
-            except DiagramMemoryError:
-                return None
-        return witness_of(subject, trace)

@@ -10,7 +10,7 @@ from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import node_net_of, node_nets, transitions
-from dineros.metamodel.records import Reply, Request
+from dineros.metamodel.records import Accept, Finish, Reply, Request
 from dineros.metamodel.records.schema import Step
 from dineros.transformations.flattening.traces import Link
 from dineros.transformations.language.meaning import Meaning
@@ -39,7 +39,16 @@ NO_RETURN = Fault(
     "A service is called, but never returns.",
     "service {service} never returns",
 )
-FAULTS = (TOPIC, NOT_CALLED, NO_RETURN, NODE_NET, TRANSITION)
+NO_GOAL = Fault(
+    "action-never-used", "warning", "An action never gets a goal.", "action {action} never accepts a goal"
+)
+NO_END = Fault(
+    "goals-never-end",
+    "error",
+    "An action accepts goals, but none of them is ever over.",
+    "no goal of action {action} is ever over",
+)
+FAULTS = (TOPIC, NOT_CALLED, NO_RETURN, NO_GOAL, NO_END, NODE_NET, TRANSITION)
 
 
 def unused_parts(subject: Subject, dead: Collection[int]) -> list[Finding]:
@@ -62,6 +71,7 @@ def unused_parts(subject: Subject, dead: Collection[int]) -> list[Finding]:
     return [
         *_topics(model, alive),
         *_services(model, alive),
+        *_actions(model, alive),
         *_node_nets(model, alive),
         *_transitions(model, alive),
     ]
@@ -111,6 +121,16 @@ def _services(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
             yield NO_RETURN.found(channel.id, service=channel.service)
 
 
+def _actions(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
+    for channel in model.channels:
+        if not isinstance(channel, sym.ActionChannel):
+            continue
+        if not alive.has(channel, Accept):
+            yield NO_GOAL.found(channel.id, action=channel.action)
+        elif not alive.has(channel, Finish):
+            yield NO_END.found(channel.id, action=channel.action)
+
+
 def _node_nets(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
     ports = _ports(model)
     for node in node_nets(model):
@@ -128,6 +148,9 @@ def _ports(model: sym.SystemModel) -> dict[sym.NodeNet, list[EObject]]:
             pairs = [(port, port.place) for port in (*channel.publishers, *channel.subscribers)]
         elif isinstance(channel, sym.ServiceChannel):
             pairs = [(client, client.request) for client in channel.clients]
+            pairs.append((channel, channel.server.entry))
+        elif isinstance(channel, sym.ActionChannel):
+            pairs = [(client, client.goal) for client in channel.clients]
             pairs.append((channel, channel.server.entry))
         for part, place in pairs:
             node = node_net_of(place)

@@ -55,6 +55,7 @@ def begin_within(replay: Replay, checkpoints: Checkpoints) -> None:
     ------
     DinerosError
         A channel has an existing message type: if its messages had no ids, nobody knows what was under way.
+        Or it is an action.
     """
     net = replay.net
     own = {index for places in net.places_of.values() for index in places.values()}
@@ -66,6 +67,11 @@ def begin_within(replay: Replay, checkpoints: Checkpoints) -> None:
         if channel.id in net.typed_channels:
             raise DinerosError(
                 f"the traces begin within the run, and channel {channel.id} may have messages without ids",
+                hint="keep all parts of the traces",
+            )
+        if isinstance(channel, sym.ActionChannel):
+            raise DinerosError(
+                f"the traces begin within the run, and goals of {channel.id} may have been under way",
                 hint="keep all parts of the traces",
             )
         if isinstance(channel, sym.TopicChannel):

@@ -19,9 +19,20 @@ from random import Random
 
 from dineros.analysis.conformance.refusals import Fault, Waiting
 from dineros.analysis.conformance.replay import Replay
-from dineros.metamodel.records import Drop, GiveUp, Publish, Record, Reply, Request, Serve, Stop, Take
+from dineros.metamodel.records import (
+    Drop,
+    GiveUp,
+    GoalStep,
+    Publish,
+    Record,
+    Reply,
+    Request,
+    Serve,
+    Stop,
+    Take,
+)
 
-_WAKING = (Publish, Take, Drop, Request, Serve, Reply)
+_WAKING = (Publish, Take, Drop, Request, Serve, Reply, GoalStep)
 """What a step may wait for."""
 
 

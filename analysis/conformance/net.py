@@ -270,14 +270,17 @@ class ConformanceNet:
 
     @cached_property
     def names_in_ros(self) -> dict[str, str]:
-        """Topic or service of each channel, in words."""
-        return {
-            channel.id: f"topic {channel.topic}"
-            if isinstance(channel, sym.TopicChannel)
-            else f"service {channel.service}"
-            for channel in self.model.channels
-            if isinstance(channel, (sym.TopicChannel, sym.ServiceChannel))
-        }
+        """Topic, service or action of each channel, in words."""
+        names = {}
+        for channel in self.model.channels:
+            match channel:
+                case sym.TopicChannel():
+                    names[channel.id] = f"topic {channel.topic}"
+                case sym.ServiceChannel():
+                    names[channel.id] = f"service {channel.service}"
+                case sym.ActionChannel():
+                    names[channel.id] = f"action {channel.action}"
+        return names
 
     @cached_property
     def typed_channels(self) -> set[str]:
@@ -407,6 +410,18 @@ class ConformanceNet:
             for place in places
         }
         return HistoryTopic(tuple(pairs), publishers, subscribers, nodes)
+
+    @cached_property
+    def feedback_queues(self) -> dict[tuple[str, str], Queue]:
+        """The feedback history of each client of an action that listens, by channel and client."""
+        return {
+            (channel.id, source_of(queue.link, sym.ActionClientPort).client): self._queue(
+                queue, queue.entrances[0]
+            )
+            for channel, found in self._queues.items()
+            if isinstance(channel, sym.ActionChannel)
+            for queue in found
+        }
 
     @cached_property
     def suppliers(self) -> dict[int, list[int]]:

@@ -8,12 +8,22 @@ from dineros.analysis.conformance.net import ConformanceNet
 from dineros.metamodel import sym
 from dineros.metamodel.errors import counted
 from dineros.metamodel.records import (
+    Accept,
+    Cancel,
+    Canceling,
     Checkpoint,
     Drop,
+    Feedback,
+    Finish,
     Fire,
     GiveUp,
+    Goal,
+    GoalStep,
+    Hear,
+    Outcome,
     Publish,
     Record,
+    Reject,
     Reply,
     Request,
     Response,
@@ -61,6 +71,9 @@ def step_words(record: Record) -> str:
                 f"{_DOES[type(record)]} {record.message}" if record.message else _DOES_NAMELESS[type(record)]
             )
             return f"{record.place} {does} ({record.channel})"
+        case GoalStep():
+            goal = f"goal {record.message}" if record.message else "no goal"
+            return f"{_DOES[type(record)]} {goal} ({record.channel})"
         case Checkpoint():
             return "checkpoint"
         case Start():
@@ -75,6 +88,15 @@ _DOES: dict[type[Record], str] = {
     Serve: "gets request",
     Reply: "replies to",
     Response: "gets the response to",
+    Goal: "the client sends",
+    Accept: "the server accepts",
+    Reject: "the client learns of the refusal of",
+    Cancel: "the client asks to cancel",
+    Canceling: "the server hears of the request to cancel",
+    Feedback: "the server gives feedback on",
+    Hear: "the client hears feedback on",
+    Finish: "the server ends",
+    Outcome: "the client learns of the end of",
 }
 
 _DOES_NAMELESS: dict[type[Record], str] = {

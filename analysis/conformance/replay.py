@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from typing import Any
 
+from dineros.analysis.conformance.goals import GoalFlow
 from dineros.analysis.conformance.messages import Messages
 from dineros.analysis.conformance.net import ConformanceNet, HistoryTopic
 from dineros.analysis.conformance.reasons import why_not
@@ -20,6 +21,7 @@ from dineros.metamodel.records import (
     Drop,
     Fire,
     GiveUp,
+    GoalStep,
     Header,
     Publish,
     Record,
@@ -30,6 +32,7 @@ from dineros.metamodel.records import (
     Signal,
     Start,
     Take,
+    TooLate,
 )
 from dineros.metamodel.records.schema import Step
 
@@ -73,6 +76,7 @@ class Replay:
             else:
                 kept = {place for other, place in keep if other == channel}
                 self._flows[channel] = TopicFlow(topic, self.marking, self._fire, kept)
+        self._goals = GoalFlow(net, self.marking, self._fire, self._fire_at)
         self._nameless_topics: set[str] = set()
         self.calls = Calls(net, self.marking, self.messages, self, firings)
 
@@ -134,14 +138,16 @@ class Replay:
             The next record of the node, of one that tells of losses.
         """
         handle = _HANDLERS.get(type(record))
-        if handle is None:
-            return None
         before = self.fired
         refusal: Refusal | None
         if isinstance(record, Publish):
-            refusal = handle(self, record, dropped, forced)
+            refusal = self._publish(record, dropped, forced)
         elif isinstance(record, Drop):
-            refusal = handle(self, record, following)
+            refusal = self._drop(record, following)
+        elif isinstance(record, (GoalStep, TooLate)):
+            refusal = self._goals.step(record, forced)
+        elif handle is None:
+            return None
         else:
             refusal = handle(self, record)
         if refusal is None:
@@ -182,6 +188,10 @@ class Replay:
         if fault is None:
             self._fire(transition)
         return fault
+
+    def _fire_at(self, record: Step, transition: int) -> Fault | None:
+        """Fire what a record stands for, if its node and place are those of the model."""
+        return self.at(record, transition) or self.fire_recorded(record, transition)
 
     def _supply(self, transition: int) -> None:
         """Let happen what nobody records and a transition needs: the tick of its timer."""
@@ -319,6 +329,8 @@ class Replay:
         return self._flows[record.channel].take(record.place, publisher)
 
     def _drop(self, record: Drop, following: Record | None) -> Refusal | None:
+        if record.queue == "feedback":
+            return self._goals.drop(record)
         if record.channel in self.net.depths:
             return self.calls.lose(record)
         if record.channel not in self.net.topics:

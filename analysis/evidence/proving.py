@@ -15,11 +15,8 @@ from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.evidence import Evidence, Excluded, Inductive, Row, Together, Weighting
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.evidence.certificate import FORMAT, net_digest, sealed
-from dineros.analysis.evidence.checker import excluded, refutation
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.proofs.induction import INDUCTION
-from dineros.analysis.questions.goals import proof_against
 from dineros.metamodel.errors import DinerosError
 
 Certificate = dict[str, Any]
@@ -56,6 +53,9 @@ class Asked:
 
 def proved(asked: Asked, budget: Budget = UNLIMITED) -> Outcome | None:
     """Answer a question by structure or induction; None where these do not do."""
+    from dineros.analysis.evidence.checker import excluded
+    from dineros.analysis.questions.goals import proof_against
+
     for answer in ("unreachable",) if asked.kind in ("enabled", "marking") else ("holds", "violated"):
         budget = budget.begun()
         try:
@@ -69,6 +69,8 @@ def proved(asked: Asked, budget: Budget = UNLIMITED) -> Outcome | None:
 
 def _inductive(asked: Asked, answer: str, budget: Budget) -> Outcome | None:
     """Ask who checks whether a goal is kept away by few steps, of places without bounds, too."""
+    from dineros.analysis.proofs.induction import INDUCTION
+
     for depth in range(1, MOST_STEPS + 1):
         evidence = Inductive(depth, ())
         if budget.is_over or depth * len(asked.subject.net.transitions) > MOST_FIRINGS:
@@ -80,6 +82,8 @@ def _inductive(asked: Asked, answer: str, budget: Budget) -> Outcome | None:
 
 def certificate_of(asked: Asked, answer: str, evidence: Evidence | None) -> Certificate | None:
     """Return the certificate of an answer, which is checked first; None where it rests on something else."""
+    from dineros.analysis.evidence.checker import refutation
+
     if evidence is None:
         return None
     net = asked.subject.net

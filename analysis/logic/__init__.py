@@ -1,18 +1,23 @@
 """Temporal logic on nets: conditions on markings, state/event LTL with fairness, and CTL.
 
 `verify_ltl` and `check_ctl` answer with an `Outcome`; its trace has been replayed by the plain firing rule.
-Importing this package does not import Numba; the first question does.
+Importing this package imports neither Numba nor what answers; the first use does.
 """
 
-from dineros.analysis.answers.budget import Budget, Progress
-from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.answers.outcome import Outcome as Verdict
-from dineros.analysis.logic.ctl.checking import check_ctl
-from dineros.analysis.logic.language.errors import FormulaError
-from dineros.analysis.logic.language.names import Names, NetNames
-from dineros.analysis.logic.language.parser import parse
-from dineros.analysis.logic.ltl.verification import verify_ltl
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from dineros.metamodel.moved import find_moved
+
+if TYPE_CHECKING:
+    from dineros.analysis.answers.budget import Budget, Progress
+    from dineros.analysis.answers.outcome import Outcome
+    from dineros.analysis.answers.outcome import Outcome as Verdict
+    from dineros.analysis.logic.ctl.checking import check_ctl
+    from dineros.analysis.logic.language.errors import FormulaError
+    from dineros.analysis.logic.language.names import Names, NetNames
+    from dineros.analysis.logic.language.parser import parse
+    from dineros.analysis.logic.ltl.verification import verify_ltl
 
 __all__ = [
     "Budget",
@@ -26,6 +31,24 @@ __all__ = [
     "parse",
     "verify_ltl",
 ]
+
+_MODULES = {
+    **dict.fromkeys(("Budget", "Progress"), "dineros.analysis.answers.budget"),
+    **dict.fromkeys(("Outcome", "Verdict"), "dineros.analysis.answers.outcome"),
+    "check_ctl": "dineros.analysis.logic.ctl.checking",
+    "FormulaError": "dineros.analysis.logic.language.errors",
+    **dict.fromkeys(("Names", "NetNames"), "dineros.analysis.logic.language.names"),
+    "parse": "dineros.analysis.logic.language.parser",
+    "verify_ltl": "dineros.analysis.logic.ltl.verification",
+}
+"""Where names of this package are, whose modules most commands need only some of."""
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(_MODULES[name]), "Outcome" if name == "Verdict" else name)
+
 
 find_moved(
     __name__, {"answer": "dineros.analysis.answers.outcome", "budget": "dineros.analysis.answers.budget"}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.model.wording import queue_end, queue_words, source_of, topic_port
@@ -12,6 +13,9 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.transformations.flattening.traces import Link
 from dineros.transformations.language.meaning import QueueKind
+
+Channel: TypeAlias = sym.TopicChannel | sym.ServiceChannel | sym.ActionChannel
+_LOSSES: dict[QueueKind, str] = {"request": "a request is lost", "feedback": "feedback is lost"}
 
 
 @dataclass(frozen=True)
@@ -31,8 +35,8 @@ class Queue:
 
     Attributes
     ----------
-    kind : {"publisher", "dispatcher", "subscriber", "request"}
-        Whose it is; ``request``: a service's.
+    kind : {"publisher", "dispatcher", "subscriber", "request", "feedback"}
+        Whose it is; ``request``: a service's; ``feedback``: that of an action's client.
     link : Link
         How its capacity came to be.
     load, capacity : str
@@ -56,8 +60,8 @@ class Queue:
         return tuple(entrance.drop for entrance in self.entrances)
 
     @property
-    def channel(self) -> sym.TopicChannel | sym.ServiceChannel:
-        """The topic or service it belongs to."""
+    def channel(self) -> Channel:
+        """The topic, service or action it belongs to."""
         return _channel(self.link)
 
     @property
@@ -68,7 +72,7 @@ class Queue:
     @property
     def loss(self) -> str:
         """What happens where it overflows."""
-        return "a request is lost" if self.kind == "request" else "a message is lost"
+        return _LOSSES.get(self.kind, "a message is lost")
 
     def __str__(self) -> str:
         return queue_words(self.link)
@@ -93,8 +97,8 @@ def queues_of(links: Iterable[Link]) -> list[Queue]:
     return [_queue(parts, shared) for parts in together.values() if "capacity" in parts]
 
 
-def _channel(link: Link) -> sym.TopicChannel | sym.ServiceChannel:
-    return next(each for each in link.sources if isinstance(each, (sym.TopicChannel, sym.ServiceChannel)))
+def _channel(link: Link) -> Channel:
+    return next(each for each in link.sources if isinstance(each, Channel))
 
 
 def _ends(link: Link) -> tuple[EObject, EObject | None]:

@@ -13,13 +13,22 @@ from dataclasses import dataclass
 from dineros.analysis.model.wording import source_of, topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.calls import copy_id, server_pages, serving
+from dineros.metamodel.calls import copy_id, exits, server_pages, serving
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import (
+    Accept,
+    Cancel,
+    Canceling,
     Drop,
+    Feedback,
+    Finish,
     Fire,
     GiveUp,
+    Goal,
+    GoalStep,
+    Hear,
     Publish,
+    Reject,
     Request,
     Response,
     Serve,
@@ -41,7 +50,7 @@ class StepRole:
         The class of its record.
     node : str or None
         The node net that takes part; None inside of a channel, between the nodes.
-    channel, queue, stage, place, client, instance, signal, value
+    channel, queue, stage, place, client, instance, signal, value, outcome
         As in the record; None where the record has no such field.
     """
 
@@ -55,10 +64,12 @@ class StepRole:
     instance: int | None = None
     signal: str | None = None
     value: bool | None = None
+    outcome: str | None = None
 
     def fields(self) -> dict[str, object]:
         """Return the fields that it gives its record."""
-        names = ("node", "channel", "queue", "stage", "place", "client", "instance", "signal", "value")
+        about = ("node", "channel", "queue", "stage", "place", "client", "instance")
+        names = (*about, "signal", "value", "outcome")
         known = self.kind.__dataclass_fields__
         return {name: value for name in names if name in known and (value := getattr(self, name)) is not None}
 
@@ -88,17 +99,22 @@ def _role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole
         return _queue_role(link, meaning, copies)
     if meaning.step is GiveUp:
         return _give_up_role(link, copies)
+    if issubclass(meaning.step, GoalStep):
+        return _goal_role(link, meaning.step, copies)
     if issubclass(meaning.step, ServiceStep):
         return _service_role(link, meaning.step, copies)
     if meaning.step is Signal:
         signal = source_of(link, sym.InputSignal)
         return StepRole(Signal, node=_node(signal), signal=signal.id, value=meaning.value)
-    return StepRole(meaning.step, channel=source_of(link, sym.TopicChannel).id, stage=meaning.part)
+    channel = next(source for source in link.sources if isinstance(source, sym.Channel))
+    return StepRole(meaning.step, channel=channel.id, stage=meaning.part)
 
 
 def _queue_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
     if meaning.queue == "request":
         return _request_role(link, meaning, copies)
+    if meaning.queue == "feedback":
+        return _feedback_role(link, meaning, copies)
     channel = source_of(link, sym.TopicChannel).id
     port = topic_port(link)
     place = None if port is None else copies.get((port.place, link.index), port.place.id)
@@ -137,6 +153,46 @@ def _request_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int 
     place = copies[client.request, link.client_index]
     node = _node(channel.server.entry)
     return StepRole(meaning.step, node, channel.id, meaning.queue, stage, place, _client(link))
+
+
+def _goal_role(link: Link, kind: type[GoalStep], copies: dict[tuple[EObject, int | None], str]) -> StepRole:
+    """Return the step of a goal: its place is the client's or, in the steps of the server, that of a slot."""
+    channel = source_of(link, sym.ActionChannel)
+    outcomes, server = exits(channel.server), channel.server
+    client = next((source for source in link.sources if isinstance(source, sym.ActionClientPort)), None)
+    exit_ = next((source for source in link.sources if source in outcomes), None)
+    outcome = outcomes[exit_] if isinstance(exit_, pn.Place) else None
+    if kind in _OF_SERVER:
+        assert link.index is not None
+        of_server = {Accept: server.entry, Canceling: server.cancel, Feedback: server.feedback}
+        end = of_server.get(kind, exit_)
+        place = None if end is None else copies[end, link.index]
+        name = None if client is None else client.client
+        node, slot = _node(server.entry), link.index
+        return StepRole(kind, node, channel.id, place=place, client=name, instance=slot, outcome=outcome)
+    assert client is not None
+    of_client: dict[type[GoalStep], pn.Place | None] = {
+        Goal: client.goal,
+        Reject: client.rejected,
+        Cancel: client.cancel,
+        Hear: client.feedback,
+    }
+    told = of_client[kind] if kind in of_client else getattr(client, outcome or "")
+    place = None if told is None else copies[told, None]
+    return StepRole(kind, _node(client.goal), channel.id, place=place, client=client.client, outcome=outcome)
+
+
+def _feedback_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
+    channel, client = source_of(link, sym.ActionChannel), source_of(link, sym.ActionClientPort)
+    assert meaning.step is not None
+    if meaning.step is Hear:
+        return _goal_role(link, Hear, copies)
+    stage = None if meaning.step is Drop else f"{meaning.queue}.{meaning.part}"
+    place = None if client.feedback is None else copies[client.feedback, None]
+    return StepRole(meaning.step, _node(client.goal), channel.id, meaning.queue, stage, place, client.client)
+
+
+_OF_SERVER: tuple[type[GoalStep], ...] = (Accept, Canceling, Feedback, Finish)
 
 
 def _client(link: Link) -> str | None:

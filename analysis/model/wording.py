@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.calls import server_pages, serving
+from dineros.metamodel.calls import exits, server_pages, serving
 from dineros.metamodel.elements import node_net_of
 from dineros.transformations.flattening.traces import Link
 
@@ -22,9 +22,15 @@ def words(link: Link) -> str:
         return (from_page or meaning.words).format_map(_Parts(link))
     original = link.sources[0] if link.sources else None
     if link.role in ("place", "transition") and original is not None:
-        instance = f" of server instance {link.index}" if link.index is not None else ""
-        return f"{_id(original)}{instance}"
+        return f"{_id(original)}{_copy_words(link)}"
     return link.target.id
+
+
+def _copy_words(link: Link) -> str:
+    """Return which server instance or slot has a copy of an element of the model."""
+    if link.index is None:
+        return ""
+    return f" of {'slot' if link.rule.startswith('A6') else 'server instance'} {link.index}"
 
 
 def queue_words(link: Link) -> str:
@@ -36,11 +42,13 @@ def queue_words(link: Link) -> str:
 def queue_end(link: Link) -> EObject:
     """Return the place of the port whose queue an element belongs to.
 
-    Of a dispatcher it is the node net, of a service the entry of its server.
+    Of a dispatcher it is the node net, of a service the entry of its server, of feedback the client's place.
     """
     port = topic_port(link)
     if service := next((each for each in link.sources if isinstance(each, sym.ServiceChannel)), None):
         return service.server.entry
+    if client := next((each for each in link.sources if isinstance(each, sym.ActionClientPort)), None):
+        return client.goal if client.feedback is None else client.feedback
     return source_of(link, sym.NodeNet) if port is None else port.place
 
 
@@ -51,13 +59,19 @@ def topic_port(link: Link) -> sym.TopicPort | None:
 
 def client_words(link: Link) -> str:
     """Return the client of a call: ``client c1``, or the server instance that calls from its own page."""
+    sender = next((source for source in link.sources if isinstance(source, sym.ActionClientPort)), None)
+    if sender is not None:
+        return f"client {sender.client}"
     client = source_of(link, sym.ClientPort)
     if link.client_index is None or client.channel is None or client.channel.model is None:
         return f"client {client.client}"
     pages = server_pages(client.channel.model)
     caller = serving(client.request, pages)
-    assert caller is not None
-    words = f"instance {link.client_index} of service {caller.service}"
+    if isinstance(caller, sym.ActionChannel):
+        words = f"slot {link.client_index} of action {caller.action}"
+    else:
+        assert caller is not None
+        words = f"instance {link.client_index} of service {caller.service}"
     beside = [other for other in client.channel.clients if serving(other.request, pages) is caller]
     return words if len(beside) == 1 else f"client {client.client} of {words}"
 
@@ -74,21 +88,35 @@ def _id(element: EObject) -> str:
 def _writer(link: Link) -> str:
     """Return which instance of a server page it is that writes to a queue that all of them share."""
     server = next((source for source in link.sources if isinstance(source, sym.ServerPort)), None)
+    slots = next((source for source in link.sources if isinstance(source, sym.ActionServerPort)), None)
+    if slots is not None and link.index is not None:
+        return f" of slot {link.index}" + (f" of action {slots.channel.action}" if slots.channel else "")
     if server is None or link.index is None:
         return ""
     return f" of instance {link.index}" + (f" of service {server.channel.service}" if server.channel else "")
 
 
 def _place_words(link: Link) -> str:
-    """Return a place of the model, and whose it is where server instances have copies."""
-    instance = f" of server instance {link.index}" if link.index is not None else ""
-    return f"{_id(source_of(link, pn.Place))}{instance}"
+    """Return a place of the model, and whose it is where server instances or slots have copies."""
+    place = source_of(link, pn.Place)
+    return f"{_id(place)}{_instance_words(link, place)}"
 
 
 def _callback_words(link: Link) -> str:
-    """Return a callback by its page, and which instance it is where server instances have copies."""
-    instance = f" of server instance {link.index}" if link.index is not None else ""
-    return f"callback {_id(source_of(link, sym.CallbackPage))}{instance}"
+    """Return a callback by its page, and which instance it is where server instances or slots have copies."""
+    page = source_of(link, sym.CallbackPage)
+    return f"callback {_id(page)}{_instance_words(link, page)}"
+
+
+def _instance_words(link: Link, element: EObject) -> str:
+    if link.index is None:
+        return ""
+    model: EObject | None = element
+    while model is not None and not isinstance(model, pn.Net):
+        model = model.eContainer()
+    served = None if model is None else serving(element, server_pages(model))
+    is_slot = isinstance(served, sym.ActionChannel)
+    return f" of {'slot' if is_slot else 'server instance'} {link.index}"
 
 
 def _waits(link: Link) -> str:
@@ -97,9 +125,18 @@ def _waits(link: Link) -> str:
     return "waits for ever" if waits_for_ever else "waits until it gives up"
 
 
+def outcome_words(link: Link) -> str:
+    """Return how a goal ends by an exit of its server."""
+    action = source_of(link, sym.ActionChannel)
+    outcomes = exits(action.server)
+    return next(outcomes[source] for source in link.sources if source in outcomes)
+
+
 _PARTS: dict[str, Callable[[Link], object]] = {
     "topic": lambda link: source_of(link, sym.TopicChannel).topic,
     "service": lambda link: source_of(link, sym.ServiceChannel).service,
+    "action": lambda link: source_of(link, sym.ActionChannel).action,
+    "outcome": outcome_words,
     "signal": lambda link: _id(source_of(link, sym.InputSignal)),
     "client": client_words,
     "instance": lambda link: link.index,

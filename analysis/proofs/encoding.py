@@ -85,15 +85,18 @@ class Unrolling:
             for number, literal in enumerate(literals, 1):
                 self._add(-self.begins, literal if tokens >= number else -literal)
 
-    def add_step(self) -> None:
-        """Add a step after the last marking, and the marking it leads to."""
+    def add_step(self, is_alone: bool = False) -> None:
+        """Add a step after the last marking, and the marking after it; alone, of one transition or none."""
         before = self.markings[-1]
         self._add_marking()
         after = self.markings[-1]
         net = self.net
         fires = [self._fresh() for _ in net.transitions]
         self.firings.append(fires)
-        self._add(*fires)
+        if is_alone:
+            self._at_most_one(fires)
+        else:
+            self._add(*fires)
         changed = [self._fresh() for _ in net.places]
         for t, fired in enumerate(fires):
             for place, weight in net.pre.row(t):
@@ -139,6 +142,10 @@ class Unrolling:
                 case _:
                     raise TypeError(f"no condition: {part}")
         return found[formula]
+
+    def new(self) -> int:
+        """Return a variable of which nothing is said yet."""
+        return self._fresh()
 
     def trace(self, steps: int, model: Sequence[int]) -> tuple[int, ...]:
         """Return the firings of the first steps in a model."""

@@ -4,7 +4,7 @@
 2. the first markings, all where they are few: every question at once, with three truth values;
 3. random walks for goals, bounds and the net's own questions;
 4. bounds of places and the state equation, which exclude goals and bound sums from above;
-5. a larger part of the graph, induction for goals, decision diagrams of all markings;
+5. a larger part of the graph, induction and clauses for goals, decision diagrams of all markings;
 6. what is left alone: linear time on the fly, deadlocks by stubborn sets, a net reduced for the question.
 """
 
@@ -37,22 +37,20 @@ from dineros.analysis.logic.language.syntax import (
 )
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.witness import replay
 from dineros.analysis.proofs.exclusion import excluded
 from dineros.analysis.proofs.firing_counts import firings
-from dineros.analysis.proofs.induction import by_induction, sums_of
 from dineros.analysis.proofs.state_equation import StateEquation
 from dineros.analysis.properties import engines
-from dineros.analysis.properties.directed_walks import TRIES, follow
 from dineros.analysis.properties.engines import GIVEN_UP, Clock
 from dineros.analysis.properties.global_properties import GlobalQuestions
 from dineros.analysis.properties.normal_form import everywhere, goal_of, is_linear, linear_equal
 from dineros.analysis.properties.part_of_graph import PartialSets, PartOfGraph
-from dineros.analysis.properties.predicates import Int64Array, MarkingMatrix, is_condition, satisfied, total
+from dineros.analysis.properties.predicates import Int64Array, is_condition, satisfied, total
 from dineros.analysis.properties.property import Property, PropertyAnswer
 from dineros.analysis.properties.reduced import reduced
 from dineros.analysis.properties.sheet import Sheet
-from dineros.analysis.properties.walking import Walker
+from dineros.analysis.properties.solving import ask_solvers, is_met
+from dineros.analysis.properties.walking import TRIES, Walker, follow
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 #: Markings of the first part of the graph.
@@ -137,7 +135,7 @@ class _Work:
             (self._exclude, 0.08, "the state equation"),
             (self._many, 0.08, "many markings"),
             (self._probe, 0.05, "markings far away"),
-            (self._induce, 0.05, "induction"),
+            (self._solve, 0.08, "induction and clauses"),
             (self._draw, 0.25, "decision diagrams"),
             (self._alone, 1.0, "each question alone"),
             (self._again, 1.0, "what is left"),
@@ -305,21 +303,8 @@ class _Work:
                         sheet.known[part] = False
             sheet.settle("explicit, from a random walk")
 
-    def _induce(self, clock: Clock) -> None:
-        """Ask a satisfiability solver for ways to goals, and for proofs by induction."""
-        sheet, goals = self.sheet, self.sheet.open_goals()
-        known = sums_of(self.net) if goals else None
-        for number, (part, condition, value) in enumerate(goals if known is not None else ()):
-            budget = Budget(seconds=clock.left / (len(goals) - number))
-            answer = by_induction(self.net, condition, sheet.conditions, budget, known)
-            if answer.trace is not None:
-                last = replay(self.net, answer.trace)[-1:]
-                sheet.look(MarkingMatrix(self.net, np.array(last, dtype=np.int64)), answer.by)
-            elif answer.status == "unreachable":
-                sheet.known[part] = not value
-                if answer.evidence is not None:
-                    sheet.evidence[part] = answer.evidence
-                sheet.settle(answer.by)
+    def _solve(self, clock: Clock) -> None:
+        ask_solvers(self.sheet, self.whole, clock)
 
     def _draw(self, clock: Clock) -> None:
         sheet = self.sheet
@@ -373,6 +358,11 @@ class _Work:
             if smaller is None or own.is_over():
                 continue
             bound = BoundAtoms(smaller.net, smaller.formula, NetNames(smaller.net)).conditions
+            met = is_met(smaller.net, smaller.formula, bound, Clock(own.left / 4))
+            if met is not None:
+                sheet.known[part] = value == met
+                sheet.settle("reduced net")
+                continue
             graph = engines.part_of_graph(smaller.net, None, self.memory // 2, own.left / 2)
             if graph is None:
                 continue

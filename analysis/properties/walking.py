@@ -1,7 +1,14 @@
-"""Random walks: markings that are surely reachable, found without storing any.
+"""Walks: markings that are surely reachable, found without storing any.
 
-Walks begin at the initial marking again and again. Half of their choices follow priorities that each walk
-draws anew, so that walks differ in where they go, not only in how they get there.
+Random walks begin at the initial marking again and again. Half of their choices follow priorities that each
+walk draws anew, so that walks differ in where they go, not only in how they get there. Others are led by the
+state equation: a solution says how often each transition fires; a walk tries that. Where no firing that is
+left to do is enabled, some other one is fired.
+
+References
+----------
+Y. Thierry-Mieg, *Symbolic and structural model-checking*, Fundamenta Informaticae 183(3-4), 2021 (walks along
+Parikh vectors).
 """
 
 from __future__ import annotations
@@ -9,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.properties.kernels.walks import follow as follow_counts
 from dineros.analysis.properties.kernels.walks import walk
 from dineros.analysis.properties.predicates import Int64Array, MarkingMatrix
 
@@ -16,6 +24,8 @@ from dineros.analysis.properties.predicates import Int64Array, MarkingMatrix
 MATRIX_SIZE = 1 << 21
 MOST_ROWS = 1 << 12
 MOST_ENDS = 20
+#: Walks for one solution of the state equation, and rows kept of one: the last, among which the goal is.
+TRIES, LAST_ROWS = 5, 1 << 10
 #: Steps of a walk before it begins anew: short ones at first, longer ones later.
 SHORTEST_WALK, LONGEST_WALK = 1 << 6, 1 << 16
 
@@ -39,6 +49,13 @@ class NetArrays:
             np.array([p for row in changes for p, _ in row], dtype=np.int64),
             np.array([n for row in changes for _, n in row], dtype=np.int64),
         )
+
+
+def follow(arrays: NetArrays, counts: Int64Array, seed: int) -> MarkingMatrix:
+    """Return the last markings of a walk that fires transitions so often, in some order, as far as it can."""
+    rows = np.empty((LAST_ROWS, len(arrays.net.places)), dtype=np.int64)
+    written = follow_counts(arrays.parts, arrays.net.initial, counts.copy(), rows, seed)
+    return MarkingMatrix(arrays.net, rows[: min(written, LAST_ROWS)])
 
 
 class Walker:

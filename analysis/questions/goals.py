@@ -3,19 +3,20 @@
 1. the markings that are near, which is all there is of small nets;
 2. structure: the state equation and traps, which exclude goals without a state space;
 3. side by side and by turns, until one knows: explicit search, also of the reduced net; decision diagrams;
-   bounded model checking and k-induction.
+   bounded model checking with k-induction, and property directed reachability.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.beside import first_of_two
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.answers.turns import HEAD_START, Member
+from dineros.analysis.answers.turns import HEAD_START, Member, first_answer
 from dineros.analysis.explicit import Order
 from dineros.analysis.explicit.goals import Goal
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
@@ -41,6 +42,9 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.shortening import shortened
 from dineros.analysis.nets.witness import ending_with_one_of
 from dineros.analysis.questions.reachability import INTERRUPTED, QUICK, search
+
+if TYPE_CHECKING:
+    from dineros.analysis.proofs.encoding import Sums
 
 # Most goals are near, and need none of the engines that are imported where they are asked.
 NEAR_STATES, NEAR_IF_SHORTEST = 20_000, 2_000_000
@@ -111,7 +115,8 @@ def proof_against(net: CompiledNet, condition: Formula, names: Names, budget: Bu
     FormulaError
         The condition names something unknown.
     """
-    from dineros.analysis.proofs.induction import by_induction
+    from dineros.analysis.proofs.induction import by_induction, sums_of
+    from dineros.analysis.proofs.pdr import by_clauses
 
     if any(isinstance(part, (*TEMPORAL, ForAll, Exists)) for part in condition.subformulas()):
         return None
@@ -121,8 +126,13 @@ def proof_against(net: CompiledNet, condition: Formula, names: Names, budget: Bu
     found = excluded_by_structure(net, wanted, bound, share.left)
     if found is not None or budget.is_over:
         return found
-    answer = by_induction(net, wanted, bound.conditions, budget)
-    return answer if answer.status == "unreachable" else None
+    known = sums_of(net)
+    members = [
+        Member(partial(engine, net, wanted, bound.conditions, known=known))
+        for engine in (by_induction, by_clauses)
+    ]
+    answer = first_answer(members, budget, _is_answer) if known is not None else None
+    return answer if answer is not None and answer.status == "unreachable" else None
 
 
 def _without_steps(condition: Formula) -> Formula:
@@ -195,7 +205,9 @@ class _Road:
         members = [
             Member(self._explicit, head_start=head_start),
             Member(self._drawn),
-            Member(self._inductive),
+            # Both ask solvers, and have the time of one.
+            Member(self._inductive, weight=0.5),
+            Member(self._clausal, weight=0.5),
         ]
 
         def is_final(answer: Outcome) -> bool:
@@ -250,7 +262,24 @@ class _Road:
         """Ask a satisfiability solver, ever deeper."""
         from dineros.analysis.proofs.induction import by_induction
 
-        answer = by_induction(self.net, self.condition, self.bound.conditions, budget)
+        return self._asked(by_induction, budget)
+
+    def _clausal(self, budget: Budget) -> Outcome | None:
+        """Learn clauses that keep the goal away."""
+        from dineros.analysis.proofs.pdr import by_clauses
+
+        return self._asked(by_clauses, budget)
+
+    @cached_property
+    def _sums(self) -> Sums | None:
+        from dineros.analysis.proofs.induction import sums_of
+
+        return sums_of(self.net)
+
+    def _asked(self, engine: Callable[..., Outcome], budget: Budget) -> Outcome | None:
+        if self._sums is None:
+            return None
+        answer = engine(self.net, self.condition, self.bound.conditions, budget, self._sums)
         if answer.trace is not None:
             return self._reached(answer.trace, answer.by)
         return answer if _is_answer(answer) else None

@@ -34,7 +34,7 @@ SHEETS = 8
 
 TOGETHER = (
     ("Clauses", "Matching", "Boundedness", "Overflow", "Use"),
-    ("Deadlock", "Callbacks"),
+    ("Deadlock", "Callbacks", "Goals"),
     ("Repetition",),
     ("Properties",),
 )

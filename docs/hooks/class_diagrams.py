@@ -63,6 +63,7 @@ PARTS = {
             "Durability Liveliness TopicPort PublisherPort SubscriberPort Dispatcher ServerPort ClientPort "
             "FieldMapping MessagePart",
         ),
+        "actions": ("TB", "Channel ActionChannel ActionServerPort ActionClientPort CallbackGroup"),
     },
     "pnm": {"": ("TB", "")},
 }

@@ -88,14 +88,14 @@ class Transition:
 
 @dataclass(frozen=True)
 class Port:
-    """A topic or service of a node.
+    """A topic, a service or an action of a node.
 
     Attributes
     ----------
     kind : str
-        ``publisher``, ``subscriber``, ``client`` or ``server``.
+        ``publisher``, ``subscriber``, ``client``, ``server``, ``action client`` or ``action server``.
     channel, name : str
-        Id of the channel; name of the topic or service.
+        Id of the channel; name of the topic, service or action.
     place : str
         Id of the place that is sent from or received on; a client's and server's `other` is the second one.
     limit : int or None
@@ -109,9 +109,10 @@ class Port:
     client : str or None
         Id of the client.
     instances : int or None
-        Number of server instances.
+        Number of server instances, or of slots for goals.
     service : str or None
-        The service whose server page a client or publisher stands on: its places exist once per instance.
+        The service or action whose server page a client or publisher stands on: its places exist once per
+        instance.
     """
 
     kind: str
@@ -231,6 +232,11 @@ class NodePackage:
     token_types: tuple[TokenClass, ...]
     token_classes: tuple[TokenClass, ...]
     runtime_model: bytes
+
+    @property
+    def has_actions(self) -> bool:
+        """Whether it sends goals, or works on them."""
+        return any(port.kind in ("action client", "action server") for port in self.ports)
 
     @property
     def full_name(self) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable
-from typing import TypedDict
+from typing import TypeAlias, TypedDict
 
 from dineros.generators.application.application import (
     Application,
@@ -32,6 +32,7 @@ from dineros.generators.application.tokens import TokenClass
 from dineros.generators.templates.filters import Name
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
+from dineros.metamodel.calls import CLIENT_PLACES, SERVER_PLACES
 from dineros.metamodel.elements import (
     arcs,
     label,
@@ -218,11 +219,18 @@ def _weights(ends: Iterable[ArcEnd]) -> list[tuple[str, int]]:
     return list(weights.items())
 
 
-def _server_pages(part: rtm.RuntimeModel) -> dict[pn.Page, rtm.ServerPort]:
-    return {port.page: port for _, port in _place_ports(part) if isinstance(port, rtm.ServerPort)}
+_PagePort: TypeAlias = rtm.ServerPort | rtm.ActionServerPort
 
 
-def _server_of(node: pn.Node, servers: dict[pn.Page, rtm.ServerPort]) -> rtm.ServerPort | None:
+def _server_pages(part: rtm.RuntimeModel) -> dict[pn.Page, _PagePort]:
+    return {
+        port.page: port
+        for _, port in _place_ports(part)
+        if isinstance(port, (rtm.ServerPort, rtm.ActionServerPort))
+    }
+
+
+def _server_of(node: pn.Node, servers: dict[pn.Page, _PagePort]) -> _PagePort | None:
     page = node.page
     while page is not None:
         if page in servers:
@@ -231,7 +239,7 @@ def _server_of(node: pn.Node, servers: dict[pn.Page, rtm.ServerPort]) -> rtm.Ser
     return None
 
 
-def _running(node: pn.Node, servers: dict[pn.Page, rtm.ServerPort]) -> str:
+def _running(node: pn.Node, servers: dict[pn.Page, _PagePort]) -> str:
     """Return the id of a node in the running net, of the first instance where there are several."""
     server = _server_of(node, servers)
     return f"{server.channel}[1].{node.id}" if server else node.id
@@ -301,6 +309,38 @@ def _ports(part: rtm.RuntimeModel, interfaces: Interfaces) -> Iterable[Port]:
                     instances=port.instances,
                     quality=f"limit {port.depth}" if part.middleware == sym.Middleware.ros2 else "",
                 )
+            case rtm.ActionClientPort():
+                yield Port(
+                    "action client",
+                    port.channel,
+                    port.action,
+                    place.id,
+                    port.type or _action(port.channel, interfaces),
+                    quality=action_words(port, CLIENT_PLACES),
+                    client=port.client,
+                    service=service,
+                )
+            case rtm.ActionServerPort():
+                yield Port(
+                    "action server",
+                    port.channel,
+                    port.action,
+                    place.id,
+                    port.type or _action(port.channel, interfaces),
+                    quality=action_words(port, SERVER_PLACES),
+                    instances=port.instances,
+                )
+
+
+def action_words(port: rtm.ActionClientPort | rtm.ActionServerPort, roles: Iterable[str]) -> str:
+    """Return what a port of an action says of its other places: ``succeeded Done, cancel Stop, 2 slots``."""
+    words = [f"{role} {place.id}" for role in roles if (place := getattr(port, role)) is not None]
+    if isinstance(port, rtm.ActionServerPort):
+        words.append(f"{port.instances} slot{'s' if port.instances > 1 else ''}")
+        words += ["may refuse"] if port.mayReject else []
+    elif port.outstanding > 1:
+        words.append(f"{port.outstanding} goals at a time")
+    return ", ".join(words)
 
 
 def client_words(port: rtm.ClientPort) -> str:
@@ -330,6 +370,10 @@ def quality_words(port: rtm.PublisherPort | rtm.SubscriberPort, middleware: sym.
         times = {"deadline": quality.deadline, "lifespan": quality.lifespan, "lease": quality.leaseDuration}
         words += [f"{name} {seconds:g} s" for name, seconds in times.items() if seconds is not None]
     return ", ".join(words)
+
+
+def _action(channel: str, interfaces: Interfaces) -> str:
+    return f"{interfaces.package}/action/{service_name(channel)}"
 
 
 def quality_overrides(

@@ -1,4 +1,4 @@
-"""What a model's tokens look like as ROS 2 messages and services (ROS 2 design, "Interface definition").
+"""What a model's tokens look like as messages, services and actions (ROS 2 design, "Interface definition").
 
 Field kinds become ``string``, ``int64``, ``float64``, ``bool``, unless the field names a ROS type; a list
 becomes an array, of fixed length where the token type says so; a map becomes an array of entries. Every
@@ -8,7 +8,8 @@ are installed messages are used as they are.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 from dineros.generators.application.naming import (
     NOTHING_RESERVED,
@@ -26,9 +27,12 @@ from dineros.generators.application.tokens import (
 )
 from dineros.generators.templates.filters import Name, Written
 from dineros.metamodel import pn, sym
+from dineros.metamodel.calls import exits
 from dineros.metamodel.elements import token_types
 from dineros.metamodel.ros_names import camel_case, interfaces_package
 from dineros.metamodel.token_types.declared import type_of_place
+
+Served = TypeVar("Served", sym.ServiceChannel, sym.ActionChannel)
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,26 @@ class Service:
 
 
 @dataclass(frozen=True)
+class Action:
+    """An action whose type is generated.
+
+    Attributes
+    ----------
+    name : str
+        Name of the type.
+    goal : TokenClass
+        What goals carry.
+    result, feedback : TokenClass or None
+        What results and feedback carry; None: nothing.
+    """
+
+    name: Name
+    goal: TokenClass
+    result: TokenClass | None
+    feedback: TokenClass | None
+
+
+@dataclass(frozen=True)
 class Interfaces:
     """The interface package of a model.
 
@@ -64,6 +88,8 @@ class Interfaces:
         Messages for the entries of maps: name, and ROS type of the value.
     services : tuple of Service
         The service types.
+    actions : tuple of Action
+        The action types.
     """
 
     package: Name
@@ -71,6 +97,7 @@ class Interfaces:
     nested: tuple[TokenClass, ...]
     entries: tuple[tuple[Name, Written], ...]
     services: tuple[Service, ...]
+    actions: tuple[Action, ...]
 
     @property
     def token(self) -> Name:
@@ -86,19 +113,27 @@ class Interfaces:
     def generated(self) -> tuple[TokenClass, ...]:
         """Token types whose messages are generated; a package of interfaces has at least one of its own."""
         own = tuple(each for each in self.types if each.ros is None)
-        return own if own or self.services else (TokenClass(None, Name("Token"), Name("token"), (), None),)
+        if own or self.services or self.actions:
+            return own
+        return (TokenClass(None, Name("Token"), Name("token"), (), None),)
 
     @property
     def dependencies(self) -> list[Name]:
-        """Packages of the installed messages that services carry."""
+        """Packages of the installed messages that services and actions carry."""
         carried = [part for service in self.services for part in (service.request, service.response)]
+        for action in self.actions:
+            carried += [part for part in (action.goal, action.result, action.feedback) if part is not None]
         return sorted({part.package for part in carried if part.package is not None})
 
     @property
     def files(self) -> list[str]:
         """The interface files, as CMake wants them."""
         names = (*(each.name for each in self.generated), *(name for name, _ in self.entries))
-        return [*(f"msg/{name}.msg" for name in names), *(f"srv/{each.name}.srv" for each in self.services)]
+        return [
+            *(f"msg/{name}.msg" for name in names),
+            *(f"srv/{each.name}.srv" for each in self.services),
+            *(f"action/{each.name}.action" for each in self.actions),
+        ]
 
     def type_named(self, token_type: sym.TokenType | None) -> TokenClass:
         """Return the class of a token type of the model, of a copy as well; None: of the first one."""
@@ -108,7 +143,7 @@ class Interfaces:
 
 
 def service_name(channel: str) -> str:
-    """Return the name of a service's type, by the id of its channel."""
+    """Return the name of a service's or an action's type, by the id of its channel."""
     return camel_case(channel)
 
 
@@ -134,24 +169,49 @@ def interfaces_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED)
                 element=each.id,
                 hint="rename the token type",
             )
-    interfaces = Interfaces(Name(interfaces_package(model.id)), types, nested, entries, ())
-    services: dict[Name, Service] = {}
+    interfaces = Interfaces(Name(interfaces_package(model.id)), types, nested, entries, (), ())
+    services = tuple(
+        Service(
+            name,
+            _class_at(channel.server.entry, interfaces, model),
+            _class_at(channel.server.exit, interfaces, model),
+        )
+        for name, channel in _named(model, sym.ServiceChannel, "service").items()
+    )
+    actions = tuple(
+        _action(name, channel, interfaces, model)
+        for name, channel in _named(model, sym.ActionChannel, "action").items()
+    )
+    return replace(interfaces, services=services, actions=actions)
+
+
+def _named(model: sym.SystemModel, kind: type[Served], word: str) -> dict[Name, Served]:
+    """Return the channels of a kind whose types are generated, by the names of these."""
+    named: dict[Name, Served] = {}
     files: dict[str, str] = {}  # case does not tell files apart everywhere, and headers have small letters
     for channel in model.channels:
-        if isinstance(channel, sym.ServiceChannel) and not channel.type:
-            name = interface(f"the service {channel.id[:40]!r}", service_name(channel.id), channel.id)
+        if isinstance(channel, kind) and not channel.type:
+            name = interface(f"the {word} {channel.id[:40]!r}", service_name(channel.id), channel.id)
             same = files.setdefault(name.lower(), channel.id)
             if same != channel.id:
                 raise NamingError(
-                    f"services {same!r} and {channel.id!r} both become the type {name}",
+                    f"{word}s {same!r} and {channel.id!r} both become the type {name}",
                     element=channel.id,
                     hint="rename one of them",
                 )
-            entry, exit_ = channel.server.entry, channel.server.exit
-            services[name] = Service(
-                name, _class_at(entry, interfaces, model), _class_at(exit_, interfaces, model)
-            )
-    return Interfaces(interfaces.package, types, nested, entries, tuple(services.values()))
+            named[name] = channel
+    return named
+
+
+def _action(name: Name, channel: sym.ActionChannel, interfaces: Interfaces, model: sym.SystemModel) -> Action:
+    server = channel.server
+    result = next(iter(exits(server)), None)
+    return Action(
+        name,
+        _class_at(server.entry, interfaces, model),
+        None if result is None else _class_at(result, interfaces, model),
+        None if server.feedback is None else _class_at(server.feedback, interfaces, model),
+    )
 
 
 def _class_at(place: pn.Node, interfaces: Interfaces, model: sym.SystemModel) -> TokenClass:

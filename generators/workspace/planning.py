@@ -190,6 +190,15 @@ def _plan_interfaces(
         parts = {"service": service.name, "request": service.request, "response": service.response}
         content = templates.render("interfaces/service.srv.j2", **parts, **common)
         generated[f"{root}/srv/{service.name}.srv"] = content
+    for action in app.interfaces.actions:
+        parts = {
+            "action": action.name,
+            "goal": action.goal,
+            "result": action.result,
+            "feedback": action.feedback,
+        }
+        content = templates.render("interfaces/action.action.j2", **parts, **common)
+        generated[f"{root}/action/{action.name}.action"] = content
 
 
 def _plan_node(

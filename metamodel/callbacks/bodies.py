@@ -23,22 +23,32 @@ from collections.abc import Collection, Iterator
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.calls import answers
 from dineros.metamodel.elements import pages, resolve
 
 
 def calls_of(net: EObject | None) -> list[tuple[pn.Place, pn.Place]]:
-    """Return request and response of each client of a net, and request and place of time-outs."""
+    """Return request and response of each client of a net, or its time-out; goals and their answers."""
     while net is not None and not isinstance(net, pn.Net):
         net = net.eContainer()
     if isinstance(net, sym.SystemModel):
         services = [channel for channel in net.channels if isinstance(channel, sym.ServiceChannel)]
         clients = [port for service in services for port in service.clients]
         told = [(port.request, port.timedOut) for port in clients if port.timedOut is not None]
-        return [*((port.request, port.response) for port in clients), *told]
+        return [*((port.request, port.response) for port in clients), *told, *_goals(net)]
     if isinstance(net, rtm.RuntimeModel):
         places = [each for each in net.eAllContents() if isinstance(each, rtm.Place)]
-        return [(p, port.response) for p in places for port in p.ports if isinstance(port, rtm.ClientPort)]
+        ports = [(place, port) for place in places for port in place.ports]
+        calls = [(place, port.response) for place, port in ports if isinstance(port, rtm.ClientPort)]
+        goals = [(place, port) for place, port in ports if isinstance(port, rtm.ActionClientPort)]
+        return [*calls, *((place, answer) for place, port in goals for answer in answers(port))]
     return []
+
+
+def _goals(net: sym.SystemModel) -> list[tuple[pn.Place, pn.Place]]:
+    actions = [channel for channel in net.channels if isinstance(channel, sym.ActionChannel)]
+    clients = [client for action in actions for client in action.clients]
+    return [(client.goal, answer) for client in clients for answer in answers(client)]
 
 
 def timers_of(net: pn.Net) -> list[sym.CallbackPage]:
@@ -100,7 +110,7 @@ class Body:
         return marked or [each for each in self.transitions if not self._changed(each, later, -1)]
 
     def ends(self) -> list[pn.Transition]:
-        """Return the transitions by which the callback ends; a server's ends with its response instead."""
+        """Return the transitions by which the callback ends; a server's or a goal's ends with its answer."""
         marked = [each for each in self.transitions if _is(each, sym.TransitionKind.end)]
         last = {p for p in self._inside if isinstance(p, sym.Place) and p.kind == sym.PlaceKind.end}
         if marked or last:

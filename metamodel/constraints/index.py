@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.calls import CLIENT_PLACES, SERVER_PLACES, goal_parts, runtime_goal_parts
 from dineros.metamodel.constraints.shape import shape_of
 from dineros.metamodel.token_data import FieldType, field_type
 from dineros.metamodel.token_types.declared import type_of_place
@@ -30,7 +31,7 @@ class PortUse:
     sends : bool
         It takes tokens from the place; otherwise it puts some there.
     channel : tuple[str, str]
-        ``topic`` or ``service``, and the name.
+        ``topic``, ``service`` or ``action``, and the name.
     """
 
     port: EObject
@@ -145,6 +146,10 @@ class Index:
             pages[port.page].append(port)
         for runtime_port in self.all(rtm.ServerPort):
             pages[runtime_port.page].append(runtime_port)
+        for action_port in self.all(sym.ActionServerPort):
+            pages[action_port.page].append(action_port)
+        for runtime_action_port in self.all(rtm.ActionServerPort):
+            pages[runtime_action_port.page].append(runtime_action_port)
         return dict(pages)
 
     def server_page_of(self, element: EObject) -> pn.Page | None:
@@ -179,7 +184,7 @@ class Index:
         ----------
         holder : EObject
             A channel, or a port of a run-time model.
-        part : {"message", "request", "response"}
+        part : {"message", "request", "response", "goal", "result", "feedback"}
             Part of the interface.
         """
         places: list[pn.Node | None] = []
@@ -191,6 +196,10 @@ class Index:
                 if holder.server is not None:
                     ends.append((holder.server.entry, holder.server.exit))
                 places = [request if part == "request" else response for request, response in ends]
+            case sym.ActionChannel():
+                places = list(goal_parts(holder).get(part, ()))
+            case rtm.ActionClientPort() | rtm.ActionServerPort():
+                places = list(runtime_goal_parts(holder).get(part, ()))
             case rtm.ClientPort() | rtm.ServerPort():
                 other = holder.response if isinstance(holder, rtm.ClientPort) else holder.exit
                 own = holder.eContainer()
@@ -244,11 +253,32 @@ class Index:
             uses[client.response].append(PortUse(client, False, ("service", name)))
             if client.timedOut is not None:
                 uses[client.timedOut].append(PortUse(client, False, ("service", name)))
+        for action_server in self.all(sym.ActionServerPort):
+            name = action_server.channel.action if action_server.channel else ""
+            _add_action_uses(uses, action_server.entry, action_server, name)
+        for action_client in self.all(sym.ActionClientPort):
+            name = action_client.channel.action if action_client.channel else ""
+            _add_action_uses(uses, action_client.goal, action_client, name)
         for place in self.all(rtm.Place):
             for port in place.ports:
                 if port not in self.incomplete:
                     _add_runtime_uses(uses, place, port)
         return dict(uses)
+
+
+_ActionPort = sym.ActionClientPort | sym.ActionServerPort | rtm.ActionClientPort | rtm.ActionServerPort
+
+
+def _add_action_uses(uses: dict[EObject, list[PortUse]], own: pn.Place, port: _ActionPort, name: str) -> None:
+    """Add the places of an action's port: clients send goals and cancels, servers results and feedback."""
+    is_client = isinstance(port, (sym.ActionClientPort, rtm.ActionClientPort))
+    uses[own].append(PortUse(port, is_client, ("action", name)))
+    others: list[pn.Place] = []
+    for role in CLIENT_PLACES if is_client else SERVER_PLACES:
+        place: pn.Place | None = getattr(port, role)
+        if place is not None and place not in others:
+            others.append(place)
+            uses[place].append(PortUse(port, (role == "cancel") == is_client, ("action", name)))
 
 
 def _add_runtime_uses(uses: dict[EObject, list[PortUse]], place: rtm.Place, port: rtm.PlacePort) -> None:
@@ -257,6 +287,8 @@ def _add_runtime_uses(uses: dict[EObject, list[PortUse]], place: rtm.Place, port
             uses[place].append(PortUse(port, True, ("topic", port.topic)))
         case rtm.SubscriberPort():
             uses[place].append(PortUse(port, False, ("topic", port.topic)))
+        case rtm.ActionClientPort() | rtm.ActionServerPort():
+            _add_action_uses(uses, place, port, port.action)
         case rtm.ClientPort():
             uses[place].append(PortUse(port, True, ("service", port.service)))
             uses[port.response].append(PortUse(port, False, ("service", port.service)))

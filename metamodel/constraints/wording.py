@@ -16,12 +16,15 @@ _KEYS: dict[type[EObject], Callable[..., object]] = {
     sym.TopicPort: lambda port: port.place and port.place.id,
     sym.Dispatcher: lambda dispatcher: dispatcher.node and dispatcher.node.id,
     sym.ClientPort: lambda port: port.client,
+    sym.ActionClientPort: lambda port: port.client,
     sym.BalloonToken: lambda balloon: list(balloon.eContainer().balloons).index(balloon) + 1,
     sym.Literal: lambda literal: literal.signal and literal.signal.id,
     rtm.PublisherPort: lambda port: port.topic,
     rtm.SubscriberPort: lambda port: port.topic,
     rtm.ClientPort: lambda port: port.client,
     rtm.ServerPort: lambda port: port.service,
+    rtm.ActionClientPort: lambda port: port.client,
+    rtm.ActionServerPort: lambda port: port.action,
     pnm.PlaceInvariant: lambda invariant: invariant.name,
 }
 

@@ -7,6 +7,21 @@ from typing import Any, Literal
 
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.records.base import Data, Record, StoredToken
+from dineros.metamodel.records.goals import (
+    GOAL_EVENTS,
+    Accept,
+    Accepted,
+    Cancel,
+    Canceling,
+    Feedback,
+    Finish,
+    Goal,
+    GoalStep,
+    Hear,
+    Outcome,
+    Reject,
+    TooLate,
+)
 from dineros.metamodel.records.steps import (
     ChannelStep,
     Drop,
@@ -27,17 +42,28 @@ from dineros.metamodel.records.steps import (
 __all__ = [
     "EVENTS",
     "SCHEMA",
+    "Accept",
+    "Accepted",
     "Aside",
+    "Cancel",
+    "Canceling",
     "ChannelStep",
     "Checkpoint",
     "Data",
     "Drop",
     "Error",
+    "Feedback",
+    "Finish",
     "Fire",
     "GiveUp",
+    "Goal",
+    "GoalStep",
     "Header",
+    "Hear",
+    "Outcome",
     "Publish",
     "Record",
+    "Reject",
     "Release",
     "Reply",
     "Request",
@@ -51,6 +77,7 @@ __all__ = [
     "StoredToken",
     "Take",
     "Timeout",
+    "TooLate",
     "Transfer",
 ]
 
@@ -169,6 +196,14 @@ class Checkpoint(Start):
         Entry place of a server instance -> message id of the request that it serves.
     responses : dict
         Channel -> message id -> data of the responses kept for requests that come again, the oldest first.
+    goals : dict
+        ``CHANNEL/CLIENT`` of an action -> the goals under way, the oldest first: id, data, whether it is
+        accepted and whether it is to be canceled, the number of the feedback heard last, attempts so far.
+    slots : dict
+        Entry place of a slot of an action's server -> the goal that it works on: id, data, whether it is to
+        be canceled, the number of its last feedback, and number and data of the last ones.
+    results : dict
+        Channel of an action's server -> id of a goal -> its outcome and data, the oldest first.
     kept_responses : dict of str to int
         Channel -> how many responses to each sender are kept, where that is more than one.
     aside : dict
@@ -190,6 +225,9 @@ class Checkpoint(Start):
     requests: dict[str, Any] = field(default_factory=dict)
     serving: dict[str, str] = field(default_factory=dict)
     responses: dict[str, dict[str, Data]] = field(default_factory=dict)
+    goals: dict[str, Any] = field(default_factory=dict)
+    slots: dict[str, dict[str, Any]] = field(default_factory=dict)
+    results: dict[str, dict[str, Any]] = field(default_factory=dict)
     kept_responses: dict[str, int] = field(default_factory=dict)
     aside: dict[str, dict[str, list[int]]] = field(default_factory=dict)
     run: str = ""
@@ -292,28 +330,28 @@ class Stop(Record):
     reason: str | None = None
 
 
-EVENTS: dict[str, type[Record]] = {
-    kind.event: kind
-    for kind in (
-        Header,
-        Start,
-        Checkpoint,
-        Fire,
-        Signal,
-        Publish,
-        Take,
-        Drop,
-        Request,
-        Serve,
-        Reply,
-        Response,
-        GiveUp,
-        Transfer,
-        Timeout,
-        Error,
-        Aside,
-        Release,
-        Stop,
-    )
-}
+_KINDS: tuple[type[Record], ...] = (
+    Header,
+    Start,
+    Checkpoint,
+    Fire,
+    Signal,
+    Publish,
+    Take,
+    Drop,
+    Request,
+    Serve,
+    Reply,
+    Response,
+    GiveUp,
+    *GOAL_EVENTS,
+    Transfer,
+    Timeout,
+    Error,
+    Aside,
+    Release,
+    Stop,
+)
+
+EVENTS: dict[str, type[Record]] = {kind.event: kind for kind in _KINDS}
 """Class of the records of each event."""

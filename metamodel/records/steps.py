@@ -183,9 +183,10 @@ class Drop(Step):
     ----------
     channel : str
         Id of the channel.
-    queue : {"publisher", "dispatcher", "subscriber", "request", "restart"}
-        Which queue; ``request``: that of a service; ``restart``: that of a publisher which has been started
-        again, and which kept less than the subscriber had not got yet.
+    queue : {"publisher", "dispatcher", "subscriber", "request", "feedback", "restart"}
+        Which queue; ``request``: that of a service; ``feedback``: that of an action's client; ``restart``:
+        that of a publisher which has been started again, and which kept less than the subscriber had not
+        got yet.
     place : str or None
         Place of the publisher's or subscriber's port, or of the requests.
     token : int or None
@@ -199,7 +200,7 @@ class Drop(Step):
     event = "drop"
 
     channel: str
-    queue: Literal["publisher", "dispatcher", "subscriber", "request", "restart"]
+    queue: Literal["publisher", "dispatcher", "subscriber", "request", "feedback", "restart"]
     place: str | None = None
     token: int | None = None
     message: str | None = None

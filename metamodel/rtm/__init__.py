@@ -35,6 +35,8 @@ eSubpackages: list[Any] = []
 eSuperPackage = None
 
 __all__ = [
+    "ActionClientPort",
+    "ActionServerPort",
     "ClientPort",
     "Place",
     "PlacePort",
@@ -299,6 +301,162 @@ class ServerPort(PlacePort):
         )
 
 
+class ActionClientPort(PlacePort):
+    """Tokens are goals of an action.
+
+    Attributes
+    ----------
+    action : str
+        Action name.
+    client : str
+        Id of the client.
+    succeeded : sym.Place | None
+        Receives results of goals that succeeded; absent: nobody fetches them.
+    aborted : sym.Place | None
+        Receives results of goals that were aborted; absent: nobody fetches them.
+    canceled : sym.Place | None
+        Receives results of goals that were canceled; absent: nobody fetches them.
+    rejected : sym.Place | None
+        Gets a token when the server refuses a goal.
+    cancel : sym.Place | None
+        A token here asks the server to cancel the goal.
+    feedback : sym.Place | None
+        Receives feedback.
+    outstanding : int
+        Goals that the client has under way at most, 1 or more.
+    depth : int
+        QoS depth of the feedback.
+    """
+
+    action: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    client: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    succeeded: sym.Place | None = Ecore.EReference()
+    aborted: sym.Place | None = Ecore.EReference()
+    canceled: sym.Place | None = Ecore.EReference()
+    rejected: sym.Place | None = Ecore.EReference()
+    cancel: sym.Place | None = Ecore.EReference()
+    feedback: sym.Place | None = Ecore.EReference()
+    outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+
+    def __init__(
+        self,
+        *,
+        channel: str | None = None,
+        type: str | None = None,
+        mappings: Iterable[sym.FieldMapping] | None = None,
+        action: str | None = None,
+        client: str | None = None,
+        succeeded: sym.Place | None = None,
+        aborted: sym.Place | None = None,
+        canceled: sym.Place | None = None,
+        rejected: sym.Place | None = None,
+        cancel: sym.Place | None = None,
+        feedback: sym.Place | None = None,
+        outstanding: int | None = None,
+        depth: int | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "type": type,
+                "mappings": mappings,
+                "action": action,
+                "client": client,
+                "succeeded": succeeded,
+                "aborted": aborted,
+                "canceled": canceled,
+                "rejected": rejected,
+                "cancel": cancel,
+                "feedback": feedback,
+                "outstanding": outstanding,
+                "depth": depth,
+            },
+            unknown,
+        )
+
+
+class ActionServerPort(PlacePort):
+    """Goals of an action that are accepted become tokens.
+
+    Attributes
+    ----------
+    action : str
+        Action name.
+    page : pn.Page
+        What works on a goal.
+    succeeded : sym.Place | None
+        Holds results of goals that succeed; absent: none does.
+    aborted : sym.Place | None
+        Holds results of goals that are aborted; absent: none is.
+    canceled : sym.Place | None
+        Holds results of goals that are canceled; absent: none is.
+    cancel : sym.Place | None
+        Gets a token when the goal is to be canceled; absent: all requests to cancel are refused.
+    feedback : sym.Place | None
+        Holds feedback for the client whose goal it is; absent: it gives none.
+    mayReject : bool
+        Whether the server may refuse a goal.
+    instances : int
+        Number of goals that it works on at once.
+    depth : int
+        QoS depth of the feedback.
+    """
+
+    action: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    page: pn.Page = Ecore.EReference(lower=1, required=True)
+    succeeded: sym.Place | None = Ecore.EReference()
+    aborted: sym.Place | None = Ecore.EReference()
+    canceled: sym.Place | None = Ecore.EReference()
+    cancel: sym.Place | None = Ecore.EReference()
+    feedback: sym.Place | None = Ecore.EReference()
+    mayReject: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    instances: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+    depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+
+    def __init__(
+        self,
+        *,
+        channel: str | None = None,
+        type: str | None = None,
+        mappings: Iterable[sym.FieldMapping] | None = None,
+        action: str | None = None,
+        page: pn.Page | None = None,
+        succeeded: sym.Place | None = None,
+        aborted: sym.Place | None = None,
+        canceled: sym.Place | None = None,
+        cancel: sym.Place | None = None,
+        feedback: sym.Place | None = None,
+        mayReject: bool | None = None,
+        instances: int | None = None,
+        depth: int | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "type": type,
+                "mappings": mappings,
+                "action": action,
+                "page": page,
+                "succeeded": succeeded,
+                "aborted": aborted,
+                "canceled": canceled,
+                "cancel": cancel,
+                "feedback": feedback,
+                "mayReject": mayReject,
+                "instances": instances,
+                "depth": depth,
+            },
+            unknown,
+        )
+
+
 class RuntimeModel(pn.Net):
     """The part of a system model that one ROS node runs.
 
@@ -420,6 +578,18 @@ resolve_references(
         (ClientPort.timedOut, sym.Place),
         (ServerPort.exit, sym.Place),
         (ServerPort.page, pn.Page),
+        (ActionClientPort.succeeded, sym.Place),
+        (ActionClientPort.aborted, sym.Place),
+        (ActionClientPort.canceled, sym.Place),
+        (ActionClientPort.rejected, sym.Place),
+        (ActionClientPort.cancel, sym.Place),
+        (ActionClientPort.feedback, sym.Place),
+        (ActionServerPort.page, pn.Page),
+        (ActionServerPort.succeeded, sym.Place),
+        (ActionServerPort.aborted, sym.Place),
+        (ActionServerPort.canceled, sym.Place),
+        (ActionServerPort.cancel, sym.Place),
+        (ActionServerPort.feedback, sym.Place),
         (RuntimeModel.node, sym.NodeNet),
         (RuntimeModel.tokenType, sym.TokenType),
         (RuntimeModel.otherTokenTypes, sym.TokenType),

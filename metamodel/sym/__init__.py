@@ -37,6 +37,9 @@ eSubpackages: list[Any] = []
 eSuperPackage = None
 
 __all__ = [
+    "ActionChannel",
+    "ActionClientPort",
+    "ActionServerPort",
     "Assumption",
     "BalloonToken",
     "CallbackGroup",
@@ -110,6 +113,8 @@ if TYPE_CHECKING:
         """A request of a service."""
         client: ClassVar[CallbackKind]
         """A response of a service, without waiting for it."""
+        goal: ClassVar[CallbackKind]
+        """A goal of an action that has been accepted: the page is what works on it."""
 
     class PlaceKind(EnumLiteral):
         """Role of a place in the workflow of its node."""
@@ -198,6 +203,12 @@ if TYPE_CHECKING:
         """Request of a service."""
         response: ClassVar[MessagePart]
         """Response of a service."""
+        goal: ClassVar[MessagePart]
+        """Goal of an action."""
+        result: ClassVar[MessagePart]
+        """Result of an action."""
+        feedback: ClassVar[MessagePart]
+        """Feedback of an action."""
 
     class PropertyLanguage(EnumLiteral):
         """What a property is written in."""
@@ -243,6 +254,7 @@ else:
             "subscriber",
             "server",
             "client",
+            "goal",
         ],
     )
     PlaceKind = enumeration(
@@ -314,6 +326,9 @@ else:
             "message",
             "request",
             "response",
+            "goal",
+            "result",
+            "feedback",
         ],
     )
     PropertyLanguage = enumeration(
@@ -826,6 +841,160 @@ class ClientPort(EObject, metaclass=MetaEClass):
         )
 
 
+class ActionServerPort(EObject, metaclass=MetaEClass):
+    """The server of an action.
+
+    Attributes
+    ----------
+    channel : ActionChannel | None
+        The action.
+    page : pn.Page
+        What works on a goal: a prototype, replicated per slot. In its callback group, goals and requests
+        to cancel are accepted or refused; what works on a goal is in none.
+    entry : pn.Place
+        Receives goals that are accepted.
+    succeeded : pn.Place | None
+        Holds results of goals that succeed; absent: none does.
+    aborted : pn.Place | None
+        Holds results of goals that are aborted; absent: none is.
+    canceled : pn.Place | None
+        Holds results of goals that are canceled, which only goals with a request to cancel may be;
+        absent: none is.
+    cancel : pn.Place | None
+        Gets a token when the goal is to be canceled, once for each goal; absent: all requests to cancel
+        are refused.
+    feedback : pn.Place | None
+        Holds feedback for the client whose goal it is; absent: it gives none.
+    mayReject : bool
+        Whether the server may refuse a goal.
+    """
+
+    channel: ActionChannel | None = Ecore.EReference()
+    page: pn.Page = Ecore.EReference(lower=1, required=True)
+    entry: pn.Place = Ecore.EReference(lower=1, required=True)
+    succeeded: pn.Place | None = Ecore.EReference()
+    aborted: pn.Place | None = Ecore.EReference()
+    canceled: pn.Place | None = Ecore.EReference()
+    cancel: pn.Place | None = Ecore.EReference()
+    feedback: pn.Place | None = Ecore.EReference()
+    mayReject: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        channel: ActionChannel | None = None,
+        page: pn.Page | None = None,
+        entry: pn.Place | None = None,
+        succeeded: pn.Place | None = None,
+        aborted: pn.Place | None = None,
+        canceled: pn.Place | None = None,
+        cancel: pn.Place | None = None,
+        feedback: pn.Place | None = None,
+        mayReject: bool | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "page": page,
+                "entry": entry,
+                "succeeded": succeeded,
+                "aborted": aborted,
+                "canceled": canceled,
+                "cancel": cancel,
+                "feedback": feedback,
+                "mayReject": mayReject,
+            },
+            unknown,
+        )
+
+
+class ActionClientPort(EObject, metaclass=MetaEClass):
+    """A client of an action.
+
+    Attributes
+    ----------
+    channel : ActionChannel | None
+        The action.
+    client : str
+        Id of the client, unique in its action.
+    goal : pn.Place
+        Holds goals to be sent.
+    succeeded : pn.Place | None
+        Receives results of goals that succeeded; absent: nobody fetches them.
+    aborted : pn.Place | None
+        Receives results of goals that were aborted; absent: nobody fetches them.
+    canceled : pn.Place | None
+        Receives results of goals that were canceled; absent: nobody fetches them.
+    rejected : pn.Place | None
+        Gets a token when the server refuses a goal; absent: the client is just ready for the next one.
+    cancel : pn.Place | None
+        A token here asks the server to cancel the goal that it works on; absent: the client never asks.
+    feedback : pn.Place | None
+        Receives feedback about its goals; absent: it listens to none.
+    group : CallbackGroup | None
+        Callback group that takes answers, results and feedback; absent: that of the node, which is
+        exclusive.
+    outstanding : int
+        Goals that the client has under way at most, 1 or more.
+    """
+
+    channel: ActionChannel | None = Ecore.EReference()
+    client: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    goal: pn.Place = Ecore.EReference(lower=1, required=True)
+    succeeded: pn.Place | None = Ecore.EReference()
+    aborted: pn.Place | None = Ecore.EReference()
+    canceled: pn.Place | None = Ecore.EReference()
+    rejected: pn.Place | None = Ecore.EReference()
+    cancel: pn.Place | None = Ecore.EReference()
+    feedback: pn.Place | None = Ecore.EReference()
+    group: CallbackGroup | None = Ecore.EReference()
+    outstanding: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=1)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        channel: ActionChannel | None = None,
+        client: str | None = None,
+        goal: pn.Place | None = None,
+        succeeded: pn.Place | None = None,
+        aborted: pn.Place | None = None,
+        canceled: pn.Place | None = None,
+        rejected: pn.Place | None = None,
+        cancel: pn.Place | None = None,
+        feedback: pn.Place | None = None,
+        group: CallbackGroup | None = None,
+        outstanding: int | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "channel": channel,
+                "client": client,
+                "goal": goal,
+                "succeeded": succeeded,
+                "aborted": aborted,
+                "canceled": canceled,
+                "rejected": rejected,
+                "cancel": cancel,
+                "feedback": feedback,
+                "group": group,
+                "outstanding": outstanding,
+            },
+            unknown,
+        )
+
+
 class CallbackGroup(pn.Element):
     """A ROS callback group.
 
@@ -1177,7 +1346,7 @@ class SystemModel(pn.Net):
     otherTokenTypes : ModelList[TokenType]
         Further token types, which places name.
     channels : ModelList[Channel]
-        Topics and services, in order.
+        Topics, services and actions, in order.
     middleware : Middleware
         The rules that flatten it.
     properties : ModelList[Property]
@@ -1352,6 +1521,72 @@ class ServiceChannel(Channel):
                 "type": type,
                 "mappings": mappings,
                 "service": service,
+                "server": server,
+                "clients": clients,
+                "instances": instances,
+                "depth": depth,
+            },
+            unknown,
+        )
+
+
+class ActionChannel(Channel):
+    """An action (exactly one channel for each action name): goals that are accepted or rejected, may be
+    canceled, and end with a result.
+
+    Attributes
+    ----------
+    action : str
+        Action name.
+    server : ActionServerPort
+        The server.
+    clients : ModelList[ActionClientPort]
+        The clients.
+    instances : int | None
+        Goals that the server works on at once, each in a slot of its own; absent: the number of clients.
+    depth : int
+        QoS depth of the feedback.
+    """
+
+    action: str = Ecore.EAttribute(eType=Ecore.EString, lower=1, required=True)
+    server: ActionServerPort = Ecore.EReference(containment=True, lower=1, required=True)
+    clients: ModelList[ActionClientPort] = Ecore.EReference(containment=True, upper=-1)
+    instances: int | None = Ecore.EAttribute(eType=Ecore.EIntegerObject)
+    depth: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
+
+    def __init__(
+        self,
+        *,
+        id: str | None = None,
+        name: str | None = None,
+        graphics: pn.Graphics | None = None,
+        labels: Iterable[pn.Label] | None = None,
+        toolInfos: Iterable[pn.ToolInfo] | None = None,
+        model: SystemModel | None = None,
+        canvas: pn.Page | None = None,
+        type: str | None = None,
+        mappings: Iterable[FieldMapping] | None = None,
+        action: str | None = None,
+        server: ActionServerPort | None = None,
+        clients: Iterable[ActionClientPort] | None = None,
+        instances: int | None = None,
+        depth: int | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "id": id,
+                "name": name,
+                "graphics": graphics,
+                "labels": labels,
+                "toolInfos": toolInfos,
+                "model": model,
+                "canvas": canvas,
+                "type": type,
+                "mappings": mappings,
+                "action": action,
                 "server": server,
                 "clients": clients,
                 "instances": instances,
@@ -1711,6 +1946,23 @@ resolve_references(
         (ClientPort.response, pn.Place),
         (ClientPort.group, CallbackGroup),
         (ClientPort.timedOut, pn.Place),
+        (ActionServerPort.channel, ActionChannel),
+        (ActionServerPort.page, pn.Page),
+        (ActionServerPort.entry, pn.Place),
+        (ActionServerPort.succeeded, pn.Place),
+        (ActionServerPort.aborted, pn.Place),
+        (ActionServerPort.canceled, pn.Place),
+        (ActionServerPort.cancel, pn.Place),
+        (ActionServerPort.feedback, pn.Place),
+        (ActionClientPort.channel, ActionChannel),
+        (ActionClientPort.goal, pn.Place),
+        (ActionClientPort.succeeded, pn.Place),
+        (ActionClientPort.aborted, pn.Place),
+        (ActionClientPort.canceled, pn.Place),
+        (ActionClientPort.rejected, pn.Place),
+        (ActionClientPort.cancel, pn.Place),
+        (ActionClientPort.feedback, pn.Place),
+        (ActionClientPort.group, CallbackGroup),
         (InputSignal.node, NodeNet),
         (InputSignal.literals, Literal),
         (TokenType.fields, TokenField),
@@ -1730,6 +1982,8 @@ resolve_references(
         (TopicChannel.dispatchers, Dispatcher),
         (ServiceChannel.server, ServerPort),
         (ServiceChannel.clients, ClientPort),
+        (ActionChannel.server, ActionServerPort),
+        (ActionChannel.clients, ActionClientPort),
         (ExclusiveSignals.signals, InputSignal),
         (NodeNet.signals, InputSignal),
         (NodeNet.callbackGroups, CallbackGroup),
@@ -1750,6 +2004,8 @@ resolve_references(
         (Channel.model, SystemModel.channels),
         (PublisherPort.channel, TopicChannel.publishers),
         (SubscriberPort.channel, TopicChannel.subscribers),
+        (ActionChannel.server, ActionServerPort.channel),
+        (ActionChannel.clients, ActionClientPort.channel),
     ],
 )
 

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Collection, Mapping
-from typing import TypeVar, cast
+from typing import cast
 
-from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.message_ids import Senders
 from dineros.metamodel.records.schema import requests_of
 from dineros.metamodel.token_data import Value
+from dineros.runtime.channels.actions import Actions, action_departures
 from dineros.runtime.channels.clients import Client
 from dineros.runtime.channels.services import Instance, Server
 from dineros.runtime.channels.topics import Publisher, Subscriber, Writer
-from dineros.runtime.channels.traffic import SendError, Traffic
+from dineros.runtime.channels.traffic import SendError, Traffic, known_port
 from dineros.runtime.channels.transport import Answer, Transport, check_of
 from dineros.runtime.firing.observing import Observer
 from dineros.runtime.journal.recording import Checkpoint, PendingRequest
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.ports import (
+    ActionServerPort,
     Check,
     ClientPort,
     Data,
@@ -32,18 +33,18 @@ from dineros.runtime.nets.structure import Structure
 from dineros.runtime.scheduling.loop import Loop
 
 LOG = logging.getLogger("dineros.runtime")
-T = TypeVar("T")
 RETRY_DELAY = 1.0
 
 
 def departures_of(structure: Structure) -> list[int]:
-    """Return the places whose tokens depart: of publishers, clients, server instances."""
+    """Return the places whose tokens depart: of publishers, clients, server instances, actions."""
     number = {id: index for index, id in enumerate(structure.places)}
     ports = structure.ports
     return [
         *(number[place] for port in ports.publishers for place in port.places),
         *(number[port.request] for port in ports.clients),
         *(number[place] for port in ports.servers for place in port.exits),
+        *(number[place] for place in action_departures(ports)),
     ]
 
 
@@ -62,6 +63,11 @@ class Exchange:
         Goes into the ids of messages after the node's id.
     request_timeout : float, optional
         Seconds after which a request is sent again.
+
+    Attributes
+    ----------
+    actions : Actions
+        Its clients and servers of goals.
     """
 
     def __init__(
@@ -100,11 +106,13 @@ class Exchange:
                 instance = Instance(server, number, places[entry], places[exit_], departure)
                 server.instances.append(instance)
                 self._instances.append(instance)
-        self._senders: list[Publisher | Client | Instance] = [
+        callers: list[Publisher | Client | Instance] = [
             *self._publishers,
             *self._clients.values(),
             *self._instances,
         ]
+        self.actions = Actions(traffic, len(callers))
+        self._senders = [*(each.send for each in callers), *self.actions.senders]
 
     @property
     def drops(self) -> Mapping[tuple[str, str], int]:
@@ -118,8 +126,9 @@ class Exchange:
 
     @property
     def waiting_requests(self) -> int:
-        """How many requests wait for a server instance."""
-        return sum(len(server.waiting) for server in self._servers.values())
+        """How many requests wait for a server instance, and goals for a slot."""
+        waiting = sum(len(server.waiting) for server in self._servers.values())
+        return waiting + self.actions.waiting_goals
 
     def begin(self, transport: Transport) -> None:
         """Let tokens depart; what was sent or asked before a restart is sent or asked again."""
@@ -132,6 +141,7 @@ class Exchange:
             self._engine.unhold_departure(departure)
         for client in self._clients.values():
             client.begin()
+        self.actions.begin(transport)
 
     def _send_again(self, writer: Writer) -> None:
         try:
@@ -146,7 +156,8 @@ class Exchange:
         found = [(each.place, check_of(transport, each.port)) for each in self._publishers]
         found += [(each.request, check_of(transport, port)) for port, each in self._clients.items()]
         found += [(each.exit, check_of(transport, each.server.port)) for each in self._instances]
-        return {place: check for place, check in found if check is not None}
+        known = {place: check for place, check in found if check is not None}
+        return known | self.actions.checks(transport)
 
     def depart(self) -> bool:
         """Send all tokens that are due; return whether there were any."""
@@ -157,7 +168,7 @@ class Exchange:
         while due:
             number = due[0] - first
             try:
-                self._senders[number].send()
+                self._senders[number]()
             except SendError as error:
                 self._postpone(number, error)
         return True
@@ -194,6 +205,7 @@ class Exchange:
         for instance in self._instances:
             if instance.entry in places:
                 instance.server.serve()
+        self.actions.let_in(places)
         return self._engine.next_token > before
 
     def arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
@@ -211,9 +223,15 @@ class Exchange:
         else:
             self._traffic.lost(port, queue, count)
 
-    def refuse(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
+    def refuse(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
         """Count something that came and is no message; the first is recorded."""
-        name = port.topic if isinstance(port, SubscriberPort) else port.service
+        match port:
+            case SubscriberPort():
+                name = port.topic
+            case ServerPort():
+                name = port.service
+            case ActionServerPort():
+                name = port.action
         self._traffic.refuse(port.channel, name, error)
 
     def requested(self, port: ServerPort, message: Message, answer: Answer) -> None:
@@ -277,6 +295,7 @@ class Exchange:
         checkpoint["kept_responses"] = {
             port.channel: server.kept for port, server in self._servers.items() if server.kept > 1
         }
+        self.actions.save(checkpoint)
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Take over what is known of channels from a checkpoint, before `begin`.
@@ -291,45 +310,37 @@ class Exchange:
         senders = {*places, *writers}
         self._traffic.run = checkpoint["run"]
         self._traffic.numbers = {
-            _known({place: place for place in senders}, place, "place"): number
+            known_port({place: place for place in senders}, place, "place"): number
             for place, number in checkpoint["numbers"].items()
         }
         for place, messages in checkpoint.get("history", {}).items():
-            writer = _known(writers, place, "publisher at")
+            writer = known_port(writers, place, "publisher at")
             for number, data in messages:
                 id = self._traffic.id_of(place, int(str(number)))
                 writer.history.append(Message(id, cast("Data", data)))
         subscribers = {f"{port.channel}/{port.place}": each for port, each in self._subscribers.items()}
         seen, apart = checkpoint["seen"], checkpoint.get("seen_apart", {})
         for key in {**seen, **apart}:
-            _known(subscribers, key, "subscriber").seen = Senders(seen.get(key), apart.get(key))
+            known_port(subscribers, key, "subscriber").seen = Senders(seen.get(key), apart.get(key))
         for key, missing in checkpoint.get("missing", {}).items():
-            _known(subscribers, key, "subscriber").missing = missing
+            known_port(subscribers, key, "subscriber").missing = missing
         clients = {f"{port.channel}/{port.client}": each for port, each in self._clients.items()}
         for key, requests in checkpoint["requests"].items():
-            client = _known(clients, key, "client")
+            client = known_port(clients, key, "client")
             for request in requests_of(requests):
                 pending = Message(request["message"], request["data"])
                 client.restore(pending, request["attempts"], request["age"])
         instances = {places[instance.entry]: instance for instance in self._instances}
         for entry, message in checkpoint["serving"].items():
-            instance = _known(instances, entry, "server instance at")
+            instance = known_port(instances, entry, "server instance at")
             instance.message = message
             self._engine.unhold_departure(instance.departure)
         servers = {port.channel: each for port, each in self._servers.items()}
         for channel, responses in checkpoint["responses"].items():
-            server = _known(servers, channel, "server of")
+            server = known_port(servers, channel, "server of")
             for id, data in responses.items():
                 server.keep(Message(id, data))
-
-
-def _known(table: Mapping[str, T], key: str, kind: str) -> T:
-    if key not in table:
-        raise DinerosError(
-            f"the node cannot go on: the model has no {kind} {key!r}",
-            hint="go on with the model of the first run, or start anew",
-        )
-    return table[key]
+        self.actions.restore(checkpoint)
 
 
 def _number(message: Message) -> int:

@@ -71,16 +71,17 @@ class _Writer:
     Attributes
     ----------
     number : int
-        Of its last message.
+        Of its last message, with those that it sends again.
+    again : int
+        How many those are: of an earlier life, for all subscriptions, however late.
     kept : deque
-        Its last messages with their numbers: those of an earlier life, which have 0, and, where late
-        subscriptions get them, its own.
+        Its last messages with their numbers: those, and, where late subscriptions get them, its own.
     """
 
     def __init__(self, port: PublisherPort) -> None:
         self.port = port
         self.depth = max(1, port.limit)
-        self.number = 0
+        self.number = self.again = 0
         self.pairs: list[_Pair] = []
         self.kept: deque[tuple[int, Message]] = deque(maxlen=self.depth)
 
@@ -88,8 +89,8 @@ class _Writer:
         """Write for a subscription from now on, if it matches; what is kept for it comes first."""
         if unmet(self.port.quality, reader.port.quality) is not None:
             return
-        kept = [each for each in self.kept if reader.port.is_kept or not each[0]]
-        first = next((number for number, _ in kept if number), self.number + 1)
+        kept = [each for each in self.kept if reader.port.is_kept or each[0] <= self.again]
+        first = kept[0][0] if kept else self.number + 1
         pair = _Pair(self.depth, reader, first - 1)
         self.pairs.append(pair)
         for number, message in kept:
@@ -135,9 +136,10 @@ class HistoryTopic:
     def publish_again(self, key: str, message: Message) -> None:
         """Write a message of an earlier life, also for subscriptions that come later."""
         writer = self._writers[key]
+        writer.number = writer.again = writer.number + 1
         for pair in writer.pairs:
-            pair.write(0, message)
-        writer.kept.append((0, message))
+            pair.write(writer.number, message)
+        writer.kept.append((writer.number, message))
 
     def moves(self) -> list[Callable[[], None]]:
         """Return what can happen now: a message goes on to a reader history, or to a node."""

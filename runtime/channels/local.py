@@ -11,14 +11,27 @@ from __future__ import annotations
 import random
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
 from dineros.metamodel.errors import DinerosError
+from dineros.runtime.channels.goals import KnownGoal
 from dineros.runtime.channels.histories import HistoryTopic
+from dineros.runtime.channels.local_actions import LocalAction
 from dineros.runtime.channels.transport import Answer, Receiver
-from dineros.runtime.nets.ports import ClientPort, Message, Ports, PublisherPort, ServerPort, SubscriberPort
+from dineros.runtime.nets.ports import (
+    ActionClientPort,
+    ActionServerPort,
+    ClientPort,
+    Data,
+    Message,
+    OutcomeKind,
+    Ports,
+    PublisherPort,
+    ServerPort,
+    SubscriberPort,
+)
 from dineros.runtime.scheduling.threads import join
 
 Move = Callable[[], None]
@@ -108,6 +121,7 @@ class LocalNetwork:
         self._topics: dict[str, HistoryTopic] = {}  # those with histories
         self._services: dict[str, _Service] = {}
         self._clients: dict[str, _Client] = {}
+        self._actions: dict[str, LocalAction] = {}
         self._thread: threading.Thread | None = None
         self._is_ending = False
 
@@ -142,6 +156,8 @@ class LocalNetwork:
             elif service.receiver is not None and service.depth is None and service.waiting:
                 moves.append(partial(self._call, service))
         moves += [partial(self._respond, client) for client in self._clients.values() if client.waiting]
+        for action in self._actions.values():
+            moves += action.moves()
         return moves
 
     def _spread(self, topic: str, queue: _PublisherQueue) -> None:
@@ -232,6 +248,9 @@ class LocalNetwork:
             for server in ports.servers:
                 if self._services.setdefault(server.channel, _Service()).receiver is not None:
                     raise DinerosError(f"two nodes serve {server.service!r}")
+            for action in ports.action_servers:
+                if self._action(action.channel).has_server:
+                    raise DinerosError(f"two nodes serve {action.action!r}")
             if ports.middleware == "ros2":
                 self._join_topics(ports, receiver)
             for publisher in ports.publishers if ports.middleware != "ros2" else ():
@@ -258,7 +277,16 @@ class LocalNetwork:
                 service.depth = server.depth if ports.middleware == "ros2" else None
                 service.is_told = False
                 self._forget_oldest(service)
+            for action_client in ports.action_clients:
+                self._action(action_client.channel).add_client(receiver, action_client)
+            for action in ports.action_servers:
+                self._action(action.channel).add_server(receiver, action)
             self._changed.notify()
+
+    def _action(self, channel: str) -> LocalAction:
+        if channel not in self._actions:
+            self._actions[channel] = LocalAction(self.change)
+        return self._actions[channel]
 
     def _join_topics(self, ports: Ports, receiver: Receiver) -> None:
         for port in (*ports.publishers, *ports.subscribers):
@@ -268,9 +296,11 @@ class LocalNetwork:
         for subscriber in ports.subscribers:
             self._topics[subscriber.channel].add_reader(ports.node, receiver, subscriber)
 
-    def leave(self, ports: Ports) -> None:
+    def leave(self, ports: Ports, receiver: Receiver) -> None:
         """Disconnect a node; what it has published and asked stays on its way."""
         with self._changed:
+            for action in self._actions.values():
+                action.remove(receiver)
             for topic in self._topics.values():
                 topic.remove(ports.node)
             for subscriber in ports.subscribers if ports.middleware != "ros2" else ():
@@ -322,6 +352,17 @@ class LocalNetwork:
             self._forget_oldest(service)
             self._changed.notify()
 
+    def action(self, channel: str) -> LocalAction:
+        """Return an action, to be changed by `change` only."""
+        with self._changed:
+            return self._action(channel)
+
+    def change(self, action: Callable[[], None]) -> None:
+        """Have something put on its way; from any thread."""
+        with self._changed:
+            action()
+            self._changed.notify()
+
     @staticmethod
     def _forget_oldest(service: _Service) -> None:
         while service.depth is not None and len(service.waiting) > service.depth:
@@ -352,21 +393,24 @@ class LocalTransport:
 
     def __init__(self, network: LocalNetwork) -> None:
         self._network = network
-        self._ports: Ports | None = None
+        self._joined: tuple[Ports, Receiver] | None = None
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
         """Join the channels."""
         self._network.join(ports, receiver)
-        self._ports = ports
+        self._joined = (ports, receiver)
+
+    @property
+    def _ports(self) -> Ports:
+        assert self._joined is not None
+        return self._joined[0]
 
     def publish(self, port: PublisherPort, message: Message) -> bool:
         """Send a message; False: the publisher's queue is full."""
-        assert self._ports is not None
         return self._network.publish(self._ports, port, message)
 
     def publish_again(self, port: PublisherPort, message: Message) -> None:
         """Send a message that was sent before a restart."""
-        assert self._ports is not None
         self._network.publish_again(self._ports, port, message)
 
     def opened(self, port: SubscriberPort) -> None:
@@ -376,6 +420,36 @@ class LocalTransport:
     def request(self, port: ClientPort, message: Message) -> None:
         """Send a request."""
         self._network.request(port, message)
+
+    def restore_goals(self, port: ActionServerPort, goals: Sequence[KnownGoal]) -> None:
+        """Know the goals of an earlier life again."""
+        action = self._network.action(port.channel)
+        self._network.change(lambda: action.restore(goals))
+
+    def send_goal(self, port: ActionClientPort, message: Message) -> None:
+        """Send a goal."""
+        action = self._network.action(port.channel)
+        self._network.change(lambda: action.send(port, message))
+
+    def follow_goal(self, port: ActionClientPort, message: Message) -> None:
+        """Ask for the result of a goal of an earlier life."""
+        action = self._network.action(port.channel)
+        self._network.change(lambda: action.follow(port, message))
+
+    def cancel_goal(self, port: ActionClientPort, goal: str) -> None:
+        """Ask to cancel a goal."""
+        action = self._network.action(port.channel)
+        self._network.change(lambda: action.cancel(goal))
+
+    def give_feedback(self, port: ActionServerPort, goal: str, number: int, data: Data) -> None:
+        """Send feedback."""
+        action = self._network.action(port.channel)
+        self._network.change(lambda: action.give_feedback(goal, number, data, port.depth))
+
+    def finish_goal(self, port: ActionServerPort, goal: str, outcome: OutcomeKind, data: Data) -> None:
+        """Send the result of a goal."""
+        action = self._network.action(port.channel)
+        self._network.change(lambda: action.finish(goal, outcome, data))
 
     def take_request(self, port: ServerPort) -> tuple[Message, Answer] | None:
         """Return the oldest request that waits for a server of the node, and what sends its response."""
@@ -391,9 +465,9 @@ class LocalTransport:
 
     def close(self) -> None:
         """Leave the channels."""
-        if self._ports is not None:
-            self._network.leave(self._ports)
-            self._ports = None
+        if self._joined is not None:
+            self._network.leave(*self._joined)
+            self._joined = None
 
 
 def _place_key(ports: Ports, port: PublisherPort) -> str:

@@ -123,9 +123,11 @@ class Subscriber:
         traffic, port = self._traffic, self._port
         if not traffic.plausible(port.channel, port.topic, message.id):
             return
+        known = parse_id(message.id)
+        if known is not None and lost:  # a publisher that goes on sends again what came before
+            lost = self.seen.lacks(*known, lost)
         if lost > 0:
             self.lost("subscriber", lost)
-        known = parse_id(message.id)
         if known is not None and self.had(message):
             return
         token = traffic.arriving(port.topic, self.place, message.data)

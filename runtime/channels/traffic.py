@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
+from collections.abc import Mapping
+from typing import TypeVar
 
 from dineros.metamodel.errors import DinerosError, FeatureValueError
 from dineros.metamodel.message_ids import MessageIdError, parse_id
@@ -20,6 +22,7 @@ from dineros.runtime.nets.tokens import Token
 from dineros.runtime.scheduling.loop import Loop
 
 LOG = logging.getLogger("dineros.runtime")
+T = TypeVar("T")
 
 
 class SendError(DinerosError):
@@ -113,3 +116,19 @@ class Traffic:
         self.drops[port.channel, queue] += count
         place = port.place if isinstance(port, (PublisherPort, SubscriberPort)) else None
         self.observer.emit("drop", channel=port.channel, queue=queue, place=place, count=count, change={})
+
+
+def known_port(table: Mapping[str, T], key: str, kind: str) -> T:
+    """Return the port of a key in a checkpoint.
+
+    Raises
+    ------
+    DinerosError
+        The model has none.
+    """
+    if key not in table:
+        raise DinerosError(
+            f"the node cannot go on: the model has no {kind} {key!r}",
+            hint="go on with the model of the first run, or start anew",
+        )
+    return table[key]

@@ -7,13 +7,20 @@ any thread; a node calls its transport from one thread only.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol, runtime_checkable
 
+from dineros.metamodel.errors import DinerosError
+from dineros.runtime.channels.goals import ActionEvent, KnownGoal
 from dineros.runtime.nets.ports import (
+    ActionClientPort,
+    ActionPort,
+    ActionServerPort,
     Check,
     ClientPort,
+    Data,
     Message,
+    OutcomeKind,
     Port,
     Ports,
     PublisherPort,
@@ -56,7 +63,10 @@ class Receiver(Protocol):
     def ticked(self, timer: TimerPort) -> None:
         """Learn that a timer ticks; a tick that comes before its callback has begun is gone."""
 
-    def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
+    def action_event(self, port: ActionPort, event: ActionEvent) -> None:
+        """Learn of a goal of an action."""
+
+    def refused(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
         """Learn that something came that is no message; it is counted, and the first is recorded."""
 
     def dropped(self, port: Port, queue: Queue, count: int) -> None:
@@ -85,13 +95,18 @@ class Receiver(Protocol):
 class Choosy(Protocol):
     """A transport that does not send all that tokens can carry."""
 
-    def check(self, port: Port) -> Check | None:
-        """Return what raises for data that cannot be sent at a port; None: it sends all."""
+    def check(self, port: Port, part: str = "") -> Check | None:
+        """Return what raises for data that cannot be sent at a port; None: it sends all.
+
+        `part` is ``result`` or ``feedback`` of an action's server.
+        """
 
 
-def check_of(transport: Transport, port: Port) -> Check | None:
+def check_of(transport: Transport, port: Port, part: str = "") -> Check | None:
     """Return what raises for data that a transport cannot send at a port; None: it sends all."""
-    return transport.check(port) if isinstance(transport, Choosy) else None
+    if not isinstance(transport, Choosy):
+        return None
+    return transport.check(port, part) if part else transport.check(port)
 
 
 @runtime_checkable
@@ -158,3 +173,39 @@ class Transport(Protocol):
 
     def close(self) -> None:
         """Leave the channels; when it returns, the receiver is called no more."""
+
+
+@runtime_checkable
+class ActionTransport(Protocol):
+    """A transport that carries goals; a node calls it from the thread of its loop."""
+
+    def restore_goals(self, port: ActionServerPort, goals: Sequence[KnownGoal]) -> None:
+        """Know the goals of an earlier life again, before any other arrives."""
+
+    def send_goal(self, port: ActionClientPort, message: Message) -> None:
+        """Send a goal; one that was sent before goes again with the same id."""
+
+    def follow_goal(self, port: ActionClientPort, message: Message) -> None:
+        """Ask for the result of a goal of an earlier life, which was accepted."""
+
+    def cancel_goal(self, port: ActionClientPort, goal: str) -> None:
+        """Ask to cancel a goal; asked again where nobody answers."""
+
+    def give_feedback(self, port: ActionServerPort, goal: str, number: int, data: Data) -> None:
+        """Send feedback to the client of a goal: the goal's `number`-th."""
+
+    def finish_goal(self, port: ActionServerPort, goal: str, outcome: OutcomeKind, data: Data) -> None:
+        """Send the result of a goal to its client, now or when that asks for it."""
+
+
+def action_transport(transport: Transport) -> ActionTransport:
+    """Return a transport as one that carries goals.
+
+    Raises
+    ------
+    DinerosError
+        It carries none.
+    """
+    if not isinstance(transport, ActionTransport):
+        raise DinerosError(f"{type(transport).__name__} carries no goals of actions")
+    return transport

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import inspect
 import logging
-from collections.abc import Awaitable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from random import Random
 from types import MappingProxyType
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError
+from dineros.runtime.firing.cancels import CancelRequest
 from dineros.runtime.firing.choosing import Chooser
 from dineros.runtime.firing.departures import Departures
 from dineros.runtime.firing.flights import Flight, Flights
@@ -59,6 +60,8 @@ class Execution:
         How many have committed.
     kept : dict
         What handlers keep: name -> JSON value.
+    cancel_of : callable
+        Returns, for a transition, whether the goal that it works on is to be canceled; None: it is of none.
     """
 
     def __init__(
@@ -72,6 +75,7 @@ class Execution:
         self.watchdog = Watchdog(engine.structure.ports.node, observer.status_changed)
         self.firings = 0
         self.kept: dict[str, Any] = {}
+        self.cancel_of: Callable[[int], CancelRequest | None] = lambda transition: None
         self._loop = loop
         self._observer = observer
         self._workers = Workers()
@@ -167,6 +171,7 @@ class Execution:
             copy_data(data),
             status,
             Memory(self.kept),
+            self.cancel_of(transition),
         )
         self._go_on(Flight(transition, taken, handlers, firing, data, started, status))
 

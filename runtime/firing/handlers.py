@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError, near_matches
+from dineros.runtime.firing.cancels import CancelRequest
 from dineros.runtime.firing.policies import Policy
 from dineros.runtime.journal.kept import Memory
 from dineros.runtime.nets.tokens import Token
@@ -55,9 +56,11 @@ class Firing:
         A copy of the data that goes on to the outputs: handlers change it in place, the next one sees it.
     memory : Memory
         What the handlers of the node keep, also over restarts: ``firing.memory["picked"] = 3``.
+    cancel : CancelRequest
+        Whether the goal that it works on is to be canceled.
     """
 
-    __slots__ = ("_status", "data", "id", "inputs", "instance", "memory", "outputs", "transition")
+    __slots__ = ("_status", "cancel", "data", "id", "inputs", "instance", "memory", "outputs", "transition")
 
     def __init__(
         self,
@@ -69,6 +72,7 @@ class Firing:
         data: dict[str, Any],
         status: list[bool],
         memory: Memory | None = None,
+        cancel: CancelRequest | None = None,
     ) -> None:
         self.transition = transition
         self.instance = instance
@@ -78,6 +82,7 @@ class Firing:
         self.data = data
         self._status = status
         self.memory = Memory() if memory is None else memory
+        self.cancel = CancelRequest() if cancel is None else cancel
 
     @property
     def still_enabled(self) -> bool:

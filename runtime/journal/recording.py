@@ -8,7 +8,7 @@ from typing import Protocol, TypedDict
 
 from dineros.metamodel.token_data import Value
 from dineros.runtime.journal.kept import Json
-from dineros.runtime.nets.ports import Ports
+from dineros.runtime.nets.ports import OutcomeKind, Ports
 
 RecordedToken = list[object]
 """``[id, data]``; of a message, ``[number, data]``."""
@@ -51,6 +51,12 @@ class Checkpoint(TypedDict):
         first.
     kept_responses : dict
         Channel of a server -> how many responses to each sender it keeps, where that is more than one.
+    goals : dict
+        ``CHANNEL/CLIENT`` of an action -> the goals under way, the oldest first.
+    slots : dict
+        Entry place of a slot of an action's server -> the goal that it works on.
+    results : dict
+        Channel of an action's server -> id of a goal -> ``outcome`` and ``data``, the oldest first.
     aside : dict
         Transition -> place -> ids of tokens put aside.
     run : str
@@ -71,8 +77,46 @@ class Checkpoint(TypedDict):
     serving: dict[str, str]
     responses: dict[str, dict[str, dict[str, Value]]]
     kept_responses: dict[str, int]
+    goals: dict[str, list[PendingGoal]]
+    slots: dict[str, SlotGoal]
+    results: dict[str, dict[str, GoalResult]]
     aside: dict[str, dict[str, list[int]]]
     run: str
+
+
+class PendingGoal(TypedDict):
+    """A client's goal that has not ended: whether it is accepted, and asked to be canceled.
+
+    ``heard`` is the number of the feedback that came last, ``attempts`` how often it was sent.
+    """
+
+    message: str
+    data: dict[str, Value]
+    accepted: bool
+    canceled: bool
+    heard: int
+    attempts: int
+
+
+class SlotGoal(TypedDict):
+    """A goal that a slot works on, whether it is to be canceled, and how much feedback it has given.
+
+    ``feedback`` holds number and data of the last ones, ``depth`` at most.
+    """
+
+    message: str
+    data: dict[str, Value]
+    canceling: bool
+    sent: int
+    feedback: list[RecordedToken]
+    depth: int
+
+
+class GoalResult(TypedDict):
+    """How a goal ended."""
+
+    outcome: OutcomeKind
+    data: dict[str, Value]
 
 
 class PendingRequest(TypedDict):

@@ -11,14 +11,24 @@ from typing import Any
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
 from dineros.metamodel.records import (
+    Accept,
+    Accepted,
     Aside,
+    Cancel,
+    Canceling,
     Checkpoint,
     Data,
     Drop,
+    Feedback,
+    Finish,
     Fire,
     GiveUp,
+    Goal,
+    Hear,
+    Outcome,
     Publish,
     Record,
+    Reject,
     Release,
     Reply,
     Request,
@@ -29,11 +39,13 @@ from dineros.metamodel.records import (
     StoredToken,
     Take,
     Timeout,
+    TooLate,
     parts_of,
     read_records,
 )
 from dineros.metamodel.records.schema import requests_of
 from dineros.runtime.journal import recording
+from dineros.runtime.journal.goals import Goals
 from dineros.runtime.journal.outlined import Outlined
 
 
@@ -82,6 +94,7 @@ class JournalState:
         self._responses: dict[str, dict[str, Data]] = {}
         self._kept_responses: dict[str, int] = {}
         self._now = 0.0  # seconds since the epoch, of the last record that tells
+        self._goals = Goals()
         self._aside: dict[str, dict[str, list[int]]] = {}
         self._run = ""
 
@@ -94,7 +107,7 @@ class JournalState:
         seen, apart = {}, {}
         for port, senders in self._seen.items():
             seen[port], apart[port] = senders.saved()
-        return {
+        made: recording.Checkpoint = {
             "marking": {
                 place: [[id, data] for id, data in tokens.items()] for place, tokens in self.marking.items()
             },
@@ -121,12 +134,17 @@ class JournalState:
             "serving": dict(self._serving),
             "responses": {channel: dict(kept) for channel, kept in self._responses.items()},
             "kept_responses": dict(self._kept_responses),
+            "goals": {},
+            "slots": {},
+            "results": {},
             "aside": {
                 transition: {place: list(ids) for place, ids in tokens.items()}
                 for transition, tokens in self._aside.items()
             },
             "run": self._run,
         }
+        self._goals.save(made)
+        return made
 
     def apply(self, record: Record) -> None:
         """Let a record happen.
@@ -174,6 +192,7 @@ class JournalState:
         self._serving = dict(record.serving)
         self._responses = {channel: dict(kept) for channel, kept in record.responses.items()}
         self._kept_responses = dict(record.kept_responses)
+        self._goals.begin(record)
         self._aside = {transition: dict(tokens) for transition, tokens in record.aside.items()}
         self._run = record.run
 
@@ -226,6 +245,7 @@ class JournalState:
         pending = self._pending(record).get(record.message or "")
         if pending is not None:
             pending.attempts = record.attempt + 1
+        self._goals.failed(f"{record.channel}/{record.client}", record.message or "", record.attempt)
 
     def _response(self, record: Response) -> None:
         self._add(record.place, StoredToken(_token(record, record.token), record.data))
@@ -263,9 +283,46 @@ class JournalState:
             return
         if record.change.get(record.place, 0) < 0:
             self._remove(record, record.place, _token(record, record.token))
-        elif record.queue != "restart":
+        elif record.queue not in ("restart", "feedback"):
             port = f"{record.channel}/{record.place}"
             self._missing[port] = self._missing.get(port, 0) + record.count
+
+    def _goal(self, record: Goal) -> None:
+        place = record.place or ""
+        self._goals.sent(record, self._remove(record, place, _token(record, record.token)))
+        self._numbers[place] = self._numbers.get(place, 0) + 1
+
+    def _told(self, record: Accepted | Cancel | TooLate) -> None:
+        if isinstance(record, Cancel):
+            self._remove(record, record.place or "", _token(record, record.token))
+        self._goals.told(record)
+
+    def _arrived(self, record: Accept | Canceling | Hear | Reject | Outcome) -> None:
+        if record.place is not None:
+            self._add(record.place, StoredToken(_token(record, record.token), record.data))
+        match record:
+            case Accept():
+                self._goals.accepted(record)
+            case Canceling():
+                self._goals.canceling(record)
+            case Hear():
+                self._goals.heard(record)
+            case _:
+                self._goals.over(record)
+
+    def _feedback(self, record: Feedback) -> None:
+        data = self._remove(record, record.place or "", _token(record, record.token))
+        self._goals.gave(record, data)
+
+    def _finish(self, record: Finish) -> None:
+        data = self._remove(record, record.place or "", _token(record, record.token))
+        if record.unheeded is not None:
+            for place in [place for place in record.change if place != record.place]:
+                self._remove(record, place, record.unheeded)
+        if not self._goals.finished(record, data):
+            raise JournalStateError(
+                f"goal {record.message!r} ends, which no slot works on", location=record.location
+            )
 
     def _put_aside(self, record: Aside) -> None:
         aside = self._aside.setdefault(record.transition, {})
@@ -348,6 +405,17 @@ _APPLY: Mapping[type[Record], Callable[..., None]] = {
     GiveUp: JournalState._give_up,
     Serve: JournalState._serve,
     Reply: JournalState._reply,
+    Goal: JournalState._goal,
+    Accept: JournalState._arrived,
+    Accepted: JournalState._told,
+    Reject: JournalState._arrived,
+    Cancel: JournalState._told,
+    Canceling: JournalState._arrived,
+    TooLate: JournalState._told,
+    Feedback: JournalState._feedback,
+    Hear: JournalState._arrived,
+    Finish: JournalState._finish,
+    Outcome: JournalState._arrived,
     Aside: JournalState._put_aside,
     Release: JournalState._release,
 }

@@ -6,7 +6,7 @@ so that a loop needs none.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.elements import places
@@ -42,6 +42,7 @@ def capacities_of(
     puts, needs = _heaviest(outputs, len(nodes)), _heaviest((*inputs, *reads), len(nodes))
     lowered = {place for place, change in _changes(inputs, outputs) if change < 0}
     sending = _sending(model)
+    canceled, told, heard = _ends_of_goals(model)
     found = []
     for number, (place, _) in enumerate(nodes):
         bounds = [] if declared[number] is None else [declared[number]]
@@ -54,6 +55,10 @@ def capacities_of(
                     for port in place.ports
                     if isinstance(port, rtm.SubscriberPort) and port.inHand != _UNLIMITED
                 ]
+                bounds += [max(1, place.tokens, needs[number])] if place in heard else []
+        bounds += [1] if place in canceled else []
+        if not bounds and place in told:
+            bounds.append(max(1, place.tokens if isinstance(place, pn.Place) else 0, puts[number]))
         found.append(min((bound for bound in bounds if bound is not None), default=None))
     return tuple(found)
 
@@ -100,4 +105,23 @@ def _sending(model: rtm.RuntimeModel) -> set[pn.Node]:
                 found.add(place)
             elif isinstance(port, rtm.ServerPort):
                 found.add(port.exit)
+            elif isinstance(port, rtm.ActionClientPort):
+                found |= {place} if port.cancel is None else {place, port.cancel}
     return found
+
+
+def _ends_of_goals(model: rtm.RuntimeModel) -> tuple[set[pn.Node], set[pn.Node], set[pn.Node]]:
+    """Return the places of actions: servers' requests to cancel, servers' feedback, clients' feedback."""
+    servers = [port for port in _ports(model) if isinstance(port, rtm.ActionServerPort)]
+    clients = [port for port in _ports(model) if isinstance(port, rtm.ActionClientPort)]
+    return (
+        {port.cancel for port in servers if port.cancel is not None},
+        {port.feedback for port in servers if port.feedback is not None},
+        {port.feedback for port in clients if port.feedback is not None},
+    )
+
+
+def _ports(model: rtm.RuntimeModel) -> Iterator[rtm.PlacePort]:
+    for place in places(model):
+        if isinstance(place, rtm.Place):
+            yield from place.ports

@@ -120,6 +120,10 @@ class Engine:
         """Return the tokens of a place, the oldest first, those reserved included."""
         return tuple(self._tokens[place])
 
+    def free_tokens(self, place: int) -> list[Token]:
+        """Return the tokens of a place that no firing in flight has reserved, the oldest first."""
+        return [token for token in self._tokens[place] if token.id not in self._reserved]
+
     def count(self, place: int) -> int:
         """Return how many tokens a place holds."""
         return self._enabling.total[place]

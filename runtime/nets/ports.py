@@ -12,8 +12,14 @@ from dineros.metamodel.token_data import TokenType, Value
 Data = Mapping[str, Value]
 """The fields of a token or message. Nobody changes it once it is made: it is shared, not copied."""
 
-Queue = Literal["publisher", "dispatcher", "subscriber", "request", "restart"]
-"""A queue that can overflow; ``restart``: that of a publisher, which died with its process."""
+Queue = Literal["publisher", "dispatcher", "subscriber", "request", "feedback", "restart"]
+"""A queue that can overflow: of a topic, or that of an action's client for feedback; ``restart``: that of a
+publisher, which died with its process."""
+
+OutcomeKind = Literal["succeeded", "aborted", "canceled"]
+"""How a goal of an action ends."""
+
+OUTCOMES: tuple[OutcomeKind, ...] = ("succeeded", "aborted", "canceled")
 
 
 class Message(NamedTuple):
@@ -39,7 +45,7 @@ class FieldMapping:
 
     Attributes
     ----------
-    part : {"message", "request", "response"}
+    part : {"message", "request", "response", "goal", "result", "feedback"}
         Part of the interface.
     message_field : str
         Path in it, such as ``pose.position.x``.
@@ -192,6 +198,77 @@ class ServerPort(Port):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class ActionPort(Port):
+    """One end of an action.
+
+    Attributes
+    ----------
+    action : str
+        Its name.
+    depth : int
+        How much feedback waits at most.
+    """
+
+    action: str
+    depth: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ActionClientPort(ActionPort):
+    """Tokens of one place are goals of an action; what becomes of them comes onto others.
+
+    Attributes
+    ----------
+    client : str
+        Its id; on a server page one for each server instance, as that of a service's client.
+    goal : str
+        The place of the goals.
+    outcomes : mapping of str to str
+        Outcome -> the place of the results of goals that ended so; not there: nobody wants them.
+    rejected, cancel, feedback : str or None
+        Places: of tokens for goals that were refused, of requests to cancel, of feedback.
+    outstanding : int
+        Goals under way at most.
+    """
+
+    client: str
+    goal: str
+    outcomes: Mapping[OutcomeKind, str]
+    rejected: str | None
+    cancel: str | None
+    feedback: str | None
+    outstanding: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ActionServerPort(ActionPort):
+    """Goals of an action become tokens, each in a slot: a copy of the page that works on it.
+
+    Attributes
+    ----------
+    entries : tuple of str
+        The place of each slot where its goal comes.
+    outcomes : mapping of str to tuple of str
+        Outcome -> the place of each slot with the results of goals that end so.
+    cancels, feedbacks : tuple of str
+        The place of each slot that gets requests to cancel, and that with feedback; empty: there is none.
+    may_reject : bool
+        Whether it refuses goals for which there is no slot.
+    """
+
+    entries: tuple[str, ...]
+    outcomes: Mapping[OutcomeKind, tuple[str, ...]]
+    cancels: tuple[str, ...]
+    feedbacks: tuple[str, ...]
+    may_reject: bool
+
+    @property
+    def slots(self) -> int:
+        """How many goals can be worked on at a time."""
+        return len(self.entries)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class TimerPort:
     """The timer of a callback, which ticks (rule C1); each is equal to itself only.
 
@@ -253,6 +330,8 @@ class Ports:
     clients: tuple[ClientPort, ...]
     servers: tuple[ServerPort, ...]
     signals: tuple[SignalPort, ...]
+    action_clients: tuple[ActionClientPort, ...] = ()
+    action_servers: tuple[ActionServerPort, ...] = ()
     timers: tuple[TimerPort, ...] = ()
     place_types: Mapping[str, TokenType] = field(default_factory=dict)
 

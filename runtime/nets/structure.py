@@ -13,14 +13,14 @@ from typing import NamedTuple
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.callbacks.bodies import Body, calls_of, timers_of
 from dineros.metamodel.calls import copy_id
-from dineros.metamodel.elements import label, pages, resolve
+from dineros.metamodel.elements import label, resolve
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.limits import exceeds
-from dineros.metamodel.matching import Quality, plain
 from dineros.metamodel.token_data import TokenType, Value, read_data
 from dineros.metamodel.token_types.declared import token_type_of, type_of_place
-from dineros.runtime.nets import ports
 from dineros.runtime.nets.capacities import Arcs, capacities_of, raises_of
+from dineros.runtime.nets.port_reading import PagePort, ports_of, served_pages
+from dineros.runtime.nets.ports import Ports
 
 Clause = tuple[tuple[tuple[int, bool], ...], ...]
 """Disjunctions of literals: a signal's index, and whether it is negated."""
@@ -40,6 +40,8 @@ class Structure:
         Names in the model.
     instances : tuple of int or None
         For each transition, the number of its server instance, from 1.
+    channels : tuple of str or None
+        For each transition, the channel of the service or action whose server page it is on.
     inputs, outputs : tuple of Arcs
         For each transition, what it takes and puts.
     capacities : tuple of int or None
@@ -74,6 +76,7 @@ class Structure:
     transition_names: tuple[str, ...]
     transition_labels: tuple[str, ...]
     instances: tuple[int | None, ...]
+    channels: tuple[str | None, ...]
     inputs: tuple[Arcs, ...]
     outputs: tuple[Arcs, ...]
     capacities: tuple[int | None, ...]
@@ -88,11 +91,7 @@ class Structure:
     initial: tuple[tuple[dict[str, Value], ...], ...]
     initial_signals: tuple[bool, ...]
     types: tuple[TokenType, ...]
-    ports: ports.Ports
-
-
-_Common = tuple[str, str | None, tuple[ports.FieldMapping, ...]]
-"""Channel, existing interface and mappings of a port."""
+    ports: Ports
 
 
 class _Instance(NamedTuple):
@@ -128,11 +127,7 @@ class _Reading:
         self.model = model
         self._types: dict[sym.TokenType | None, TokenType] = {}
         self.token_type = self._type(model.tokenType)
-        self.servers: dict[pn.Page, rtm.ServerPort] = {}
-        for page in pages(model):
-            for node in page.objects:
-                if isinstance(node, rtm.Place):
-                    self.servers |= {p.page: p for p in node.ports if isinstance(p, rtm.ServerPort)}
+        self.servers: dict[pn.Page, PagePort] = served_pages(model)
         # The page that is copied per instance, for everything on it or on a page inside.
         self.prototypes: dict[pn.Node, pn.Page] = {}
         self.places: dict[tuple[pn.Node, int], int] = {}
@@ -165,6 +160,10 @@ class _Reading:
             transition_names=tuple(transition.id for transition in transitions),
             transition_labels=tuple(label(transition) for transition in transitions),
             instances=tuple(number or None for _, number in self.transitions),
+            channels=tuple(
+                self.servers[self.prototypes[transition]].channel if number else None
+                for transition, number in self.transitions
+            ),
             inputs=inputs,
             outputs=outputs,
             capacities=capacities,
@@ -179,7 +178,15 @@ class _Reading:
             initial=tuple(self._initial(place) for place in places),
             initial_signals=tuple(bool(signal.initial) for signal in signals),
             types=tuple(self._type_at(place) for place in places),
-            ports=self._ports(),
+            ports=ports_of(
+                self.model,
+                self.places,
+                self.place_ids,
+                self.prototypes,
+                self._type_at,
+                self.token_type,
+                self._place_types(),
+            ),
         )
 
     def _require(self, limit: str, size: int) -> None:
@@ -294,52 +301,6 @@ class _Reading:
         data = [default | read_data(balloon.data or "{}", fields) for balloon in balloons]
         return (*data, *[default] * (place.tokens - len(data)))
 
-    def _ports(self) -> ports.Ports:
-        model, node = self.model, self.model.node
-        publishers, subscribers, clients, servers = [], [], [], []
-        for place, number in self.places:
-            for port in place.ports if isinstance(place, rtm.Place) else ():
-                if number > 1 and not isinstance(port, rtm.ClientPort):
-                    continue
-                common = (port.channel, self._interface(place, port), _mappings(port))
-                if isinstance(port, rtm.PublisherPort):
-                    ends = (port.topic, place.id, port.limit)
-                    made = (_quality(port, common[1]), self._copies(place))
-                    publishers.append(ports.PublisherPort(*common, *ends, *made))
-                elif isinstance(port, rtm.SubscriberPort):
-                    ends = (port.topic, place.id, port.limit)
-                    quality = (_quality(port, common[1]), port.dispatcherLimit)
-                    subscribers.append(ports.SubscriberPort(*common, *ends, *quality))
-                elif isinstance(port, rtm.ClientPort):
-                    clients.append(self._client(port, number, common))
-                elif isinstance(port, rtm.ServerPort):
-                    entries, exits = self._copies(place), self._copies(port.exit)
-                    asked = (port.depth, port.outstanding)
-                    servers.append(ports.ServerPort(*common, port.service, entries, exits, *asked))
-        return ports.Ports(
-            model=model.systemModel,
-            node=node.id,
-            name=label(node),
-            namespace=node.namespace or "",
-            executor=str(node.executor),
-            threads=node.threads,
-            middleware=str(model.middleware),
-            token_type=self.token_type,
-            publishers=tuple(publishers),
-            subscribers=tuple(subscribers),
-            clients=tuple(clients),
-            servers=tuple(servers),
-            signals=tuple(ports.SignalPort(s.id, label(s), bool(s.initial)) for s in node.signals),
-            timers=tuple(ports.TimerPort(page.id, page.timer or 0.0) for page in timers_of(model)),
-            place_types=self._place_types(),
-        )
-
-    def _interface(self, place: pn.Node, port: rtm.PlacePort) -> str | None:
-        """Return the existing ROS interface of a port: its own, or for a topic what its tokens are."""
-        if isinstance(port, (rtm.PublisherPort, rtm.SubscriberPort)):
-            return port.type or self._type_at(place).ros
-        return port.type or None
-
     def _place_types(self) -> dict[str, TokenType]:
         """Return what tokens carry in places that have another type than the first."""
         types: dict[str, TokenType] = {}
@@ -348,26 +309,6 @@ class _Reading:
             if type_ is not self.token_type:
                 types[place.id] = types[self.place_ids[index]] = type_
         return types
-
-    def _client(self, port: rtm.ClientPort, number: int, common: _Common) -> ports.ClientPort:
-        """Return a client; that of a server instance where it has a number."""
-        request, client = port.eContainer(), port.client
-        assert isinstance(request, rtm.Place)
-        if number:
-            client = copy_id(self.servers[self.prototypes[request]].channel, number, client)
-        return ports.ClientPort(
-            *common,
-            service=port.service,
-            client=client,
-            request=self.place_ids[self.places[request, number]],
-            response=self.place_ids[self.places[port.response, number]],
-            outstanding=port.outstanding,
-            timeout=port.timeout,
-            timed_out=None if port.timedOut is None else self.place_ids[self.places[port.timedOut, number]],
-        )
-
-    def _copies(self, place: pn.Node) -> tuple[str, ...]:
-        return tuple(self.place_ids[index] for (node, _), index in self.places.items() if node is place)
 
 
 class _Arcs:
@@ -427,22 +368,3 @@ def _clause(transition: pn.Node, signals: dict[sym.InputSignal, int]) -> Clause:
 def _interval(transition: pn.Node) -> tuple[float, float | None] | None:
     interval = transition.interval if isinstance(transition, pn.Transition) else None
     return None if interval is None else (interval.earliest, interval.latest)
-
-
-def _mappings(port: rtm.PlacePort) -> tuple[ports.FieldMapping, ...]:
-    return tuple(
-        ports.FieldMapping(str(mapping.part), mapping.messageField, mapping.tokenField)
-        for mapping in port.mappings
-    )
-
-
-def _quality(port: rtm.PublisherPort | rtm.SubscriberPort, interface: str | None) -> Quality:
-    """Return the quality of service of a port.
-
-    Where the model does not say, nothing is lost when a node is down for a while. An existing type is that of
-    programs outside of the model, which have ROS's defaults: no transient-local subscriber hears them.
-    """
-    if port.qos is not None:
-        return plain(port.qos)
-    usual = plain(sym.QualityOfService())
-    return usual if interface is not None else usual._replace(durability="transientLocal")

@@ -263,6 +263,9 @@ class Core:
             serving={},
             responses={},
             kept_responses={},
+            goals={},
+            slots={},
+            results={},
             aside={
                 structure.transitions[transition]: {
                     structure.places[place]: sorted(ids) for place, ids in by_place.items()

@@ -76,7 +76,7 @@ class Inspection:
     aside : mapping of str to mapping of str to tuple of int
         Transition -> place -> ids of the tokens it leaves alone after a failure.
     waiting_requests : int
-        Requests that wait for a server instance.
+        Requests that wait for a server instance, and goals of actions that wait for a slot.
     drops : mapping of (str, str) to int
         Messages lost, by channel and queue.
     refused : mapping of str to int

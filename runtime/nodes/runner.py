@@ -15,9 +15,12 @@ from typing import Self
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime.channels.arrivals import Arrivals
 from dineros.runtime.channels.exchange import Exchange
+from dineros.runtime.channels.goals import ActionEvent
 from dineros.runtime.channels.transport import Answer, Ticking, Transport
 from dineros.runtime.journal.recording import Checkpoint, NullRecorder, Recorder
 from dineros.runtime.nets.ports import (
+    ActionPort,
+    ActionServerPort,
     ClientPort,
     Message,
     Port,
@@ -82,6 +85,7 @@ class Runner:
         if resume is not None:
             self.exchange.restore(resume)
         core.exchange = self.exchange
+        core.execution.cancel_of = self.exchange.actions.cancel_of
         self._loop = core.loop
         self._execution = core.execution
         self._arrivals = Arrivals(self.exchange, core.engine, core.loop, transport)
@@ -377,7 +381,11 @@ class Runner:
         """Have the callback of a timer begin."""
         self._post(lambda: self._execution.timing.ticked(timer))
 
-    def refused(self, port: SubscriberPort | ServerPort, error: Exception) -> None:
+    def action_event(self, port: ActionPort, event: ActionEvent) -> None:
+        """Have something done about a goal."""
+        self._post(lambda: self.exchange.actions.take(port, event))
+
+    def refused(self, port: SubscriberPort | ServerPort | ActionServerPort, error: Exception) -> None:
         """Have it counted that something came that is no message."""
         self._post(lambda: self.exchange.refuse(port, error))
 

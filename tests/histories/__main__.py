@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from dineros.metamodel import sym
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
 from tests.histories.comparing import features_of_model, variants
+from tests.support.action_models import action_models
 from tests.support.executor_models import executor_models
 from tests.support.history_models import history_models
 
@@ -27,7 +28,9 @@ def main() -> int:
     parser.add_argument("--models", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--states", type=int, default=2000, help="states of a net that are compared")
+    parser.add_argument("--actions", action="store_true", help="every model has actions")
     arguments = parser.parse_args()
+    usual = st.one_of(history_models(), executor_models(), executor_models(), action_models())
     totals: Counter[str] = Counter()
     differences = []
 
@@ -39,7 +42,7 @@ def main() -> int:
         phases=[Phase.generate],
         suppress_health_check=list(HealthCheck),
     )
-    @given(st.one_of(history_models(), executor_models(), executor_models()))
+    @given(action_models() if arguments.actions else usual)
     def every(model: sym.SystemModel) -> None:
         totals["models"] += 1
         totals.update(features_of_model(model))

@@ -44,6 +44,9 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
             if any(client.outstanding > 1 for client in clients):
                 found.add("with several requests of a client")
             continue
+        if isinstance(channel, sym.ActionChannel):
+            found |= _features_of_action(channel)
+            continue
         assert isinstance(channel, sym.TopicChannel)
         found.add("with topics")
         if any(port.inHand is not None for port in channel.subscribers):
@@ -56,7 +59,8 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
                 if "bestEffort" in {str(quality_of(port).reliability) for port in (writer, reader)}:
                     found.add("with best effort")
     events = [event.name for event in ExecutorInterpreter(model).events]
-    if any(".client." in name and name.endswith(".drop") for name in events):
+    drops = [name for name in events if ".client." in name and name.endswith(".drop")]
+    if any(not name.endswith(".feedback.drop") for name in drops):
         found.add("with requests that can be lost")
     for element in model.eAllContents():
         if isinstance(element, pn.Place) and element.capacity is not None:
@@ -64,6 +68,25 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
         if isinstance(element, sym.Transition) and element.clause is not None:
             found.add("with clauses")
     return found | _features_of_callbacks(model)
+
+
+def _features_of_action(action: sym.ActionChannel) -> set[str]:
+    """Return what an action has of what its rules look at."""
+    found, server = {"with actions"}, action.server
+    for outcome in ("succeeded", "aborted", "canceled"):
+        if getattr(server, outcome) is not None:
+            found.add(f"with goals that may be {outcome}")
+    if server.mayReject:
+        found.add("with goals that may be refused")
+    if server.feedback is not None and any(client.feedback is not None for client in action.clients):
+        found.add("with feedback")
+    if any(client.cancel is not None for client in action.clients):
+        found.add("with cancels" if server.cancel is not None else "with cancels that are refused")
+    if len(action.clients) > 1:
+        found.add("with several clients of an action")
+    if any(client.outstanding > 1 for client in action.clients):
+        found.add("with several goals of a client")
+    return found
 
 
 def _features_of_callbacks(model: sym.SystemModel) -> set[str]:

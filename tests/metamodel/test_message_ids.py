@@ -48,6 +48,7 @@ def test_numbers_are_a_set(steps: list[tuple[int, int]]) -> None:
     assert all(first <= last for first, last in ranges)
     assert all(one[1] + 1 < other[0] for one, other in pairwise(ranges))
     assert Numbers(ranges, limit=None) == numbers
+    assert numbers.highest == max(expected, default=0)
 
 
 def test_forged_numbers_silence_nobody() -> None:

@@ -38,6 +38,8 @@ class ExecutorInterpreter(Interpreter):
         self._more: dict[str, list[Guard]] = {}
         self._also: dict[str, dict[int, int]] = {}
         self._callbacks: dict[tuple[pn.Page, int], _Callback] = {}
+        self._steps: list[tuple[str, sym.NodeNet]] = []
+        """What fires on pages of goals that hold no thread between two steps."""
         pages = [page for page in self._pages if isinstance(page, sym.CallbackPage)]
         for page in pages:
             for copy in self._copies_of(page):
@@ -48,9 +50,15 @@ class ExecutorInterpreter(Interpreter):
                     self._timer(page, copy)
                 if (page, copy) in self._callbacks:
                     self._runs(self._callbacks[page, copy])
+        for name, net in self._steps:
+            self._if(name, self._has_thread(net))
         for service, client in self._ports:
             for copy in self._copies(client.request):
                 self._response(service, client, copy)
+        for action in self._actions:
+            self._goals(action)
+            for sender in action.clients:
+                self._answers(action, sender)
         self.events = [self._extended(event) for event in self.events]
 
     def _extended(self, event: Event) -> Event:
@@ -78,12 +86,21 @@ class ExecutorInterpreter(Interpreter):
         node = _node_of(page)
         if node is None or str(node.execution) != "callbacks":
             return
+        if str(page.kind) == "goal" and page.awaits:
+            for transition in self._transitions_on(page):
+                self._steps.append((self._name(transition, copy), node))
+            return
         running = self._slot(("running", page, copy))
         awaiting = self._slot(("awaiting", page, copy)) if page.awaits else None
-        callback = _Callback(page, copy, node, self._group(page, node), running, awaiting)
+        group = None if str(page.kind) == "goal" else self._group(page, node)
+        callback = _Callback(page, copy, node, group, running, awaiting)
         self._callbacks[page, copy] = callback
 
-    def _group(self, asking: sym.CallbackPage | sym.ClientPort, node: sym.NodeNet) -> object:
+    def _group(
+        self,
+        asking: sym.CallbackPage | sym.ClientPort | sym.ActionClientPort,
+        node: sym.NodeNet,
+    ) -> object:
         """Return what has only one callback at a time; None where a group is reentrant, or there is none."""
         named = asking.group
         if named is None and isinstance(asking, sym.CallbackPage) and str(asking.kind) == "client":
@@ -119,6 +136,10 @@ class ExecutorInterpreter(Interpreter):
             found.append((self._place(client.request, here), self._place(client.response, here)))
             if client.timedOut is not None:
                 found.append((self._place(client.request, here), self._place(client.timedOut, here)))
+        for action in self._actions:
+            for sender in action.clients:
+                goal = self._place(sender.goal, 0)
+                found.extend((goal, self._place(place, 0)) for place in _told(sender))
         return found
 
     def _begins(self, page: sym.CallbackPage, copy: int) -> list[str]:
@@ -201,6 +222,14 @@ class ExecutorInterpreter(Interpreter):
                     self._begin(f"{name}.call[{copy}]", callback)
                     self._end(f"{name}.return[{copy}]", callback)
                 return
+        for action in self._actions:
+            if action.server.page is page:
+                for client in action.clients:
+                    prefix = f"{action.id}.client.{client.client}"
+                    self._begin(f"{prefix}.accept[{copy}]", callback)
+                    for name in _ways_to_end(action, prefix, copy):
+                        self._end(name, callback)
+                return
         ends = self._ends(page, copy)
         begins = self._begins(page, copy) if str(page.kind) == "timer" else []
         for begin in begins:
@@ -234,7 +263,7 @@ class ExecutorInterpreter(Interpreter):
             return
         name = f"{service.id}.client.{self._client_name(client, copy)}"
         page = _page_of(client.response)
-        callback = None if page is None else self._callbacks[page, copy]
+        callback = None if page is None else self._callbacks.get((page, copy))
         self._if(f"{name}.res", self._is_at_rest(self._group(client, node)))
         if callback is not None and _comes_anew(client, callback.page):
             self._begin(f"{name}.res", callback)
@@ -254,6 +283,83 @@ class ExecutorInterpreter(Interpreter):
                 self._if(event.name, lambda s: s[awaiting] > 0)
                 self._then(event.name, awaiting, -1)
                 self._then(event.name, callback.running, 1)
+
+    # ------------------------------------------------------------------------------------- actions
+
+    def _between(self, name: str, node: sym.NodeNet, group: object) -> None:
+        """Let something happen between callbacks of a group, by a thread that is free."""
+        self._if(name, self._has_thread(node))
+        self._if(name, self._is_at_rest(group))
+
+    def _goals(self, action: sym.ActionChannel) -> None:
+        """Let goals and requests to cancel be taken between the callbacks of the server's group."""
+        node = _node_of(action.server.entry)
+        if node is None or str(node.execution) != "callbacks":
+            return
+        assert isinstance(action.server.page, sym.CallbackPage)
+        group = self._group(action.server.page, node)
+        for number in range(1, self._instances(action) + 1):
+            for word in ("cancel", "refuse"):
+                self._between(f"{action.id}[{number}].{word}", node, group)
+            for client in action.clients:
+                self._between(f"{action.id}.client.{client.client}.accept[{number}]", node, group)
+        for client in action.clients:
+            self._between(f"{action.id}.client.{client.client}.reject", node, group)
+
+    def _answers(self, action: sym.ActionChannel, client: sym.ActionClientPort) -> None:
+        """Let a client take results, refusals and feedback: between callbacks, or by one of their own."""
+        node, asked = _node_of(client.goal), _page_of(client.goal)
+        if node is None or str(node.execution) != "callbacks":
+            return
+        prefix = f"{action.id}.client.{client.client}"
+        taken: list[tuple[str, pn.Place | None]] = []
+        for outcome in ("succeeded", "aborted", "canceled"):
+            end: pn.Place | None = getattr(action.server, outcome)
+            if end is not None:
+                taken.append((f"{prefix}.result.{end.id}", getattr(client, outcome)))
+        if action.server.mayReject:
+            taken.append((f"{prefix}.refused", client.rejected))
+        if action.server.feedback is not None and client.feedback is not None:
+            taken.append((f"{prefix}.feedback.out", client.feedback))
+        awaits = (
+            asked is not None and asked.awaits and any(_page_of(place) is asked for place in _told(client))
+        )
+        if awaits:
+            assert asked is not None
+            callback = self._callbacks[asked, 0]
+            self._end(f"{prefix}.send", callback)
+            assert callback.awaiting is not None
+            self._then(f"{prefix}.send", callback.awaiting, 1)
+        group = self._group(client, node)
+        for name, place in taken:
+            page = None if place is None else _page_of(place)
+            self._if(name, self._is_at_rest(group))
+            if page is not None and str(page.kind) == "client" and page is not asked:
+                self._begin(name, self._callbacks[page, 0])
+                continue
+            self._if(name, self._has_thread(node))
+            if awaits and page is not None and page is asked and place is not client.feedback:
+                self._goes_on(name, self._callbacks[page, 0])
+
+    def _goes_on(self, name: str, callback: _Callback) -> None:
+        awaiting = callback.awaiting
+        assert awaiting is not None
+        self._if(name, lambda s: s[awaiting] > 0)
+        self._then(name, awaiting, -1)
+        self._then(name, callback.running, 1)
+
+
+def _told(client: sym.ActionClientPort) -> list[pn.Place]:
+    """Return the places where a client learns that a goal is over, or refused."""
+    places = (client.succeeded, client.aborted, client.canceled, client.rejected)
+    return [place for place in places if place is not None]
+
+
+def _ways_to_end(action: sym.ActionChannel, prefix: str, number: int) -> list[str]:
+    server = action.server
+    places = [p for p in (server.succeeded, server.aborted, server.canceled) if p is not None]
+    words = ("finish", "late", "heeded", "unheeded")
+    return [f"{prefix}.{word}.{place.id}[{number}]" for word in words for place in places]
 
 
 def _comes_anew(client: sym.ClientPort, page: sym.CallbackPage) -> bool:

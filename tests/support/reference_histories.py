@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from dineros.metamodel import pn, sym
+from tests.support.reference_actions import ActionPlayer
 from tests.support.reference_calls import ServicePlayer
 
 State: TypeAlias = tuple[int, ...]
@@ -85,7 +86,8 @@ class Interpreter:
         self._variant = signals
         self._services = [c for c in model.channels if isinstance(c, sym.ServiceChannel)]
         self._topics = [c for c in model.channels if isinstance(c, sym.TopicChannel)]
-        self._home: dict[pn.Page, sym.ServiceChannel] = {}
+        self._actions = [c for c in model.channels if isinstance(c, sym.ActionChannel)]
+        self._home: dict[pn.Page, sym.ServiceChannel | sym.ActionChannel] = {}
         self._pages: list[pn.Page] = []
         for page in model.pages:
             self._collect(page, None)
@@ -96,6 +98,7 @@ class Interpreter:
         self._transitions()
         for service in self._services:
             ServicePlayer(self, service)
+        goals = [ActionPlayer(self, action) for action in self._actions]
         self._signals()
         for topic in self._topics:
             self._topic(topic)
@@ -103,6 +106,8 @@ class Interpreter:
             self._happens(name, self._guard(name, use), use.effect())
         for topic in self._topics:
             self._bound_ports(topic)
+        for players in goals:
+            players.finish()
 
     # ------------------------------------------------------------------------------------- state
 
@@ -151,8 +156,9 @@ class Interpreter:
 
     # ------------------------------------------------------------------------------------- pages
 
-    def _collect(self, page: pn.Page, service: sym.ServiceChannel | None) -> None:
-        service = next((each for each in self._services if each.server.page is page), service)
+    def _collect(self, page: pn.Page, service: sym.ServiceChannel | sym.ActionChannel | None) -> None:
+        served: list[sym.ServiceChannel | sym.ActionChannel] = [*self._services, *self._actions]
+        service = next((each for each in served if each.server.page is page), service)
         self._pages.append(page)
         if service is not None:
             self._home[page] = service
@@ -160,9 +166,11 @@ class Interpreter:
             if isinstance(inner, pn.Page):
                 self._collect(inner, service)
 
-    def _instances(self, service: sym.ServiceChannel) -> int:
+    def _instances(self, service: sym.ServiceChannel | sym.ActionChannel) -> int:
         if service.instances is not None:
             return service.instances
+        if isinstance(service, sym.ActionChannel):
+            return len(service.clients)
         return sum(len(self._copies(client.request)) for client in service.clients)
 
     def _copies(self, node: pn.Node) -> list[int]:

@@ -10,10 +10,11 @@ from collections.abc import Iterable, Mapping
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.callbacks.groups import members_of
+from dineros.metamodel.callbacks.groups import members_of, works_on_goals
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.engine import Engine
 from dineros.transformations.rules import executors, requests, services, signals, timers
+from dineros.transformations.rules.actions import goals, slots
 from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 
 
@@ -31,6 +32,8 @@ def add_certificate(
         *_instances(engine, made),
         *_clients(engine, made),
         *_requests(engine, made),
+        *_slots(engine, made),
+        *_goals(engine, made),
         *_signals(engine, made),
         *_disjunctions(engine, made),
         *_timers(engine, made),
@@ -102,6 +105,31 @@ def _requests(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.P
         yield _invariant(f"{load.id} counts requests", 0, terms, made)
 
 
+def _slots(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    """How far a slot is with a goal, and whose goal it is."""
+    for application in engine.applications_of(slots.A7):
+        idle, executing = application.made["idle"], application.made["executing"]
+        assert isinstance(idle, pn.Place)
+        states = [idle, executing]
+        for rule, role in ((slots.A7Ask, "asked"), (slots.A7Cancel, "canceling")):
+            states += [each.made[role] for each in engine.applications_of(rule, application.sources)]
+        owners = [each.made["in_use"] for each in engine.applications_of(goals.A2, application.sources)]
+        yield _invariant(f"{idle.id} or a goal", 1, [(each, 1) for each in states], made)
+        yield _invariant(f"{idle.id} or a client's", 1, [(each, 1) for each in (idle, *owners)], made)
+
+
+def _goals(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    for application in engine.applications_of(goals.A1):
+        client = next(each for each in application.sources if isinstance(each, sym.ActionClientPort))
+        way = [application.made[role] for role in ("ready", "requested")]
+        for rule, role in ((goals.A2, "in_use"), (goals.A1Result, "result"), (goals.A2Reject, "refused")):
+            way += [each.made[role] for each in engine.applications_of(rule, [client])]
+        ready = way[0]
+        assert isinstance(ready, pn.Place)
+        words = "one goal" if ready.tokens == 1 else f"{ready.tokens} goals"
+        yield _invariant(f"{ready.id} or {words} under way", ready.tokens, [(each, 1) for each in way], made)
+
+
 def _signals(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
     for application in engine.applications_of(signals.I4):
         true, false = application.made["true"], application.made["false"]
@@ -143,6 +171,8 @@ def _groups(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.Pla
         assert isinstance(lock, pn.Place)
         terms: list[tuple[EObject, int]] = [(lock, 1)]
         for member in members_of(application.sources[0]):
+            if isinstance(member, sym.CallbackPage) and works_on_goals(member):
+                continue
             for rule, role in ((executors.E3, "running"), (executors.E7, "awaiting")):
                 terms.extend((each.made[role], 1) for each in engine.applications_of(rule, [member]))
         yield _invariant(f"{lock.id} or a callback that has begun", 1, terms, made)

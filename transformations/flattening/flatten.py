@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.calls import callers_first, server_pages, serving
+from dineros.metamodel.calls import Served, actions, callers_first, server_pages, services, serving
 from dineros.metamodel.elements import arcs, nodes, resolve, transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.reading import collector_paused
@@ -17,7 +17,6 @@ from dineros.transformations.flattening.traces import Link, Trace
 from dineros.transformations.language.copying import deep_copy
 from dineros.transformations.language.engine import Engine, require_makers
 from dineros.transformations.language.rule import Rule
-from dineros.transformations.rules import services
 from dineros.transformations.rules.catalogue import (
     CAPACITY_RULES,
     INSTANCE_RULES,
@@ -81,7 +80,8 @@ def flatten(
     is_ros2 = model.middleware == sym.Middleware.ros2
     middleware: MiddlewareVariant = "ros2" if is_ros2 else "ros1"
     standard, last = rules_of(signals, overflow, middleware), CAPACITY_RULES[middleware]
-    require_makers([*INSTANCE_RULES, *standard, *extra, *last])
+    instances = [rule for rules in INSTANCE_RULES.values() for rule in rules]
+    require_makers([*instances, *standard, *extra, *last])
     working, images = deep_copy(model)
     assert isinstance(working, sym.SystemModel)
     working.pages.append(pnm.Sheet(id="the rules' sheet"))
@@ -117,22 +117,24 @@ def _literal(variant: str) -> str:
 
 
 def _instantiate(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
-    """Apply S4 to one service after the other, callers first, and take out what was copied.
+    """Apply A6 to each action and S4 to one service after the other, callers first; take out what was copied.
 
     So a service has all the clients of its callers' instances before its own instances are counted.
     """
     prototypes = []
     pages = server_pages(working)
     on_page: dict[pn.Page, dict[sym.ServiceChannel, list[sym.ClientPort]]] = {page: {} for page in pages}
-    for called in pages.values():
+    for called in services(working):
         for client in called.clients:
             caller = serving(client.request, pages)
             if caller is not None:
                 on_page[caller.server.page].setdefault(called, []).append(client)
-    for channel in callers_first(working):
+    channels: list[Served] = [*actions(working), *callers_first(working)]
+    for channel in channels:
         page = channel.server.page
-        for rule in INSTANCE_RULES if on_page[page] else (services.S4,):
-            engine.apply(rule, {rule.service: channel})
+        rule, of_clients = INSTANCE_RULES[type(channel)]
+        for each in (rule, of_clients) if on_page[page] else (rule,):
+            engine.apply(each, {each.lhs[0]: channel})
         for called, clients in on_page[page].items():
             for client in clients:
                 called.clients.remove(client)
@@ -151,10 +153,11 @@ def _instantiate(working: sym.SystemModel, engine: Engine) -> list[pn.Page]:
 def _override_instances(working: sym.SystemModel, engine: Engine) -> None:
     """Let the instances of a transition take its place in priorities."""
     instances: dict[EObject, list[pn.Transition]] = {}
-    for application in engine.applications_of(services.S4):
-        for original, copied in engine.images[application.made["page"]].items():
-            if isinstance(copied, pn.Transition):
-                instances.setdefault(original, []).append(copied)
+    for rule, _ in INSTANCE_RULES.values():
+        for application in engine.applications_of(rule):
+            for original, copied in engine.images[application.made["page"]].items():
+                if isinstance(copied, pn.Transition):
+                    instances.setdefault(original, []).append(copied)
     for transition in transitions(working):
         for lower in list(transition.overrides):
             transition.overrides.extend(instances.get(lower, ()))
@@ -220,6 +223,7 @@ def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, 
     links: list[Link] = []
     # What server instances have: copies of the elements of their page, and of the clients on it.
     instances: dict[EObject, tuple[EObject, int]] = {}
+    copied_by: dict[EObject, str] = {}
     numbers = (len(engine.applications) + number for number in range(len(made)))
     for application in engine.applications:
         sources: dict[EObject, None] = {}
@@ -234,6 +238,7 @@ def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, 
                     client_index = index
             elif source in origins:
                 sources[origins[source]] = None
+        rule = application.rule.__name__
         for role, element in application.elements():
             copies = engine.images.get(element)
             if isinstance(element, sym.ClientPort):
@@ -241,10 +246,11 @@ def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, 
             if copies is not None and index is not None:
                 for original, copied in copies.items():
                     instances[copied] = (origins[original], index)
+                    copied_by[copied] = rule
             if element in made:
                 links.append(
                     Link(
-                        application.rule.__name__,
+                        rule,
                         role,
                         application.number,
                         tuple(sources),
@@ -259,6 +265,6 @@ def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, 
         if target in linked:
             continue
         original, instance = instances.get(element) or (origins[element], None)
-        rule = KEPT if instance is None else services.S4.__name__
+        rule = KEPT if instance is None else copied_by[element]
         links.append(Link(rule, type(target).__name__.lower(), next(numbers), (original,), instance, target))
     return Trace(links)

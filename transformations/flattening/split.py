@@ -8,7 +8,7 @@ from typing import TypedDict
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.calls import instance_counts
+from dineros.metamodel.calls import CLIENT_PLACES, SERVER_PLACES, Served, action_places, instance_counts
 from dineros.metamodel.elements import elements, node_net_of, node_nets, places, token_types
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.copying import deep_copy
@@ -47,7 +47,7 @@ def split(model: sym.SystemModel) -> list[rtm.RuntimeModel]:
 
 
 def _runtime_model(
-    model: sym.SystemModel, node: sym.NodeNet, counts: dict[sym.ServiceChannel, int]
+    model: sym.SystemModel, node: sym.NodeNet, counts: dict[Served, int]
 ) -> tuple[rtm.RuntimeModel, dict[EObject, EObject]]:
     outer = list(_outer_pages(node))
     others = {
@@ -111,13 +111,15 @@ def _ports(
     channel: sym.Channel,
     node: sym.NodeNet,
     images: dict[EObject, EObject],
-    counts: dict[sym.ServiceChannel, int],
+    counts: dict[Served, int],
 ) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
     """Yield the ports of a channel in a node net, each with the place that it belongs to."""
     if isinstance(channel, sym.TopicChannel):
         yield from _topic_ports(channel, node, images)
     elif isinstance(channel, sym.ServiceChannel):
         yield from _service_ports(channel, images, counts)
+    elif isinstance(channel, sym.ActionChannel):
+        yield from _action_ports(channel, images, counts)
 
 
 def _topic_ports(
@@ -153,7 +155,7 @@ def _topic_ports(
 
 
 def _service_ports(
-    channel: sym.ServiceChannel, images: dict[EObject, EObject], counts: dict[sym.ServiceChannel, int]
+    channel: sym.ServiceChannel, images: dict[EObject, EObject], counts: dict[Served, int]
 ) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
     # The paper's rules know of one request at a time, which is waited for.
     runs_on_ros2 = channel.model is not None and channel.model.middleware == sym.Middleware.ros2
@@ -184,6 +186,39 @@ def _service_ports(
                 outstanding=max([1, *(client.outstanding for client in channel.clients if runs_on_ros2)]),
             ),
         )
+
+
+def _action_ports(
+    channel: sym.ActionChannel, images: dict[EObject, EObject], counts: dict[Served, int]
+) -> Iterator[tuple[rtm.Place, rtm.PlacePort]]:
+    for client in channel.clients:
+        goal = images.get(client.goal)
+        if isinstance(goal, rtm.Place):
+            port = rtm.ActionClientPort(
+                **_interface(channel),
+                action=channel.action,
+                client=client.client,
+                outstanding=client.outstanding,
+                depth=channel.depth,
+            )
+            for role in CLIENT_PLACES:
+                setattr(port, role, images.get(getattr(client, role)))
+            yield goal, port
+    server = channel.server
+    entry, page = images.get(server.entry), images.get(server.page)
+    if isinstance(entry, rtm.Place) and isinstance(page, pn.Page):
+        # A server that nobody sends goals to yet is a server: one slot, not none.
+        serving = rtm.ActionServerPort(
+            **_interface(channel),
+            action=channel.action,
+            page=page,
+            mayReject=server.mayReject,
+            instances=max(1, counts[channel]),
+            depth=channel.depth,
+        )
+        for role in SERVER_PLACES:
+            setattr(serving, role, images.get(getattr(server, role)))
+        yield entry, serving
 
 
 class _Interface(TypedDict):
@@ -265,3 +300,5 @@ def _port_places(model: sym.SystemModel) -> Iterator[pn.Place]:
                 yield from (client.request, client.response)
                 if client.timedOut is not None:
                     yield client.timedOut
+        elif isinstance(channel, sym.ActionChannel):
+            yield from action_places(channel)

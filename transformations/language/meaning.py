@@ -7,7 +7,7 @@ from typing import Literal
 
 from dineros.metamodel.records.schema import Step
 
-QueueKind = Literal["publisher", "dispatcher", "subscriber", "request"]
+QueueKind = Literal["publisher", "dispatcher", "subscriber", "request", "feedback"]
 
 
 @dataclass(frozen=True)
@@ -19,19 +19,22 @@ class Meaning:
     words : str
         What it is, or what its firing does. Names in braces are filled in: ``topic``, ``service``,
         ``client``, ``instance``, ``signal``, ``publisher``, ``subscriber``, ``place``, ``callback``,
-        ``group`` and ``node`` are of what the rule matched, ``queue`` is its queue, ``writer`` the server
-        instance that writes there, and ``waits`` what a client does whose request is lost.
+        ``group``, ``node``, ``action`` and ``outcome`` are of what the rule matched, ``queue`` is its queue,
+        ``writer`` the server instance that writes there, and ``waits`` what a client does whose request is
+        lost.
     on_server_page : str
         What is said instead where the client stands on a server page.
     step : type of Step or None
         What its firing is in a trace; None where it is a firing of the model, and for places.
-    queue : {"publisher", "dispatcher", "subscriber", "request"} or None
+    queue : {"publisher", "dispatcher", "subscriber", "request", "feedback"} or None
         The kind of queue it belongs to.
     called : str
         What that queue is called, with names in braces.
     part : str
         What it is there: ``load``, ``capacity``, ``enter``, ``leave`` or ``drop`` of a queue; ``threads``,
-        ``lock``, ``running`` or ``awaiting`` of an executor; ``idle``, ``due`` or ``tick`` of a timer.
+        ``lock``, ``running`` or ``awaiting`` of an executor; ``idle``, ``due`` or ``tick`` of a timer;
+        ``idle slot``, ``executing``, ``asked``, ``canceling``, ``waits``, ``works``, ``ask``, ``nothing``,
+        ``reject``, ``refuse``, ``end``, ``too late``, ``unheeded`` or ``result`` of goals.
     value : bool or None
         The value of a signal that it stands for.
     rests : bool

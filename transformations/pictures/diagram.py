@@ -32,6 +32,14 @@ _DIRECTIONS: dict[type[EObject], dict[str, Literal["in", "out"]]] = {
     sym.SubscriberPort: {"place": "out", "channel": "out"},
     sym.ClientPort: {"request": "in", "response": "out", "channel": "in"},
     sym.ServerPort: {"entry": "out", "exit": "in", "channel": "out"},
+    sym.ActionClientPort: {
+        **dict.fromkeys(("goal", "cancel", "channel"), "in"),
+        **dict.fromkeys(("succeeded", "aborted", "canceled", "rejected", "feedback"), "out"),
+    },
+    sym.ActionServerPort: {
+        **dict.fromkeys(("entry", "cancel", "channel"), "out"),
+        **dict.fromkeys(("succeeded", "aborted", "canceled", "feedback"), "in"),
+    },
 }
 """Whether tokens come in to a port by a feature or go out."""
 

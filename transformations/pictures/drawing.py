@@ -264,9 +264,12 @@ def _form(eclass: type[EObject]) -> str:
         (pn.TransitionNode, "transition"),
         (sym.TopicChannel, "topic"),
         (sym.ServiceChannel, "service"),
+        (sym.ActionChannel, "service"),
         (sym.TopicPort, "port"),
         (sym.ClientPort, "port"),
         (sym.ServerPort, "port"),
+        (sym.ActionClientPort, "port"),
+        (sym.ActionServerPort, "port"),
         (sym.InputSignal, "signal"),
     ):
         if issubclass(eclass, kind):

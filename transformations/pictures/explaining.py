@@ -65,7 +65,7 @@ def _results(source: pn.Element, trace: Trace) -> Iterator[Link]:
 def told(element: EObject) -> str:
     """Return what people call an element of a system model, also where it has no id of its own."""
     kind = _words(type(element).__name__)
-    if isinstance(element, sym.ClientPort):
+    if isinstance(element, (sym.ClientPort, sym.ActionClientPort)):
         return f"{kind} {element.client}"
     if isinstance(element, sym.TopicPort):
         return f"{kind} at {element.place.id}"
@@ -75,7 +75,7 @@ def told(element: EObject) -> str:
     container = element.eContainer()
     if container is None:
         return kind
-    if isinstance(element, (sym.InputClause, sym.ServerPort)):
+    if isinstance(element, (sym.InputClause, sym.ServerPort, sym.ActionServerPort)):
         return f"{kind} of {told(container)}"
     feature = element.eContainmentFeature()
     number = f" {list(getattr(container, feature.name)).index(element) + 1}" if feature.many else ""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from dineros.metamodel import sym
 from dineros.metamodel.errors import UnknownElementError, near_matches
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules import (
@@ -20,6 +21,8 @@ from dineros.transformations.rules import (
     timers,
     topics,
 )
+from dineros.transformations.rules.actions import callbacks as served
+from dineros.transformations.rules.actions import feedback, goals, publishing, slots
 
 
 @dataclass(frozen=True)
@@ -146,6 +149,33 @@ FAMILIES = (
         "They come after S1 to S4 where the middleware is `ros2`, for services that can lose requests.",
     ),
     Family(
+        "actions",
+        "Actions: goals, slots, requests to cancel, outcomes, feedback",
+        "",
+        (
+            *(goals.A1, goals.A1Result, goals.A1Fetch, goals.A2, goals.A2Reject, goals.A2Tell),
+            *(goals.A3, goals.A3Again, goals.A3Nothing, goals.A3Over, goals.A3Hear, goals.A3Refuse),
+            *(goals.A4, goals.A4Late, goals.A4Cancel, goals.A4Unheeded),
+            *(feedback.A5, feedback.A5Tell, feedback.A5Room, feedback.A5First, feedback.A5Hand),
+            *(slots.A6, slots.A6Client, slots.A7, slots.A7Ask, slots.A7Cancel),
+            *(publishing.R1Slot, publishing.T2SlotHistory, publishing.T2Slot),
+        ),
+        "They run under every middleware, after those of services; A6 runs before all others, A5-room, "
+        "A5-first and A5-hand with those about capacities.",
+    ),
+    Family(
+        "goals",
+        "Executors and callback groups of ROS 2: goals of actions",
+        "",
+        (
+            *(served.E3Accept, served.E3AcceptAwaiting, served.E3AcceptExclusive, served.E3Step),
+            *(served.E4End, served.E5Serve, served.E5ServeExclusive, served.E5Answer),
+            *(served.E5AnswerExclusive, served.E6Answer, served.E6AnswerExclusive),
+            *(served.E7Send, served.E7Answer),
+        ),
+        "They run where the middleware is `ros2`, for node nets whose execution is `callbacks`.",
+    ),
+    Family(
         "capacities",
         "Capacities of places",
         "",
@@ -169,10 +199,23 @@ SIGNAL_RULES: dict[SignalVariant, list[type[Rule]]] = {
     "io-enabled": [*_INPUT_ENABLED, *_IO_ENABLED, *_COUNT_LITERALS],
 }
 OVERFLOW_RULES: dict[OverflowVariant, type[Rule]] = {"weighted": topics.T5b, "inhibitor": topics.T5a}
-INSTANCE_RULES: list[type[Rule]] = [services.S4, services.S4Client]
+INSTANCE_RULES: dict[type[sym.Channel], tuple[type[Rule], type[Rule]]] = {
+    sym.ActionChannel: (slots.A6, slots.A6Client),
+    sym.ServiceChannel: (services.S4, services.S4Client),
+}
+"""What copies the server page of a channel, and the clients that stand there."""
+ACTION_RULES: list[type[Rule]] = [
+    *(slots.A7, slots.A7Ask, slots.A7Cancel, goals.A1, goals.A1Result, goals.A1Fetch),
+    *(goals.A2, goals.A2Reject, goals.A2Tell, goals.A3, goals.A3Again, goals.A3Nothing, goals.A3Over),
+    *(goals.A3Hear, goals.A3Refuse, goals.A4, goals.A4Late, goals.A4Cancel, goals.A4Unheeded),
+    *(feedback.A5, feedback.A5Tell),
+]
 TOPIC_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
-    "ros1": [topics.T1, topics.T2, topics.T2History, topics.T2Instance, topics.T3, topics.T4],
-    "ros2": [histories.R3, histories.R2, histories.R1, histories.R1Instance, histories.R4],
+    "ros1": [
+        *(topics.T1, topics.T2, topics.T2History, topics.T2Instance),
+        *(publishing.T2SlotHistory, publishing.T2Slot, topics.T3, topics.T4),
+    ],
+    "ros2": [histories.R3, histories.R2, histories.R1, histories.R1Instance, publishing.R1Slot, histories.R4],
 }
 CALLBACK_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [],
@@ -180,10 +223,12 @@ CALLBACK_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
         timers.C1,
         *(executors.E1, executors.E2, executors.E2Default, executors.E3),
         *(executors.E3Take, executors.E3Tick, executors.E3Serve, executors.E6, late.E3Late),
-        *(executors.E4, executors.E4Reply, late.E4Late, executors.E3Once),
+        *(served.E3Accept, served.E3AcceptAwaiting, served.E3AcceptExclusive, served.E3Step, served.E6Answer),
+        *(executors.E4, executors.E4Reply, late.E4Late, served.E4End, executors.E3Once),
         *(executors.E3Exclusive, executors.E4Exclusive, executors.E3OnceExclusive),
         *(executors.E5, executors.E5Exclusive, executors.E6Exclusive, executors.E7, executors.E7Call),
-        late.E7GiveUp,
+        *(late.E7GiveUp, served.E5Serve, served.E5ServeExclusive, served.E5Answer),
+        *(served.E5AnswerExclusive, served.E6AnswerExclusive, served.E7Send, served.E7Answer),
     ],
 }
 """They run after those of signals, whose places are those of the model."""
@@ -204,8 +249,11 @@ SERVICE_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     ],
 }
 CAPACITY_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
-    "ros1": [capacities.B1, capacities.B4],
-    "ros2": [capacities.B1, capacities.B2, capacities.B3, capacities.B4],
+    "ros1": [capacities.B1, feedback.A5Room, feedback.A5First, feedback.A5Hand, capacities.B4],
+    "ros2": [
+        *(capacities.B1, capacities.B2, capacities.B3),
+        *(feedback.A5Room, feedback.A5First, feedback.A5Hand, capacities.B4),
+    ],
 }
 """They run last, after rules of one's own: they look at all arcs."""
 
@@ -251,6 +299,7 @@ def rules_of(
     """
     return [
         *SERVICE_RULES[middleware],
+        *ACTION_RULES,
         *TOPIC_RULES[middleware],
         OVERFLOW_RULES[overflow],
         *SIGNAL_RULES[signals],

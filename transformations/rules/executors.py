@@ -24,6 +24,7 @@ from dineros.transformations.rules.callbacks import (
     Callback,
     Ends,
     Group,
+    HoldsThread,
     Members,
     Threads,
 )
@@ -119,6 +120,8 @@ class E3(Rule):
     node = Node(sym.NodeNet, execution="callbacks", of=ancestor(page, sym.NodeNet))
 
     running = place("{page.id}.running", means=Meaning("{callback} runs", part="running"))
+
+    where = [HoldsThread(page)]
 
 
 class E3Take(Rule):

@@ -146,7 +146,8 @@ class R1(Rule):
 
     around = Node(pn.Page, of=enclosing(writer.place, pn.Page))
     server = Node(sym.ServerPort, page=around)
-    absent = [Absent(around, server)]
+    slots = Node(sym.ActionServerPort, page=around)
+    absent = [Absent(around, server), Absent(around, slots)]
     lhs = [channel, writer, source]
     rhs = [*lhs, *publication, writes]
 

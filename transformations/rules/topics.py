@@ -55,7 +55,8 @@ class T2(Rule):
 
     around = Node(pn.Page, of=enclosing(port.place, pn.Page))
     server = Node(sym.ServerPort, page=around)
-    absent = [Absent(around, server)]
+    slots = Node(sym.ActionServerPort, page=around)
+    absent = [Absent(around, server), Absent(around, slots)]
     lhs = [channel, port, source, topic]
     rhs = [*lhs, *queue]
 

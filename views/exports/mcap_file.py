@@ -7,6 +7,7 @@
 | ``/dineros/signals/NAME`` | ``{"value": true}`` |
 | ``/dineros/topics/CHANNEL/QUEUE/PLACE`` | ``{"level", "capacity"}`` and what happened |
 | ``/dineros/services/CHANNEL/CLIENT`` | ``{"state": "waiting", "instance": 1}`` |
+| ``/dineros/actions/CHANNEL/CLIENT`` | the same of goals: ``{"state": "succeeded"}`` and so on |
 | ``/dineros/marking`` | tokens of the places that the step changed, after it |
 """
 
@@ -19,6 +20,7 @@ from typing import Any
 from dineros.metamodel.errors import DinerosError
 from dineros.views.exports.timing import times_of
 from dineros.views.traces.building import Step, TraceBuilder
+from dineros.views.traces.goals import ENDS
 from dineros.views.traces.lanes import Lane
 
 _TIME = {
@@ -68,6 +70,8 @@ _STATES = {
     "o": "timed out",
     "g": "given up",
 }
+_GOAL_STATES = {"q": "sent", "s": "accepted", "r": "finished", "o": "timed out", "c": "asked to cancel"}
+_GOAL_STATES |= {"x": "canceling", "b": "feedback", "h": "heard"}
 
 
 def export(builder: TraceBuilder) -> bytes:
@@ -141,10 +145,13 @@ class _File:
                 said["capacity"] = lane.capacity
             self._message(f"/dineros/topics/{lane.channel}/{lane.queue}/{lane.id}", "dineros.Queue", said)
         elif lane.kind == "client":
-            call: dict[str, Any] = {"call": values[0], "state": _STATES[letter]}
+            is_goal = lane.group == "actions"
+            state = (_GOAL_STATES if is_goal else _STATES).get(letter) or ENDS[values[1]]
+            call: dict[str, Any] = {"call": values[0], "state": state}
             if letter == "s" and values[1] is not None:
                 call["instance"] = values[1]
-            self._message(f"/dineros/services/{lane.channel}/{lane.id}", "dineros.Call", call)
+            topic = f"/dineros/{'actions' if is_goal else 'services'}/{lane.channel}/{lane.id}"
+            self._message(topic, "dineros.Call", call)
 
     def _message(self, topic: str, schema: str, content: dict[str, Any]) -> None:
         if topic not in self._channels:

@@ -1,8 +1,8 @@
 """A trace for Perfetto (https://ui.perfetto.dev): a process for each node net, with the tracks of its lanes.
 
-Signals and queues are counters; calls of services are slices, the client's around the server's;
-firings are slices as long as their handlers took, or instants. Arrows (flows) lead from requests to servers,
-and back.
+Signals and queues are counters; calls of services and goals of actions are slices, the client's around the
+server's, with requests to cancel and feedback as instants; firings are slices as long as their handlers took,
+or instants. Arrows (flows) lead from requests to servers, and back.
 """
 
 from __future__ import annotations
@@ -12,9 +12,11 @@ from typing import Any
 from dineros.metamodel.errors import DinerosError
 from dineros.views.exports.timing import FIRING, Call, calls_of, marks_of, times_of
 from dineros.views.traces.building import Step, TraceBuilder
+from dineros.views.traces.goals import ENDS
 from dineros.views.traces.lanes import Lane
 
 _SEQUENCE = 1
+_GOAL_EVENTS = {"c": "asks to cancel", "x": "is to be canceled", "b": "feedback", "h": "hears feedback"}
 _BEGIN, _END, _INSTANT, _COUNTER = 1, 2, 3, 4  # of TrackEvent.Type
 
 
@@ -61,6 +63,8 @@ class _Tracks:
                 self._instant(time, self._track(lane.node, f"{lane.label} {lane.note}"), what, step)
             elif lane.kind == "transition":
                 self._firing(time, lane, letter, step)
+            elif lane.kind == "client" and letter in "cxbh":
+                self._instant(time, self._track(lane.node, _client_track(lane)), _GOAL_EVENTS[letter], step)
         for number, call in enumerate(calls_of(self.builder), 1):
             self._call(call, number)
         # Where two events are at the same time, they stay in the order they were made.
@@ -94,11 +98,13 @@ class _Tracks:
         client = self._track(lane.node, f"{lane.label} client {lane.id}{number_}")
         ended = " (given up)" if call.given_up is not None else " (never answered)"
         open_ = "" if call.response is not None else ended
+        if call.end is not None:
+            open_ = f" ({ENDS[call.end]})"
         self._slice(client, f"{lane.label} C {lane.id}{open_}", begin, end, flow=number)
         if call.serve is None:
             return
         node = self.builder.steps[call.serve].node
-        server = self._track(node, f"{lane.label} instance {call.instance}")
+        server = self._track(node, f"{lane.label} {'slot' if call.is_goal else 'instance'} {call.instance}")
         done = self.end if call.reply is None else self.times[call.reply]
         self._slice(
             server, f"{lane.label} I {call.instance} C {lane.id}", self.times[call.serve], done, flow=number
@@ -163,6 +169,10 @@ class _Tracks:
             if counter:
                 descriptor.counter.SetInParent()
         return self._tracks[key]
+
+
+def _client_track(lane: Lane) -> str:
+    return f"{lane.label} client {lane.id}"
 
 
 def _annotate(event: Any, step: Step) -> None:

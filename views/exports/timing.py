@@ -1,4 +1,4 @@
-"""When each step is, in nanoseconds, and the calls of services in a trace."""
+"""When each step is, in nanoseconds, and the calls of services and goals of actions in a trace."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def marks_of(builder: TraceBuilder) -> Iterator[tuple[int, Step, Lane, str, list
 
 @dataclass
 class Call:
-    """A client's call of a service, by indices of steps; None for what did not happen.
+    """A client's call of a service, or a goal, by indices of steps; None for what did not happen.
 
     Those of one client that overlap have different levels, from 0.
     """
@@ -42,6 +42,7 @@ class Call:
     response: int | None = None
     given_up: int | None = None
     instance: int | None = None
+    end: int | None = None
     level: int = 0
 
     @property
@@ -49,9 +50,14 @@ class Call:
         """When its client waits no longer."""
         return self.given_up if self.response is None else self.response
 
+    @property
+    def is_goal(self) -> bool:
+        """Whether it is a goal of an action."""
+        return self.lane.group == "actions"
+
 
 def calls_of(builder: TraceBuilder) -> list[Call]:
-    """Return the calls of all services in the order they begin."""
+    """Return the calls of all services, and all goals, in the order they begin."""
     calls: dict[tuple[int, int], Call] = {}
     names = {"q": "request", "s": "serve", "r": "reply", "a": "response", "g": "given_up"}
     for index, _, lane, letter, values in marks_of(builder):
@@ -61,6 +67,8 @@ def calls_of(builder: TraceBuilder) -> list[Call]:
         setattr(call, names[letter], index)
         if letter == "s":
             call.instance = values[1]
+        elif letter == "a" and len(values) > 1:
+            call.end = values[1]
     found = list(calls.values())
     _set_levels(found)
     return found

@@ -8,6 +8,7 @@ What a record does to a lane is a *mark*: a list of the lane's number, a letter,
 | signal | ``v`` value |
 | queue | ``p`` level (publish), ``k`` level (take), ``d`` level, count (drop), ``n`` level |
 | client | call, after ``q`` request, ``s`` serve, ``r`` reply, ``a`` answer, ``o`` late, ``g`` given up |
+| goals | as of a client, and ``c`` (asks to cancel), ``x`` (is to be), ``b`` (feedback), ``h`` (hears it) |
 | transition | ``f`` handlers (fires), ``e`` (fails), ``z`` (leaves tokens), ``u`` (takes them again) |
 | place | ``n`` tokens |
 """
@@ -24,6 +25,7 @@ from dineros.metamodel.records import Header, Record, Start
 from dineros.metamodel.records.schema import ServiceStep
 from dineros.metamodel.records.schema import Step as StepRecord
 from dineros.views.traces.facts import Facts, prototype
+from dineros.views.traces.goals import GoalBars, GoalRecord
 from dineros.views.traces.lanes import Lane, Lanes
 
 Mark = list[Any]
@@ -40,6 +42,7 @@ _SHOWN = (
     "token",
     "message",
     "instance",
+    "outcome",
     "attempt",
     "handler",
     "error",
@@ -113,6 +116,7 @@ class TraceBuilder:
         self._counts: dict[int, int] = {}
         self._call_of: dict[tuple[str, str], tuple[Lane, int]] = {}
         self._open: dict[int, dict[int, str]] = {}  # of each client's lane: the last mark of its open calls
+        self._goals = GoalBars(self.lanes, self.facts)
         self._started: set[str] = set()
         self._watched: dict[str, list[Lane]] = {}
         self._begun = False
@@ -174,6 +178,8 @@ class TraceBuilder:
                 self._queue_lane(channel, queue, place)
         for (channel, place), client in self.facts.ports.items():
             self._client_lane(channel, client, self.facts.owner_of(place))
+        for (channel, client), place in self.facts.goals.items():
+            self._goals.lane(channel, client, self.facts.owner_of(place))
 
     def _lanes_of_property(self, asked: list[str]) -> None:
         """Watch the places that the property speaks of; a prototype's name is the sum of its instances."""
@@ -269,6 +275,10 @@ class TraceBuilder:
                 step.text = said or f"signal {record.signal} becomes {'true' if record.value else 'false'}"
             case rec.Drop(queue="request") | rec.GiveUp():
                 self._unanswered(step, record)
+            case rec.GoalStep() | rec.Accepted() | rec.TooLate():
+                self._goal(step, record)
+            case rec.Timeout() if (record.channel, record.client) in self.facts.goals:
+                self._goal(step, record)
             case rec.Publish() | rec.Take() | rec.Drop():
                 self._topic(step, record)
             case ServiceStep() | rec.Timeout():
@@ -373,6 +383,14 @@ class TraceBuilder:
         open_ = self._open.get(lane.index, {})
         found = (call for call, mark in open_.items() if mark == before or before is None)
         return next(found, self._counts[lane.index])
+
+    def _goal(self, step: Step, record: GoalRecord) -> None:
+        """Draw the bar of a goal; what is told of it but changes nothing is text only."""
+        step.node = step.node or self.facts.owner_of(getattr(record, "place", None))
+        lane, mark, text = self._goals.mark(record, step.node)
+        step.node = step.node or lane.node
+        step.marks += [] if mark is None else [[lane.index, *mark]]
+        step.text = step.text or text
 
     def _unanswered(self, step: Step, record: rec.Drop | rec.GiveUp) -> None:
         """Show in the client's lane that its request is lost, or that it waits no longer."""

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.calls import copy_id, instance_counts, server_pages, serving
+from dineros.metamodel.calls import Served, copy_id, instance_counts, server_pages, services, serving
 from dineros.metamodel.elements import label, node_net_of, node_nets, nodes, resolve
 
 _INSTANCE = re.compile(r"^(?P<channel>.+?)\[(?P<number>[0-9]+)\]\.(?P<element>.+)$")
@@ -49,9 +49,11 @@ class Facts:
     subscribers : set of (str, str)
         The channel and place of each subscriber port.
     channels : dict of str to str
-        Topic or service of each channel.
+        Topic, service or action of each channel.
     ports : dict of (str, str) to str
         The client whose request or response place this is, by channel and place.
+    goals : dict of (str, str) to str
+        The place of the goals of each client of an action, by channel and client.
     """
 
     owner: dict[str, str] = field(default_factory=dict)
@@ -64,6 +66,7 @@ class Facts:
     subscribers: set[tuple[str, str]] = field(default_factory=set)
     channels: dict[str, str] = field(default_factory=dict)
     ports: dict[tuple[str, str], str] = field(default_factory=dict)
+    goals: dict[tuple[str, str], str] = field(default_factory=dict)
 
     def owner_of(self, element: str | None) -> str | None:
         """Return the node net of an element; that of its prototype for one of a server instance."""
@@ -124,7 +127,7 @@ def facts_of(model: pn.Net | None) -> Facts:
     for channel in model.channels if isinstance(model, sym.SystemModel) else ():
         _add_channel(facts, channel)
     pages = server_pages(model)
-    for service in pages.values():
+    for service in services(model):
         for client in service.clients:
             _add_client(facts, service, client, serving(client.request, pages), counts)
     return facts
@@ -138,11 +141,11 @@ def _clause(clause: sym.InputClause) -> Clause:
     return Clause(clause.text, disjunctions)
 
 
-def _replicas(model: pn.Net, counts: dict[sym.ServiceChannel, int]) -> dict[int, dict[str, list[str]]]:
+def _replicas(model: pn.Net, counts: dict[Served, int]) -> dict[int, dict[str, list[str]]]:
     """Return the ids of the transitions of server pages in their instances, by the page's identity."""
     found: dict[int, dict[str, list[str]]] = {}
     for channel in model.channels if isinstance(model, sym.SystemModel) else ():
-        if not isinstance(channel, sym.ServiceChannel) or channel.server is None:
+        if not isinstance(channel, (sym.ServiceChannel, sym.ActionChannel)) or channel.server is None:
             continue
         instances = counts[channel]
         stack = [channel.server.page]
@@ -172,14 +175,18 @@ def _add_channel(facts: Facts, channel: sym.Channel) -> None:
     elif isinstance(channel, sym.ServiceChannel):
         facts.channels[channel.id] = channel.service
         facts.depths[channel.id, channel.server.entry.id] = channel.depth
+    elif isinstance(channel, sym.ActionChannel):
+        facts.channels[channel.id] = channel.action
+        for client in channel.clients:
+            facts.goals[channel.id, client.client] = resolve(client.goal).id
 
 
 def _add_client(
     facts: Facts,
     channel: sym.ServiceChannel,
     client: sym.ClientPort,
-    caller: sym.ServiceChannel | None,
-    counts: dict[sym.ServiceChannel, int],
+    caller: Served | None,
+    counts: dict[Served, int],
 ) -> None:
     """Add a client; one on a server page is there for each instance."""
     for place in filter(None, (client.request, client.response)):

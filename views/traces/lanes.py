@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-Group = Literal["property", "signals", "topics", "services", "transitions"]
+Group = Literal["property", "signals", "topics", "services", "actions", "transitions"]
 Kind = Literal["signal", "queue", "client", "transition", "place"]
 
-GROUPS: tuple[Group, ...] = ("property", "signals", "topics", "services", "transitions")
+GROUPS: tuple[Group, ...] = ("property", "signals", "topics", "services", "actions", "transitions")
 
 
 @dataclass(frozen=True)

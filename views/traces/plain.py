@@ -17,6 +17,7 @@ _HEADINGS = {
     "signals": "Signals",
     "topics": "Topics",
     "services": "Services",
+    "actions": "Actions",
     "transitions": "Transitions",
 }
 _WORDS = {
@@ -29,6 +30,10 @@ _WORDS = {
     "a": "answer",
     "o": "late",
     "g": "given up",
+    "c": "asks to cancel",
+    "x": "is to be canceled",
+    "b": "feedback",
+    "h": "hears feedback",
     "f": "fires",
     "e": "fails",
     "z": "leaves tokens",

@@ -34,12 +34,10 @@ class Fates:
         if known is None:
             return False
         sender, number = known
-        ranges = (
-            self._taken[channel, place, sender].ranges() if (channel, place, sender) in self._taken else []
-        )
-        if not ranges or ranges[-1][1] < number:
+        taken = self._taken.get((channel, place, sender))
+        if taken is None or taken.highest < number:
             return False if self.are_known else None
-        return number not in self._taken[channel, place, sender]
+        return number not in taken
 
 
 def _parsed(message: str) -> tuple[str, int] | None:

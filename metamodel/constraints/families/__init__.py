@@ -22,6 +22,7 @@ from dineros.metamodel.constraints.families import (
     tokens,
     topics,
 )
+from dineros.metamodel.constraints.families.actions import clients, servers
 
 
 def _of(*families: ModuleType) -> tuple[Constraint, ...]:
@@ -34,6 +35,7 @@ BOUNDS = _of(bounds)
 """What lacks something the metamodel requires: no other constraint is asked about that element."""
 
 OTHERS = _of(
-    *(names, nets, node_nets, callbacks, topics, histories, services, requests, ports, clauses),
+    *(names, nets, node_nets, callbacks, topics, histories, services, requests, servers, clients),
+    *(ports, clauses),
     *(tokens, token_types, results, sizes),
 )

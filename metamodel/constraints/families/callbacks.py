@@ -9,8 +9,11 @@ from dineros.metamodel.callbacks.groups import (
     callback_page_of,
     group_or_node,
     is_awaited,
+    is_goal_awaited,
     runs_callbacks,
+    works_on_goals,
 )
+from dineros.metamodel.calls import answers
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
@@ -33,7 +36,9 @@ def _body(page: sym.CallbackPage, index: Index) -> Body:
 
 
 def _calls(index: Index) -> list[tuple[pn.Place, pn.Place]]:
-    return [(port.request, port.response) for port in index.all(sym.ClientPort)]
+    calls = [(port.request, port.response) for port in index.all(sym.ClientPort)]
+    senders = index.all(sym.ActionClientPort)
+    return [*calls, *((port.goal, place) for port in senders for place in answers(port))]
 
 
 def _is_complete(page: sym.CallbackPage, index: Index) -> bool:
@@ -70,7 +75,9 @@ def timer_callback_begins(page: sym.CallbackPage, index: Index) -> Outcome:
 @constraint(
     "{it} has no transition that can be told to end its callback",
     fix="set the kind of the transition that ends it to end",
-    guard=lambda page, index: _runs(page, index) and page.kind != sym.CallbackKind.server,
+    guard=lambda page, index: (
+        _runs(page, index) and page.kind not in (sym.CallbackKind.server, sym.CallbackKind.goal)
+    ),
 )
 def callback_ends(page: sym.CallbackPage, index: Index) -> Outcome:
     """A callback ends with a transition of the kind end, or with one that nothing comes after."""
@@ -176,10 +183,10 @@ def response_callback_group(port: sym.ClientPort, index: Index) -> Outcome:
     guard=lambda page, index: bool(page.awaits),
 )
 def awaits_has_effect(page: sym.CallbackPage, index: Index) -> Outcome:
-    """A callback that awaits calls a service on its page, and its node runs callbacks."""
+    """A callback that awaits works on goals or calls a service on its page, and its node runs callbacks."""
     if not (_runs(page, index) and _has_executors(index)):
         return DinerosError("its node does not run callbacks", hint=f"{_BY_CALLBACKS}, or take it away")
-    if page in _awaiting(index):
+    if page in _awaiting(index) or works_on_goals(page):
         return True
     return DinerosError(
         "it calls nothing on its page", hint="put request and response of a client there, or take it away"
@@ -188,7 +195,9 @@ def awaits_has_effect(page: sym.CallbackPage, index: Index) -> Outcome:
 
 def _awaiting(index: Index) -> set[sym.CallbackPage | None]:
     def pages() -> set[sym.CallbackPage | None]:
-        return {callback_page_of(port.request) for port in index.all(sym.ClientPort) if is_awaited(port)}
+        calls = {callback_page_of(port.request) for port in index.all(sym.ClientPort) if is_awaited(port)}
+        sent = (port for port in index.all(sym.ActionClientPort) if is_goal_awaited(port))
+        return calls | {callback_page_of(port.goal) for port in sent}
 
     return index.once("callback pages that await", pages)
 

@@ -20,6 +20,7 @@ _TOKEN = r"(?:[A-Za-z_]|\{[A-Za-z_][A-Za-z0-9_]*\})(?:[A-Za-z0-9_]|\{[A-Za-z_][A
 _TOPIC = re.compile(rf"(?:/|~/)?{_TOKEN}(?:/{_TOKEN})*|~")
 _INTERFACE = r"[a-z][a-z0-9_]*/{}/[A-Z][A-Za-z0-9]*"
 _MESSAGE, _SERVICE = re.compile(_INTERFACE.format("msg")), re.compile(_INTERFACE.format("srv"))
+_ACTION = re.compile(_INTERFACE.format("action"))
 _RULES = "use letters, digits, _ and /, with no part that starts with a digit, as ROS 2 asks"
 
 
@@ -37,6 +38,10 @@ def _topic(channel: sym.TopicChannel) -> str:
 
 def _service(channel: sym.ServiceChannel) -> str:
     return "/" + channel.service.removeprefix("/")
+
+
+def _action(channel: sym.ActionChannel) -> str:
+    return "/" + channel.action.removeprefix("/")
 
 
 @constraint("{found} has no id", fix="give it an id of its own")
@@ -132,12 +137,20 @@ def service_name_valid(channel: sym.ServiceChannel, index: Index) -> Outcome:
     return bool(_TOPIC.fullmatch(channel.service))
 
 
+@constraint("{it} has the action {element.action!r}, which is no ROS action name", fix=_RULES)
+def action_name_valid(channel: sym.ActionChannel, index: Index) -> Outcome:
+    """An action has a valid ROS name."""
+    return bool(_TOPIC.fullmatch(channel.action))
+
+
 @constraint("{it} is for {found}, which is no ROS name", fix=_RULES)
 def port_name_valid(port: rtm.PlacePort, index: Index) -> Outcome:
-    """A port of a run-time model is for a topic or service with a valid ROS name."""
+    """A port of a run-time model is for a topic, service or action with a valid ROS name."""
     name = port.topic if isinstance(port, (rtm.PublisherPort, rtm.SubscriberPort)) else None
     if isinstance(port, (rtm.ClientPort, rtm.ServerPort)):
         name = port.service
+    if isinstance(port, (rtm.ActionClientPort, rtm.ActionServerPort)):
+        name = port.action
     return name is None or bool(_TOPIC.fullmatch(name)) or repr(name)
 
 
@@ -162,17 +175,27 @@ def service_unique(channel: sym.ServiceChannel, index: Index) -> Outcome:
 
 
 @constraint(
+    "{it} is for the action {element.action!r}, as is {found}",
+    fix="join their clients in one channel or rename one",
+)
+def action_unique(channel: sym.ActionChannel, index: Index) -> Outcome:
+    """Every action has exactly one channel."""
+    first = index.earliest(channel, sym.ActionChannel, _action)
+    return first is channel or describe(first)
+
+
+@constraint(
     "{it} has the type {element.type!r}, not one such as {found}",
     fix="name a ROS interface, or leave it out to generate one from the token type",
     guard=lambda channel, index: channel.type is not None,
 )
 def channel_type_valid(channel: sym.Channel, index: Index) -> Outcome:
-    """The type of a channel is a message for a topic, a service type for a service."""
-    wanted, example = (
-        (_MESSAGE, "std_msgs/msg/String")
-        if isinstance(channel, sym.TopicChannel)
-        else (_SERVICE, "std_srvs/srv/Trigger")
-    )
+    """The type of a channel is a message for a topic, and an interface of its kind for others."""
+    wanted, example = _SERVICE, "std_srvs/srv/Trigger"
+    if isinstance(channel, sym.TopicChannel):
+        wanted, example = _MESSAGE, "std_msgs/msg/String"
+    elif isinstance(channel, sym.ActionChannel):
+        wanted, example = _ACTION, "example_interfaces/action/Fibonacci"
     return bool(wanted.fullmatch(channel.type or "")) or example
 
 

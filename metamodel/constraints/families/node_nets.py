@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
@@ -154,11 +155,16 @@ def timer_used(page: sym.CallbackPage, index: Index) -> Outcome:
     guard=lambda page, index: not (page in index.server_pages and runs_callbacks(index.node_net_of(page))),
 )
 def callback_page_called(page: sym.CallbackPage, index: Index) -> Outcome:
-    """A subscriber's page holds its place, a server's page is a server page, a client's gets responses."""
+    """A subscriber's page holds its place, a server's is a server page, a client's gets what it asked for."""
     if page in index.server_pages:
+        port = index.server_pages[page][0]
+        if isinstance(port, (sym.ActionServerPort, rtm.ActionServerPort)):
+            return page.kind == sym.CallbackKind.goal or "it is the server page of an action"
         return page.kind == sym.CallbackKind.server or "it is the server page of a service"
     if page.kind == sym.CallbackKind.server:
         return "it is the server page of no service"
+    if page.kind == sym.CallbackKind.goal:
+        return "it is the server page of no action"
     if page.kind == sym.CallbackKind.client:
         return page in _called(index) or "no response to a request from elsewhere comes to it"
     return (
@@ -173,6 +179,13 @@ def _called(index: Index) -> set[sym.CallbackPage | None]:
     return index.once("callback pages that are called", lambda: set(_called_pages(index)))
 
 
+def _asked(port: EObject) -> EObject | None:
+    """Return the place from which a client asks."""
+    if isinstance(port, sym.ClientPort):
+        return port.request
+    return port.goal if isinstance(port, sym.ActionClientPort) else port.eContainer()
+
+
 def _called_pages(index: Index) -> Iterator[sym.CallbackPage | None]:
     for place, uses in index.port_uses.items():
         page = index.callback_page_of(place)
@@ -180,7 +193,7 @@ def _called_pages(index: Index) -> Iterator[sym.CallbackPage | None]:
             if isinstance(use.port, (sym.SubscriberPort, rtm.SubscriberPort)):
                 yield page
             elif not use.sends and page is not None and page.kind == sym.CallbackKind.client:
-                asked = use.port.request if isinstance(use.port, sym.ClientPort) else use.port.eContainer()
+                asked = _asked(use.port)
                 if asked is not None and index.callback_page_of(asked) is not page:
                     yield page
 

@@ -6,6 +6,7 @@ import re
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.calls import PARTS_OF_GOALS
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index, PortUse
 from dineros.metamodel.constraints.wording import listed
@@ -46,7 +47,8 @@ def _subscribes(use: PortUse) -> bool:
 
 
 def _asks(use: PortUse) -> bool:
-    return isinstance(use.port, (sym.ClientPort, rtm.ClientPort))
+    asking = (sym.ClientPort, rtm.ClientPort, sym.ActionClientPort, rtm.ActionClientPort)
+    return isinstance(use.port, asking) and use.sends
 
 
 @constraint(
@@ -55,7 +57,7 @@ def _asks(use: PortUse) -> bool:
     guard=lambda place, index: place in index.port_uses,
 )
 def place_sent_once(place: pn.Place, index: Index) -> Outcome:
-    """Tokens of a place are sent by one port, or by clients of one service."""
+    """Tokens of a place are sent by one port, or by clients of one service or action."""
     senders = [use for use in index.port_uses[place] if use.sends]
     return len(senders) < 2 or _are_clients_of_one_service(senders) or listed(use.port for use in senders)
 
@@ -121,13 +123,16 @@ def mapped_type_is_own(mapping: sym.FieldMapping, index: Index) -> Outcome:
 
 @constraint(
     "{it} is for a {element.part}, which {found} does not have",
-    fix="use message for a topic, request or response for a service",
+    fix="use message for a topic, request or response for a service, goal, result or feedback for an action",
 )
 def mapped_part_of_channel(mapping: sym.FieldMapping, index: Index) -> Outcome:
-    """Topics have messages; services have requests and responses."""
+    """Topics have messages; services requests and responses; actions goals, results and feedback."""
     holder = mapping.eContainer()
-    topic = isinstance(holder, (sym.TopicChannel, rtm.PublisherPort, rtm.SubscriberPort))
-    return topic == (mapping.part == sym.MessagePart.message) or f"a {'topic' if topic else 'service'}"
+    if isinstance(holder, (sym.TopicChannel, rtm.PublisherPort, rtm.SubscriberPort)):
+        return mapping.part == sym.MessagePart.message or "a topic"
+    if isinstance(holder, (sym.ActionChannel, rtm.ActionClientPort, rtm.ActionServerPort)):
+        return str(mapping.part) in PARTS_OF_GOALS or "an action"
+    return str(mapping.part) in ("request", "response") or "a service"
 
 
 @constraint("{it} is no path in a ROS interface", fix="write it like pose.position.x or ranges[0]")

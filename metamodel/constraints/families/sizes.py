@@ -14,6 +14,8 @@ from dineros.metamodel.limits import LIMITS, hint, most
 _LIMITED: tuple[tuple[type[EObject], str, str], ...] = (
     (sym.ServiceChannel, "instances", "instances"),
     (rtm.ServerPort, "instances", "instances"),
+    (sym.ActionChannel, "instances", "instances"),
+    (rtm.ActionServerPort, "instances", "instances"),
     (sym.TokenField, "length", "length"),
     (sym.TopicPort, "limit", "queue"),
     (sym.Dispatcher, "limit", "queue"),

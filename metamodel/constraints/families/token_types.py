@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from dineros.metamodel import pn, sym
+from dineros.metamodel.calls import PARTS_OF_GOALS, goal_parts
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
@@ -51,13 +52,35 @@ def responses_have_one_type(channel: sym.ServiceChannel, index: Index) -> Outcom
 
 
 @constraint(
+    "{it} has {found}",
+    fix="give the places of goals, those of results and those of feedback one token type each",
+)
+def parts_of_goals_have_one_type(channel: sym.ActionChannel, index: Index) -> Outcome:
+    """The places of an action's goals have one token type, so do those of its results and of its feedback."""
+    for part, places in goal_parts(channel).items():
+        if (found := _disagreement(places, index)) is not None:
+            return f"{_PLURALS[part]} of different token types: {found}"
+    return True
+
+
+_PLURALS = {"goal": "goals", "result": "results", "feedback": "feedback"}
+
+
+def _parts(channel: sym.Channel) -> tuple[str, ...]:
+    """Return the parts of a channel's interface."""
+    if isinstance(channel, sym.TopicChannel):
+        return ("message",)
+    return PARTS_OF_GOALS if isinstance(channel, sym.ActionChannel) else ("request", "response")
+
+
+@constraint(
     "{it} has the type {element.type!r}, but its tokens are the ROS message {found}",
     fix="leave the type of the channel out, or give its places a token type with fields of its own",
     guard=lambda channel, index: bool(channel.type),
 )
 def channel_type_of_tokens(channel: sym.Channel, index: Index) -> Outcome:
     """A channel whose tokens are ROS messages has no other type than theirs."""
-    for part in ("message",) if isinstance(channel, sym.TopicChannel) else ("request", "response"):
+    for part in _parts(channel):
         place = index.place_of_part(channel, part)
         carried = index.token_type_of(place) if place is not None else None
         if carried is not None and carried.ros and carried.ros != channel.type:

@@ -39,6 +39,7 @@ _SYSTEM: dict[str, type[pn.Element]] = {
     "transition": sym.Transition,
     "topic": sym.TopicChannel,
     "service": sym.ServiceChannel,
+    "action": sym.ActionChannel,
 }
 
 

@@ -1,4 +1,4 @@
-"""Reading topics and services of the DiNeROS extension, which stand in a file like transitions."""
+"""Reading topics, services and actions of the DiNeROS extension, which stand in a file like transitions."""
 
 from __future__ import annotations
 
@@ -23,11 +23,13 @@ class ChannelReader:
         self._servers: list[tuple[sym.ServerPort, Extension]] = []
 
     def read(self, channel: sym.Channel, extension: Extension) -> None:
-        """Read the fields of a topic or a service."""
+        """Read the fields of a topic, a service or an action."""
         if isinstance(channel, sym.TopicChannel):
             self._topic(channel, extension)
         elif isinstance(channel, sym.ServiceChannel):
             self._service(channel, extension)
+        elif isinstance(channel, sym.ActionChannel) and (name := extension.text("actionName")) is not None:
+            channel.action = name  # its ports stand in our own block
 
     def _topic(self, channel: sym.TopicChannel, extension: Extension) -> None:
         if (name := extension.text("topicName")) is not None:

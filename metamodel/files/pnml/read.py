@@ -15,6 +15,7 @@ from dineros.metamodel.files.pnml.records import (
 )
 from dineros.metamodel.files.pnml.source import Source, canonical, child, children, line_of, local, text_of
 from dineros.metamodel.files.pnml.vocabulary import (
+    ACTION,
     ALL_FIELDS,
     CALLBACK_TYPES,
     DINEROS,
@@ -30,6 +31,7 @@ from dineros.metamodel.files.pnml.vocabulary import (
     tag,
 )
 
+_CHANNELS = {TOPIC: "topic", SERVICE: "service", ACTION: "action"}
 _PARTS = {
     "net": {"name", "graphics", "toolspecific", "page", "nodePage"},
     "page": {
@@ -205,9 +207,9 @@ def _page_kind(page: PageRecord, tag_name: str, source: Source) -> str:
 
 def _transition_kind(node: NodeRecord, source: Source) -> str:
     kind = node.extension.text("type")
-    if kind is not None and kind not in (TOPIC, SERVICE, *TRANSITION_TYPES):
-        known = [*TRANSITION_TYPES, TOPIC, SERVICE]
+    if kind is not None and kind not in (*_CHANNELS, *TRANSITION_TYPES):
+        known = [*TRANSITION_TYPES, *_CHANNELS]
         hint = near_matches(kind, known) or f"types are {', '.join(known)}"
         where = node.extension.fields["type"]
         raise source.error(f"{kind!r} is no type of a transition", where, id=node.id, hint=hint)
-    return {TOPIC: "topic", SERVICE: "service"}.get(kind or "", "transition")
+    return _CHANNELS.get(kind or "", "transition")

@@ -51,15 +51,15 @@ class Record:
 
 @dataclass(eq=False, slots=True)
 class NodeRecord(Record):
-    """A place, a transition, a reference (`ref` is the id it refers to), a topic or a service."""
+    """A place, a transition, a reference (`ref` is the id it refers to), a topic, a service or an action."""
 
     kind: str = "place"
     ref: str | None = None
 
     @property
     def is_channel(self) -> bool:
-        """Topics and services stand in the file like transitions."""
-        return self.kind in ("topic", "service")
+        """Topics, services and actions stand in the file like transitions."""
+        return self.kind in ("topic", "service", "action")
 
     @property
     def is_place(self) -> bool:

@@ -29,12 +29,14 @@ TRANSITION_TYPES = {
 }
 TOPIC = "topicTransitionType"
 SERVICE = "serviceTransitionType"
+ACTION = "actionTransitionType"
 NODE_PAGE = "nodePage"
 CALLBACK_TYPES = {
     "callbackTimer": "timer",
     "callbackSubscriber": "subscriber",
     "callbackServer": "server",
     "callbackClient": "client",
+    "callbackGoal": "goal",
 }
 
 FIELDS: dict[str, frozenset[str]] = {
@@ -47,6 +49,7 @@ FIELDS: dict[str, frozenset[str]] = {
     "service": frozenset(
         {"type", "serviceName", "serverInput", "serverOutput", "serverCapacity", "channels"}
     ),
+    "action": frozenset({"type", "actionName"}),
     "arc": frozenset(),
 }
 """The extension's fields by the kind of element; other fields in its blocks are kept as they are."""

@@ -14,6 +14,11 @@ from dineros.metamodel.files.pnml.source import LARGEST, local
 from dineros.metamodel.files.pnml.vocabulary import EDITOR, NAMESPACES, OWN, PTNET, Version, tag
 from dineros.metamodel.files.pnml.write_extension import ExtensionWriter
 
+_CHANNELS: dict[type[sym.Channel], str] = {
+    sym.TopicChannel: "topic",
+    sym.ServiceChannel: "service",
+    sym.ActionChannel: "action",
+}
 _DEEPEST = 240  # readers stop at 256 levels of XML
 
 
@@ -133,7 +138,7 @@ class Writer:
                 self._node(element, xml)
         for channel in channels:
             inside = etree.SubElement(xml, tag("transition"), id=channel.id)
-            kind = "topic" if isinstance(channel, sym.TopicChannel) else "service"
+            kind = _CHANNELS[type(channel)]
             layout = self._head(inside, channel)
             own = self._finish(inside, channel, layout, {"canvas"}, kind)
             if channel.canvas is None:

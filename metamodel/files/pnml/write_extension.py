@@ -13,6 +13,7 @@ from dineros.metamodel.elements import label, node_net_of, node_nets
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.pnml.layout import graphics_xml, number_text
 from dineros.metamodel.files.pnml.vocabulary import (
+    ACTION,
     CALLBACK_TYPES,
     DINEROS,
     NODE_PAGE,
@@ -54,6 +55,8 @@ class ExtensionWriter:
             return self._topic(xml, element)
         if isinstance(element, sym.ServiceChannel):
             return self._service(xml, element)
+        if isinstance(element, sym.ActionChannel):
+            return self._action(xml, element)
         return set()
 
     def kind(self, element: pn.Element, kind: str) -> str:
@@ -229,6 +232,15 @@ class ExtensionWriter:
         if all(_is_plain_client(client) for client in channel.clients):
             said.add("clients")
         return said
+
+    def _action(self, xml: etree._Element, channel: sym.ActionChannel) -> set[str]:
+        """Say that it is an action; ports and all else stand in our own block."""
+        block = self._block(xml)
+        _add(block, "type", ACTION)
+        if not _is_plain(channel.action):
+            return set()
+        _add(block, "actionName", channel.action)
+        return {"action"}
 
 
 def _add(xml: etree._Element, name: str, text: str) -> None:

@@ -108,6 +108,13 @@ def service_quality(depth: int = SERVICE_DEPTH) -> Any:
     )
 
 
+def feedback_quality(depth: int) -> Any:
+    """Return the QoS profile of an action's feedback."""
+    from rclpy.qos import QoSProfile
+
+    return QoSProfile(depth=max(1, depth))
+
+
 class LossCounter:
     """Counts the messages of a topic that did not come.
 

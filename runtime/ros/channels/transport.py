@@ -13,6 +13,7 @@ from typing import Any, cast
 
 from dineros.runtime.channels.transport import Answer, Receiver
 from dineros.runtime.nets.ports import (
+    ActionPort,
     Check,
     ClientPort,
     Message,
@@ -22,6 +23,7 @@ from dineros.runtime.nets.ports import (
     ServerPort,
     SubscriberPort,
 )
+from dineros.runtime.ros.channels.actions import GoalCarrier, RosActions
 from dineros.runtime.ros.channels.clients import Clients
 from dineros.runtime.ros.channels.companions import MESSAGES, REQUESTS, Announcer, Listener
 from dineros.runtime.ros.channels.parameters import (
@@ -55,7 +57,7 @@ class _Outlet:
     has_ids: bool
 
 
-class RclpyTransport:
+class RclpyTransport(GoalCarrier):
     """Joins a node to ROS 2.
 
     Parameters
@@ -79,6 +81,7 @@ class RclpyTransport:
         self._seen = seen or {}
         self._announces = announces
         self._session = session
+        super().__init__()
         self._is_open = False
         self._has_histories = False
         self._publishers: dict[tuple[str, str], _Outlet] = {}
@@ -109,7 +112,8 @@ class RclpyTransport:
 
     def _make_entities(self, node: Any, ports: Ports, receiver: Receiver) -> None:
         codecs = Codecs(ports)
-        self._clients = Clients(node, receiver, float(declare(node, REQUEST_TIMEOUT)))
+        timeout = float(declare(node, REQUEST_TIMEOUT))
+        self._clients = Clients(node, receiver, timeout)
         for publisher in ports.publishers:
             self._add_publisher(node, publisher, codecs)
         for server in ports.servers:
@@ -118,6 +122,7 @@ class RclpyTransport:
             self._checks[client] = self._clients.add(client, codecs).check
         for subscriber in ports.subscribers:
             self._add_subscriber(node, subscriber, codecs, receiver)
+        self.open_goals(RosActions(node, receiver, timeout), ports, codecs)
         self._signals = RosSignals(node, ports.signals, receiver)
         self._timers = self._own(RosTimers.close, RosTimers(node, ports.timers, receiver.ticked))
 
@@ -383,8 +388,10 @@ class RclpyTransport:
         assert self._clients is not None
         self._clients.forget(port, message_id)
 
-    def check(self, port: Port) -> Check | None:
+    def check(self, port: Port, part: str = "") -> Check | None:
         """Return what raises for data outside the ranges of the ROS fields that it is mapped to."""
+        if isinstance(port, ActionPort):
+            return self.goals.check(port, part)
         return self._checks[port]
 
     def close(self) -> None:
@@ -392,6 +399,7 @@ class RclpyTransport:
         self._is_open = False
         if self._clients is not None:
             self._clients.close()
+        self.close_goals()
         if self._signals is not None:
             self._signals.close()
         for destroy, entity in reversed(self._entities):

@@ -58,9 +58,9 @@ def load_interface(name: str) -> Any:
 def _parts(name: str) -> tuple[str, str, str]:
     package, _, rest = name.partition("/")
     kind, _, type_name = rest.partition("/")
-    if not package.isidentifier() or kind not in ("msg", "srv") or not type_name.isidentifier():
+    if not package.isidentifier() or kind not in ("msg", "srv", "action") or not type_name.isidentifier():
         raise InterfaceError(
             f"{name!r} names no ROS interface",
-            hint="write it like std_msgs/msg/String or std_srvs/srv/SetBool",
+            hint="write it like std_msgs/msg/String, std_srvs/srv/SetBool or nav2_msgs/action/Spin",
         )
     return package, kind, type_name

@@ -55,6 +55,11 @@ def service_interface(model: str, channel: str) -> str:
     return f"{interfaces_package(model)}/srv/{camel_case(channel)}"
 
 
+def action_interface(model: str, channel: str) -> str:
+    """Return the name of the type of a model's action."""
+    return f"{interfaces_package(model)}/action/{camel_case(channel)}"
+
+
 class TokenCodec:
     """Converts tokens and their messages.
 
@@ -135,6 +140,34 @@ class PartCodec:
         """Return a request or response as a token."""
         message = self._token.decode(ros_message.token)
         return message if self._token.has_ids else Message(ros_message.message_id, message.data)
+
+
+class GoalPartCodec:
+    """Converts tokens and the parts of a generated action: each holds a token, and its goal has an id.
+
+    Parameters
+    ----------
+    interface : class
+        The class of the goal, the result or the feedback.
+    token : TokenCodec
+        Converts what it holds.
+    """
+
+    def __init__(self, interface: Any, token: TokenCodec) -> None:
+        self._interface = interface
+        self._token = token
+
+    check = None
+
+    def encode(self, message: Message) -> Any:
+        """Return a token as a goal, a result or feedback."""
+        made = self._interface()
+        made.token = self._token.encode(message)
+        return made
+
+    def decode(self, ros_message: Any) -> Message:
+        """Return a goal, a result or feedback as a token."""
+        return self._token.decode(ros_message.token)
 
 
 def finite(value: float) -> float:

@@ -14,7 +14,7 @@ import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.nets.compiled import CompiledNet, Transition
-from dineros.analysis.questions.state_space import differences
+from dineros.analysis.questions.state_space import differences, state_space
 from dineros.analysis.tina import TinaCounts, TinaError, count, read_digest
 from tests.analysis import classic_nets as classic
 
@@ -102,6 +102,14 @@ def test_what_goes_wrong_is_told(
     stand_in(tmp_path, monkeypatch, program)
     with pytest.raises(TinaError, match=says):
         count(NETS["kanban"], Budget(seconds=0.2 if "sleep" in program else None))
+
+
+def test_time_that_ran_out_is_no_error_of_a_state_space(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stand_in(tmp_path, monkeypatch, "#!/bin/sh\nexec sleep 20\n")
+    found = state_space(NETS["kanban"], "tina", Budget(seconds=0.2))
+    assert (found.complete, found.states, found.reason) == (False, None, "time ran out")
 
 
 def test_without_tina_the_hint_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -4,7 +4,9 @@
 and last the worst of all. A run is outside the promise that takes more than 1.1 times its time and 2 s, has
 more memory than it may (all its processes together, pages that they share counted once), leaves a process
 behind, or ends in another way than with an answer or as unknown. With ``--nets FOLDER`` nets of the Model
-Checking Contest are among the models (``NAME.tgz``, as of `benchmarks.contest`).
+Checking Contest are among the models (``NAME.tgz``, as of `benchmarks.contest`). With ``--cluster`` half of
+`check`, `find` and `verify` ask the workers of a Dask scheduler on this machine; what these take of memory is
+theirs, but what is asked of them ends with the command. TINA's programs are there, and sleep.
 """
 
 from __future__ import annotations
@@ -93,6 +95,16 @@ def tangle(draw: random.Random, places: int, transitions: int) -> str:
     return "\n".join(["net tangle", *lines, ""])
 
 
+def with_sleeping_tina(folder: Path) -> str:
+    """Return a PATH on which TINA's programs come first, which never answer and ignore what is gentle."""
+    for name in ("tina", "sift", "selt", "pathto"):
+        program = folder / "bin" / name
+        program.parent.mkdir(exist_ok=True)
+        program.write_text("#!/bin/sh\ntrap '' TERM INT\nsleep 600 &\nwait\n", encoding="utf-8")
+        program.chmod(0o755)
+    return f"{folder / 'bin'}{os.pathsep}{os.environ['PATH']}"
+
+
 def traced(folder: Path) -> Path:
     """Return the traces of a simulated run of the case study, recorded once."""
     made = folder / "traces"
@@ -158,6 +170,9 @@ def commands(draw: random.Random, folder: Path, contest: Path | None = None) -> 
                 ("verify", str(net), "--ctl", f"AG EF {place} >= {few}", "--json", *settings),
                 ("verify", str(net), "--properties", "ReachabilityDeadlock", *settings),
                 ("reduce", str(net), "-o", str(folder / f"{number}.out.net"), *settings),
+                ("find", str(net), "--marking", f"{place} >= {few}", "--engine", "tina", *settings),
+                ("verify", str(net), "--ltl", f"G F {place} >= {few}", "--engine", "tina", *settings),
+                ("statespace", str(net), "--engine", "tina", *settings),
                 *(
                     [("sweep", str(net), f"--vary={place}.tokens=0..5", "-o", str(folder / f"{number}.csv"))]
                     if number % 2
@@ -167,13 +182,15 @@ def commands(draw: random.Random, folder: Path, contest: Path | None = None) -> 
         )
 
 
-def measured(arguments: Sequence[str], seconds: float, memory: int) -> Ran:
-    """Run a command with a promise, and measure what it takes."""
+def measured(arguments: Sequence[str], seconds: float, memory: int, path: str) -> Ran:
+    """Run a command with a promise, and a PATH, and measure what it takes."""
     promise = [f"--timeout={seconds}", f"--memory={memory}"]
     command = [sys.executable, "-m", "dineros.cli.main", *arguments, *promise]
     with tempfile.TemporaryFile("w+", encoding="utf-8") as printed:
         began = time.monotonic()
-        process = subprocess.Popen(command, stdout=printed, stderr=printed, start_new_session=True)
+        process = subprocess.Popen(
+            command, stdout=printed, stderr=printed, start_new_session=True, env=os.environ | {"PATH": path}
+        )
         peak, seen = 0, {process.pid}
         while process.poll() is None:
             tree = descendants(process.pid)
@@ -223,16 +240,35 @@ def is_running(process: int) -> bool:
     return True
 
 
+@contextlib.contextmanager
+def cluster() -> Iterator[str]:
+    """Yield the address of a Dask scheduler with two workers on this machine."""
+    from distributed import LocalCluster
+
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50
+    ) as started:
+        yield str(started.scheduler_address)
+
+
 def random_runs(
-    number: int, seed: int, most_seconds: float = 8.0, contest: Path | None = None
+    number: int,
+    seed: int,
+    most_seconds: float = 8.0,
+    contest: Path | None = None,
+    scheduler: str | None = None,
 ) -> Iterator[Ran]:
-    """Yield measured runs."""
+    """Yield measured runs; of a scheduler's address, half of the questions go there."""
     draw = random.Random(seed)
     with tempfile.TemporaryDirectory() as name:
+        path = with_sleeping_tina(Path(name))
         for arguments, _ in zip(commands(draw, Path(name), contest), range(number), strict=False):
             seconds = 0.3 * (most_seconds / 0.3) ** draw.random()
+            here = ("--suggest-capacities", "tina")
+            asks = arguments[0] in ("check", "find", "verify") and not any(one in arguments for one in here)
+            there = () if scheduler is None or not asks or draw.random() < 0.5 else ("--scheduler", scheduler)
             least = 800 if arguments[0] == "sweep" or ".html" in " ".join(arguments) else 322
-            yield measured(arguments, seconds, int(least * 4 ** draw.random() ** 3) * MIB)
+            yield measured((*arguments, *there), seconds, int(least * 4 ** draw.random() ** 3) * MIB, path)
 
 
 def main() -> int:
@@ -241,19 +277,28 @@ def main() -> int:
     parser.add_argument("number", type=int)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--nets", type=Path, help="folder of nets of the Model Checking Contest")
+    parser.add_argument("--cluster", action="store_true", help="ask the workers of a Dask scheduler, too")
     parser.add_argument("-v", action="store_true", help="print every run")
     chosen = parser.parse_args()
     os.environ["DINEROS_QUIET_COMPILATION"] = "1"
+    with cluster() if chosen.cluster else contextlib.nullcontext(None) as address:
+        return report(
+            random_runs(chosen.number, chosen.seed, contest=chosen.nets, scheduler=address), chosen.v
+        )
+
+
+def report(measured_runs: Iterator[Ran], is_verbose: bool) -> int:
+    """Print what is outside the promise, and the worst of all; 1 where something is."""
     runs, outside = 0, 0
     latest = fullest = -1e9
     statuses: dict[int, int] = {}
-    for run in random_runs(chosen.number, chosen.seed, contest=chosen.nets):
+    for run in measured_runs:
         runs += 1
         outside += bool(run.faults)
         latest = max(latest, run.took - run.seconds * (1 + SLACK_PART))
         fullest = max(fullest, run.peak / run.memory)
         statuses[run.status] = statuses.get(run.status, 0) + 1
-        if run.faults or chosen.v:
+        if run.faults or is_verbose:
             print(f"{'OUTSIDE ' + ', '.join(run.faults) if run.faults else 'kept'}: {run}", flush=True)
             if run.faults:
                 print(run.printed[-500:], flush=True)

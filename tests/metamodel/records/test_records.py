@@ -15,11 +15,13 @@ from hypothesis import strategies as st
 from dineros.metamodel.errors import Location
 from dineros.metamodel.records import (
     EVENTS,
+    Cancel,
     Checkpoint,
     Drop,
     Fire,
     GiveUp,
     Header,
+    Outcome,
     Publish,
     Record,
     RecordDecoder,
@@ -63,6 +65,8 @@ RECORDS = st.one_of(
     st.builds(
         Drop, **COMMON, channel=NAMES, queue=st.sampled_from(["publisher", "subscriber"]), count=st.integers()
     ),
+    st.builds(Outcome, **COMMON, channel=NAMES, outcome=st.sampled_from(["succeeded", "aborted"]), data=DATA),
+    st.builds(Cancel, **COMMON, channel=NAMES, client=NAMES, place=NAMES, message=st.none() | NAMES),
     st.builds(GiveUp, **COMMON, channel=NAMES, client=NAMES, place=st.none() | NAMES, message=NAMES),
     st.builds(Stop, **COMMON, reason=st.none() | NAMES),
 )
@@ -92,7 +96,7 @@ def test_pieces_of_any_size_give_the_same_records(records: list[Record], cuts: l
 
 def test_every_event_is_known_by_its_name() -> None:
     assert all(kind.event == event for event, kind in EVENTS.items())
-    assert len(EVENTS) == 19
+    assert len(EVENTS) == 30
 
 
 def test_more_fields_than_known_are_passed_over() -> None:

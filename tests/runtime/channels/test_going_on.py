@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import threading
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from dineros.analysis.conformance import conform
 from dineros.metamodel import sym
+from dineros.metamodel.build import flow
+from dineros.metamodel.records import Drop, Take, read_trace, traces_of_runs
+from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.channels.local import LocalNetwork
 from dineros.runtime.firing.handlers import Firing
 from dineros.runtime.journal import resume_journal
@@ -146,3 +151,49 @@ def test_what_is_kept_has_the_type_that_is_asked_for() -> None:
     del memory["name"]
     assert dict(memory) == {"times": 3, "list": [1]}
     assert memory.changes == {"name": None}
+
+
+@pytest.mark.parametrize("steps", range(8, 38, 3))
+def test_what_is_sent_again_is_lost_and_told_as_ever(steps: int, tmp_path: Path) -> None:
+    """A small reader history loses what two publishers send again: told once, and conforming."""
+    model = two_talkers()
+    for life in range(2):
+        found = {name: resume_journal(tmp_path, name) for name in ("a", "b", "listener")}
+        application = LocalApplication(
+            split(model),
+            seed=steps + life,
+            recorder=lambda name, found=found: found[name][0],  # type: ignore[misc]
+            resume={name: state for name, (_, state) in found.items() if state is not None},
+        )
+        application.open()
+        for _ in range(1000 if life else steps):
+            if not application.step():
+                break
+        application.close()
+    parts = traces_of_runs([tmp_path])
+    records = [record for each in parts.values() for record in read_trace(each)]
+    heard = [record.message for record in records if isinstance(record, Take)]
+    dropped = sum(record.count for record in records if isinstance(record, Drop))
+    assert len(heard) == len(set(heard))
+    assert len(heard) + dropped <= 8
+    assert dropped
+    verdict = conform(model, {name: partial(read_trace, each) for name, each in parts.items()})
+    assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
+
+
+def two_talkers() -> sym.SystemModel:
+    """Return two nodes that say four words each, and a third that keeps one."""
+    model = sym.SystemModel(id="talkers", middleware="ros2")
+    words = sym.TopicChannel(id="Words", topic="/words", model=model)
+    for name in "ab":
+        net = sym.NodeNet(id=name, net=model)
+        said = sym.Place(id=f"Said.{name}", page=net)
+        flow(
+            sym.Place(id=f"Know.{name}", tokens=4, page=net), sym.Transition(id=f"Say.{name}", page=net), said
+        )
+        words.publishers.append(sym.PublisherPort(place=said, limit=5))
+    page = sym.CallbackPage(id="OnWord", page=sym.NodeNet(id="listener", net=model))
+    heard = sym.Place(id="Heard", page=page)
+    flow(heard, sym.Transition(id="Note", page=page), sym.Place(id="Noted", page=page))
+    words.subscribers.append(sym.SubscriberPort(place=heard, limit=1))
+    return model

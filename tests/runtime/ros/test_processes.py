@@ -160,7 +160,7 @@ def test_server_that_takes_longer_than_the_timeout_serves_once(ros: Ros) -> None
 DESK_AND_SCALE = """
 import threading, time
 from dineros.runtime import Net
-from dineros.runtime.channels import services
+from dineros.runtime.channels import clients
 from dineros.runtime.nodes.net import load_runtime_model
 from dineros.runtime.ros.running import RosNode
 
@@ -184,7 +184,7 @@ def test_a_response_counts_although_its_request_was_given_up(ros: Ros) -> None:
     ros.script(
         DESK_AND_SCALE.replace("{timeout}", "0.5") + "with scale, desk:\n"
         "    wait(lambda: len(scale.net.inspect().in_flight) == 2)\n"
-        "    services.RESEND_DELAY = services.LONGEST_RESEND_DELAY = 3600.0\n"
+        "    clients.RESEND_DELAY = clients.LONGEST_RESEND_DELAY = 3600.0\n"
         "    wait(lambda: (desk.net.next_timer or 0) > time.monotonic() + 1000)\n"
         "    assert not is_done()\n"
         "    weighed.set()\n"

@@ -1,6 +1,7 @@
 """Small models, each of them valid but for one constraint."""
 
 from tests.support.broken import (
+    actions,
     bounds,
     callbacks,
     clauses,
@@ -29,6 +30,7 @@ FAMILIES = (
     histories,
     services,
     requests,
+    actions,
     ports,
     clauses,
     tokens,

@@ -101,7 +101,7 @@ def no_such_field(small: Small) -> None:
 @CASES.breaks(
     "mapped-part-of-channel",
     "field mapping 'data' of topic channel 'chatter' is for a request, which a topic does not have",
-    "use message for a topic, request or response for a service",
+    "use message for a topic, request or response for a service, goal, result or feedback for an action",
 )
 def request_of_a_topic(small: Small) -> None:
     small["chatter"].mappings[0].part = "request"

@@ -19,6 +19,7 @@ from dineros.metamodel.elements import elements, find, node_net_of, node_nets, p
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.transformations.flattening.split import CoverageError, split
 from tests.support.calling_systems import calling_systems
+from tests.support.deliveries import deliveries
 from tests.support.equality import differences
 from tests.support.models import system_models
 from tests.support.reference_runs import ReferenceRun
@@ -294,3 +295,21 @@ def test_places_of_every_class_become_runtime_places() -> None:
 
     copied = find(part, "plain", rtm.Place)
     assert type(copied) is rtm.Place and copied.tokens == 3
+
+
+def test_ports_of_actions() -> None:
+    """Both ends of an action say what the nodes need; every place of it is that of its own part."""
+    parts = split(deliveries(2, 1, feedback=True))
+    assert [violation for part in parts for violation in validate(part)] == []
+    robot, office, _ = parts
+    (server,) = (port for place in places(robot) for port in getattr(place, "ports", ()))
+    assert isinstance(server, rtm.ActionServerPort)
+    assert server.eContainer() is find(robot, "Parcel") and server.page is find(robot, "Deliver")
+    assert (server.action, server.instances, server.mayReject, server.depth) == ("/deliver", 1, True, 10)
+    assert server.cancel is find(robot, "Stop") and server.feedback is find(robot, "Progress")
+    ends = [server.succeeded, server.aborted, server.canceled]
+    assert ends == [find(robot, id) for id in ("At", "Lost", "Back")]
+    (client,) = (port for place in places(office) for port in getattr(place, "ports", ()))
+    assert isinstance(client, rtm.ActionClientPort)
+    assert (client.client, client.outstanding, client.eContainer()) == ("office0", 1, find(office, "Send0"))
+    assert client.rejected is find(office, "Refused0") and client.cancel is find(office, "Recall0")

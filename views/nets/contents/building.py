@@ -31,6 +31,8 @@ _ARCS: dict[str, EdgeKind] = {"normal": "normal", "read": "read", "inhibitor": "
 _CALLBACKS: dict[str, tuple[BoxKind, str]] = {
     "timer": ("timer", "timer callback"),
     "subscriber": ("subscriber", "subscriber callback"),
+    "client": ("subscriber", "response callback"),
+    "goal": ("server", "callback that works on goals"),
     "server": ("server", "server callback"),
 }
 

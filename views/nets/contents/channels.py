@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dineros.metamodel import elements, pn, rtm, sym
-from dineros.metamodel.calls import CallCircleError, instance_counts
+from dineros.metamodel.calls import OUTCOMES, CallCircleError, instance_counts
 from dineros.metamodel.elements import label
 from dineros.views.nets.contents.model import Caption, Edge, EdgeKind, Node, ViewModel
 from dineros.views.nets.contents.positions import position_of
@@ -23,6 +23,8 @@ def draw_channels(model: sym.SystemModel, view: ViewModel) -> None:
             _topic(channel, view, model.middleware == sym.Middleware.ros2)
         elif isinstance(channel, sym.ServiceChannel):
             _service(channel, view, counts.get(channel, channel.instances))
+        elif isinstance(channel, sym.ActionChannel):
+            _action(channel, view, counts.get(channel, channel.instances))
 
 
 def draw_ports(model: rtm.RuntimeModel, view: ViewModel) -> None:
@@ -42,6 +44,13 @@ def draw_ports(model: rtm.RuntimeModel, view: ViewModel) -> None:
                 _line(view, "request", place.id, node.id, port.client)
                 for response in filter(None, [port.response]):
                     _line(view, "response", node.id, response.id, port.client)
+            elif isinstance(port, rtm.ActionClientPort):
+                node = _channel(view, port.channel, "service", port.action, "action", port.type)
+                _goals(view, port, place, node.id)
+            elif isinstance(port, rtm.ActionServerPort):
+                note = f"action, {_slots(port.instances)}"
+                node = _channel(view, port.channel, "service", port.action, note, port.type)
+                _works(view, port, place, node.id)
             elif isinstance(port, rtm.ServerPort):
                 note = f"service, {_instances(port.instances)}"
                 node = _channel(view, port.channel, "service", port.service, note, port.type)
@@ -78,6 +87,47 @@ def _service(channel: sym.ServiceChannel, view: ViewModel, instances: int | None
     for server in filter(None, [channel.server]):
         _join(view, "call", channel, server.entry, "")
         _join(view, "return", server.exit, channel, "")
+
+
+def _action(channel: sym.ActionChannel, view: ViewModel, slots: int | None) -> None:
+    note = "action" if slots is None else f"action, {_slots(slots)}"
+    node = _channel(view, channel.id, "service", label(channel), note, channel.type)
+    node.position = position_of(channel)
+    if channel.action != node.label:
+        node.detail["Action"] = channel.action
+    for client in channel.clients:
+        _goals(view, client, client.goal, channel.id)
+    for server in filter(None, [channel.server]):
+        _works(view, server, server.entry, channel.id)
+
+
+def _goals(
+    view: ViewModel, port: sym.ActionClientPort | rtm.ActionClientPort, goal: pn.Place | None, channel: str
+) -> None:
+    """Draw what a client sends and gets; places for several answers have one line."""
+    for place, word in ((goal, ""), (port.cancel, ": cancel")):
+        if place is not None:
+            _line(view, "request", place.id, channel, f"{port.client}{word}")
+    words: dict[pn.Place, list[str]] = {}
+    for role in (*OUTCOMES, "rejected", "feedback"):
+        place = getattr(port, role)
+        if place is not None:
+            words.setdefault(place, []).append(role)
+    for place, roles in words.items():
+        _line(view, "response", channel, place.id, f"{port.client}: {', '.join(roles)}")
+
+
+def _works(
+    view: ViewModel, port: sym.ActionServerPort | rtm.ActionServerPort, entry: pn.Place | None, channel: str
+) -> None:
+    """Draw what a server gets and sends."""
+    for place, word in ((entry, ""), (port.cancel, "cancel")):
+        if place is not None:
+            _line(view, "call", channel, place.id, word)
+    for role in (*OUTCOMES, "feedback"):
+        place = getattr(port, role)
+        if place is not None:
+            _line(view, "return", place.id, channel, role)
 
 
 def _channel(view: ViewModel, id: str, kind: str, name: str, note: str, type: str | None) -> Node:
@@ -119,6 +169,10 @@ def _queues(port: sym.SubscriberPort | rtm.SubscriberPort, dispatcher: int | Non
     if dispatcher is None:
         return _queue(port, histories=True)
     return f"dispatcher {dispatcher}, {_queue(port, histories=False)}"
+
+
+def _slots(number: int) -> str:
+    return f"{number} slot{'' if number == 1 else 's'}"
 
 
 def _instances(number: int) -> str:

@@ -13,15 +13,15 @@ _NODES: tuple[tuple[NodeKind, str, int | None, str], ...] = (
     ("transition", "Danger", None, "transition, with its input clause"),
     ("place-reference", "", None, "reference: the place of this name on another page"),
     ("topic", "topic", None, "topic: a channel between ROS nodes"),
-    ("service", "service", None, "service"),
+    ("service", "service", None, "service or action"),
 )
 _EDGES: tuple[tuple[EdgeKind, str], ...] = (
     ("normal", "arc; a number is its weight"),
     ("read", "read arc: needs the token and leaves it"),
     ("inhibitor", "inhibitor arc: needs the place to be empty"),
     ("publish", "to and from a topic, with the queue's capacity"),
-    ("request", "request of a client, with its id; call of the server"),
-    ("response", "response to the client; the server's answer"),
+    ("request", "request or goal of a client, with its id; call of the server"),
+    ("response", "response or result to the client; the server's answer"),
     ("reference", "joins a reference with its place"),
 )
 _ROW, _LEFT, _WIDTH = 44, 60, 420

@@ -204,17 +204,22 @@ function addMark(lane, index, mark) {
   lane.at.push(index);
   lane.marks.push(mark);
   if (lane.kind !== "client") return;
-  const [letter, number, instance] = mark;
+  const [letter, number, more] = mark;
   lane.calls[number - 1] ??= newCall(lane, number, index);
   const call = lane.calls[number - 1];
   if (letter === "q") call.request = index;
   else if (letter === "s") {
     call.serve = index;
-    call.instance = instance;
+    call.instance = more;
   } else if (letter === "r") call.reply = index;
-  else if (letter === "a") call.response = index;
+  else if (letter === "a") {
+    call.response = index;
+    call.end = more;
+  } else if (letter === "c") call.cancels.push(index);
+  else if (letter === "x") call.canceling = index;
+  else if (letter === "b") call.feedback.push(index);
   else if (letter === "g") call.givenUp = index;
-  else call.timeouts.push(index);
+  else if (letter === "o") call.timeouts.push(index);
 }
 
 /** A call that begins: on the first level where none is under way. @type {(lane: FilledLane, number: number, first: number) => Call} */
@@ -222,7 +227,7 @@ function newCall(lane, number, first) {
   const free = lane.levels.findIndex((call) => call.response !== undefined || call.givenUp !== undefined);
   const level = free < 0 ? lane.levels.length : free;
   /** @type {Call} */
-  const call = { number, first, timeouts: [], level };
+  const call = { number, first, timeouts: [], cancels: [], feedback: [], level };
   lane.levels[level] = call;
   return call;
 }

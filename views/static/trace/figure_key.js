@@ -1,6 +1,6 @@
 // What the colours and marks of a figure mean.
 
-import { cross, diamond, hourglass, nodeColour, nodeLetter, triangle } from "./shapes.js";
+import { cross, diamond, hourglass, nodeColour, nodeLetter, square, triangle } from "./shapes.js";
 import { points, textWidth } from "./surface.js";
 
 /** @import { Data } from "./data.js" */
@@ -80,6 +80,14 @@ export function drawKey(surface, theme, left, top, lanes, causes) {
     item("gives up", () => {
       surface.path(points(x, middle + 4, x, middle - 4, x + 11, middle - 4), { ...waits, dash: [4, 3] });
       hourglass(surface, x + 11, middle, theme);
+    });
+  if (calls.some((call) => call.feedback.length))
+    item("feedback", () => surface.path(points(x + 7, middle - 4, x + 7, middle + 4), waits));
+  if (calls.some((call) => call.cancels.length))
+    item("asks to cancel", () => square(surface, x + 7, middle, theme));
+  if (calls.some((call) => call.end !== undefined))
+    item("succeeded, aborted, canceled, rejected", () => {
+      surface.text(x - 5, top + 11, "SACR", { fill: theme.ink, size: 7.5, bold: true });
     });
   if (kinds.has("transition"))
     item("fires", () => {

@@ -1,7 +1,17 @@
 // How lanes look.
 
 import { lastAtMost } from "./data.js";
-import { arrow, bars, cross, diamond, hourglass, nodeColour, triangle } from "./shapes.js";
+import {
+  arrow,
+  bars,
+  cross,
+  diamond,
+  hourglass,
+  letterOfEnd,
+  nodeColour,
+  square,
+  triangle,
+} from "./shapes.js";
 import { points, textWidth } from "./surface.js";
 
 /** @import { Call, FilledLane, LaneKind, Mark, Point, Seen } from "./types.js" */
@@ -167,6 +177,13 @@ function client(view, lane, y, height) {
     if (call.serve !== undefined) served(view, lane, call, call.serve, top, low);
     for (const step of call.timeouts) hourglass(surface, view.dx + scale.x(step), top + 5, theme);
     if (call.givenUp !== undefined) hourglass(surface, end, top + 5, theme);
+    for (const step of call.feedback) {
+      const at = view.dx + scale.x(step);
+      surface.path(points(at, top + 4, at, low), { stroke: theme.service, width: 1.6 });
+    }
+    for (const step of call.cancels) square(surface, view.dx + scale.x(step), top + 1, theme);
+    if (call.end !== undefined && right === end)
+      surface.text(end - 8, low - 3, letterOfEnd(call.end), { fill: theme.ink, size: 9.5, bold: true });
   }
 }
 

@@ -14,6 +14,7 @@ const GROUPS = [
   ["signals", "Signals"],
   ["topics", "Topics"],
   ["services", "Services"],
+  ["actions", "Actions"],
   ["transitions", "Transitions"],
 ];
 

@@ -25,6 +25,14 @@ export function hourglass(surface, x, y, theme) {
   surface.path(course, { fill: theme.alarm, closed: true });
 }
 
+/** A request to cancel a goal. @type {DrawSign} */
+export function square(surface, x, y, theme) {
+  surface.rect(x - 3.5, y - 3.5, 7, 7, { fill: theme.alarm });
+}
+
+/** How a goal ends, by its first letter. @type {(end: number) => string} */
+export const letterOfEnd = (end) => "SACR"[end] ?? "?";
+
 /** Tokens that are left aside. @type {DrawSign} */
 export function bars(surface, x, y, theme) {
   for (const at of [x - 3, x + 1]) surface.rect(at, y - 5, 2.5, 10, { fill: theme.alarm });

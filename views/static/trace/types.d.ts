@@ -5,7 +5,7 @@ import type { Data } from "./data.js";
 import type { Scale } from "./scale.js";
 
 export type Point = [x: number, y: number];
-export type Group = "property" | "signals" | "topics" | "services" | "transitions";
+export type Group = "property" | "signals" | "topics" | "services" | "actions" | "transitions";
 export type LaneKind = "signal" | "queue" | "client" | "transition" | "place";
 
 export interface Lane {
@@ -109,7 +109,7 @@ export interface Content {
 
 // In memory.
 
-/** A call of a client: the steps in which things happened to it. */
+/** A call of a client, or a goal: the steps in which things happened to it. */
 export interface Call {
   number: number;
   first: number;
@@ -122,6 +122,13 @@ export interface Call {
   instance?: number;
   /** Calls that overlap have different levels, from 0. */
   level: number;
+  /** When the client asked to cancel the goal, and when the server heard of it. */
+  cancels: number[];
+  canceling?: number;
+  /** When the server gave feedback. */
+  feedback: number[];
+  /** How the goal ended: succeeded, aborted, canceled, rejected. */
+  end?: number;
 }
 
 /** A lane with what happens on it: the step of each mark, and the mark, go side by side. */

@@ -17,6 +17,7 @@ from dineros.metamodel.files import load, save
 from dineros.metamodel.files.pnml import pnml_bytes, read_pnml, write_pnml
 from dineros.metamodel.files.pnml.vocabulary import Version
 from tests.support.calling_systems import calling_systems
+from tests.support.deliveries import deliveries
 from tests.support.equality import differences
 from tests.support.models import plain_nets, system_models
 from tests.support.odd_models import odd_models
@@ -57,6 +58,21 @@ def test_from_xmi_to_pnml_and_back(net: pn.Net, tmp_path: Path) -> None:
 @given(net=odd_models(), version=versions)
 def test_odd_models(net: pn.Net, version: Version, tmp_path: Path) -> None:
     assert not differences(net, written_and_read(net, version, tmp_path))
+
+
+@pytest.mark.parametrize("suffix", ["pnml", "xmi"])
+def test_actions(suffix: str, tmp_path: Path) -> None:
+    model = deliveries(2, 3, feedback=True)
+    (channel,) = model.channels
+    assert isinstance(channel, sym.ActionChannel) and channel.server is not None
+    robot = find(model, "robot", sym.NodeNet)
+    robot.callbackGroups.append(sym.CallbackGroup(id="goals"))
+    channel.clients[1].outstanding = 2
+    page = channel.server.page
+    assert isinstance(page, sym.CallbackPage)
+    page.group = robot.callbackGroups[0]
+    save(model, tmp_path / f"model.{suffix}")
+    assert not differences(model, load(tmp_path / f"model.{suffix}"))
 
 
 # Foreign blocks -------------------------------------------------------------------------------------------

@@ -1,0 +1,245 @@
+"""Whether goals can hang, overtake each other, be canceled too late or never, or end for nobody."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+from dineros.analysis.callbacks.blocking import last_parts, without
+from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
+from dineros.analysis.checks.ways import Race, firing_witness, overtaking
+from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.syntax import Constant
+from dineros.analysis.model.wording import outcome_words
+from dineros.analysis.symbolic.saturation import DiagramMemoryError
+from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
+from dineros.metamodel import pn, sym
+from dineros.metamodel.callbacks.groups import holds_thread, runs_callbacks, threads_of
+from dineros.metamodel.elements import node_net_of
+from dineros.metamodel.records import Accept, Cancel, Canceling, Finish, Outcome
+from dineros.transformations.flattening.traces import Link
+
+
+@dataclass
+class _Client:
+    """What a client's goals are in the net: places and transitions by what they mean; ids."""
+
+    channel: sym.ActionChannel
+    port: sym.ActionClientPort
+    waits: list[str] = field(default_factory=list)
+    """Where a goal waits to be accepted."""
+    works: dict[int, str] = field(default_factory=dict)
+    """Where it is worked on, by slot."""
+    accepts: dict[int, str] = field(default_factory=dict)
+    ends: dict[int, list[str]] = field(default_factory=dict)
+    asks: list[str] = field(default_factory=list)
+    late: list[str] = field(default_factory=list)
+    results: list[tuple[str, str]] = field(default_factory=list)
+    """Transitions by which the client takes a result, each with the outcome."""
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """Ids of the action, and of the place of the client's goals."""
+        return (self.channel.id, self.port.goal.id)
+
+    @property
+    def words(self) -> str:
+        """What messages call it."""
+        return f"client {self.port.client}"
+
+
+class Goals(Question):
+    """Whether goals are accepted or refused, end in a way that their clients learn, and can be canceled."""
+
+    NOT_ACCEPTED = Fault(
+        "goal-never-accepted",
+        "error",
+        "A goal of an action can wait for ever to be accepted.",
+        "a goal of {client} of action {action} can wait for ever to be accepted",
+    )
+    ENDLESS = Fault(
+        "goal-never-ends",
+        "error",
+        "A goal of an action can be accepted and never be over.",
+        "a goal of {client} of action {action} can be accepted and never be over",
+    )
+    LATE = Fault(
+        "cancel-too-late",
+        "note",
+        "A request to cancel a goal can come when the goal is over.",
+        "{client} of action {action} can ask to cancel too late: "
+        "the goal is over before the server hears of it",
+    )
+    UNHEARD = Fault(
+        "cancel-never-heard",
+        "warning",
+        "A request to cancel a goal is never heard.",
+        "no request of {client} to cancel a goal of action {action} is ever heard{reason}",
+    )
+    OVERTAKEN = Fault(
+        "goals-overtake",
+        "note",
+        "Of two goals of a client, the one accepted later can be over first.",
+        "goals of {client} of action {action} can overtake each other: one accepted later can be over first",
+    )
+    NOT_FETCHED = Fault(
+        "result-not-fetched",
+        "warning",
+        "A goal ends in a way that its client does not learn of.",
+        "nobody fetches the result where a goal of {client} of action {action} is {outcome}",
+    )
+    faults = (NOT_ACCEPTED, ENDLESS, LATE, UNHEARD, OVERTAKEN, NOT_FETCHED)
+    asks = "what can become of goals"
+
+    def ask(self, checked: Checked) -> None:
+        """Look at the goals of each client of each action."""
+        clients = list(_clients(checked))
+        if not clients:
+            return
+        found = len(checked.report.findings)
+        for client in clients:
+            self._fires(checked, client, self.LATE, client.late)
+            self._unheard(checked, client)
+            self._results(checked, client)
+            self._overtaking(checked, client)
+        if checked.firings is not None:
+            if not checked.recurs:
+                reason = checked.firings.why_open or "the markings were not all seen"
+                checked.leave_open("whether goals can wait for ever", reason)
+            return
+        try:
+            hangs = [self._hangs(checked, client) for client in clients]
+        except DiagramMemoryError:
+            checked.leave_open("whether goals can wait for ever", OUT_OF_MEMORY)
+            return
+        if not any(hangs):
+            checked.report.proved.append("every goal that was sent can be over")
+        if len(checked.report.findings) == found:
+            checked.report.proved.append("no goal is canceled too late, and none overtakes another one")
+
+    def _can_fire(self, checked: Checked, transitions: Iterable[str]) -> list[str]:
+        """Return those that can fire, as far as that is known."""
+        known, index = checked.firings, checked.subject.transition_index
+        if known is None:
+            return [each for each in transitions if checked.space.enabled(each)]
+        return [each for each in transitions if index[each] in known.traces]
+
+    def _witness(self, checked: Checked, transitions: list[str]) -> Witness | None:
+        if checked.firings is None:
+            return firing_witness(checked, transitions[0])
+        traces = [checked.firings.traces[checked.subject.transition_index[each]] for each in transitions]
+        return witness_of(checked.subject, min(traces, key=len))
+
+    def _fires(self, checked: Checked, client: _Client, fault: Fault, transitions: list[str]) -> None:
+        possible = self._can_fire(checked, transitions)
+        if possible:
+            witness = self._witness(checked, possible)
+            self._add(checked, client, fault, witness)
+
+    def _unheard(self, checked: Checked, client: _Client) -> None:
+        """Find requests to cancel that can be made, of which the server never learns."""
+        hears = [
+            link.target.id
+            for link in checked.subject.links()
+            if link.meaning is not None and link.meaning.step is Canceling and client.channel in link.sources
+        ]
+        known, index = checked.firings, checked.subject.transition_index
+        asked = self._can_fire(checked, client.asks)
+        if not asked or not hears or self._can_fire(checked, hears):
+            return
+        if known is not None and not known.dead.issuperset(index[each] for each in hears):
+            return
+        reason = _why_unheard(client.channel)
+        self._add(checked, client, self.UNHEARD, self._witness(checked, asked), reason=reason)
+
+    def _results(self, checked: Checked, client: _Client) -> None:
+        for transition, outcome in client.results:
+            if getattr(client.port, outcome) is None and self._can_fire(checked, [transition]):
+                witness = self._witness(checked, [transition])
+                self._add(checked, client, self.NOT_FETCHED, witness, outcome=outcome)
+
+    def _overtaking(self, checked: Checked, client: _Client) -> None:
+        """Look for two goals of a client of which the later one ends first."""
+        if client.port.outstanding < 2 or len(client.works) < 2:
+            return
+        places, index = checked.subject.place_index, checked.subject.transition_index
+        first, second = sorted(client.works)[:2]
+        ends = frozenset(index[each] for each in client.ends[second])
+        race = Race(places[client.works[first]], index[client.accepts[second]], ends)
+        way, is_all = overtaking(checked.subject.net, race)
+        if way is not None:
+            self._add(checked, client, self.OVERTAKEN, witness_of(checked.subject, way))
+        elif not is_all:
+            question = f"whether goals of {client.words} can overtake each other"
+            checked.leave_open(question, "there are too many markings")
+
+    def _hangs(self, checked: Checked, client: _Client) -> bool:
+        """Look for goals that no marking ends from some marking on; return whether there are any."""
+        atoms = BoundAtoms(checked.subject.net, Constant(True), checked.subject.names)
+        sets = SymbolicSets(checked.space, atoms, checked.budget)
+        found = False
+        for fault, places in ((self.NOT_ACCEPTED, client.waits), (self.ENDLESS, list(client.works.values()))):
+            for place in places:
+                over = without(sets, (checked.subject.place_index[place],))
+                doomed = sets.complement(sets.some_until(sets.everything, over))
+                if doomed:
+                    _, trace = next(last_parts(sets, doomed))
+                    self._add(checked, client, fault, witness_of(checked.subject, trace))
+                    found = True
+                    break
+        return found
+
+    @staticmethod
+    def _add(checked: Checked, client: _Client, fault: Fault, witness: Witness | None, **parts: str) -> None:
+        words, action = client.words, client.channel.action
+        checked.report.findings.append(
+            fault.found(*client.elements, witness=witness, client=words, action=action, **parts)
+        )
+
+
+def _clients(checked: Checked) -> Iterator[_Client]:
+    """Yield the clients of actions, with what the rules made for them."""
+    if not isinstance(checked.model, sym.SystemModel):
+        return
+    found: dict[sym.ActionClientPort, _Client] = {}
+    for channel in checked.model.channels:
+        if isinstance(channel, sym.ActionChannel):
+            found.update((port, _Client(channel, port)) for port in channel.clients)
+    for link in checked.subject.links():
+        port = next((source for source in link.sources if isinstance(source, sym.ActionClientPort)), None)
+        if port in found and link.meaning is not None:
+            _note(found[port], link)
+    yield from found.values()
+
+
+def _note(client: _Client, link: Link) -> None:
+    meaning, id = link.meaning, link.target.id
+    assert meaning is not None
+    if isinstance(link.target, pn.Place):
+        if meaning.part == "waits":
+            client.waits.append(id)
+        elif meaning.part == "works" and link.index is not None:
+            client.works[link.index] = id
+        return
+    if meaning.part == "too late":
+        client.late.append(id)
+    if meaning.step is Accept and link.index is not None:
+        client.accepts[link.index] = id
+    elif meaning.step is Finish and link.index is not None:
+        client.ends.setdefault(link.index, []).append(id)
+    elif meaning.step is Cancel and meaning.part == "ask":
+        client.asks.append(id)
+    elif meaning.step is Outcome:
+        client.results.append((id, outcome_words(link)))
+
+
+def _why_unheard(channel: sym.ActionChannel) -> str:
+    """Return why a server does not hear of requests to cancel, where its callbacks and threads say it."""
+    page, node = channel.server.page, node_net_of(channel.server.page)
+    if node is None or not runs_callbacks(node) or threads_of(node) > 1:
+        return ""
+    if not isinstance(page, sym.CallbackPage) or not holds_thread(page):
+        return ""
+    name = node.name or node.id
+    return f": while a goal is worked on, that has the only thread of node net {name}"

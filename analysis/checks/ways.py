@@ -1,0 +1,91 @@
+"""Runs that show a finding: one that ends with a firing, and one in which goals overtake each other."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from dineros.analysis.checks.question import Checked
+from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.symbolic.saturation import DiagramMemoryError
+from dineros.analysis.witnesses.findings import Witness, witness_of
+
+NEAR = 64 << 20
+"""Bytes for the search for a shortest way to a fault; one that is further off is found by the state space."""
+
+MOST = 50_000
+"""Markings among which a run is searched in which goals overtake each other."""
+
+
+def firing_witness(checked: Checked, transition: str) -> Witness | None:
+    """Return a sequence that ends with a transition: a shortest one where few markings are nearer.
+
+    None stands for memory that runs out.
+    """
+    # Most models need no search.
+    from dineros.analysis.questions.reachability import find_firing, way_to_firing
+
+    subject = checked.subject
+    number = subject.transition_index[transition]
+    trace = find_firing(subject.net, number, checked.budget.share(most_bytes=NEAR)).trace
+    if trace is None:
+        try:
+            trace = way_to_firing(checked.space, subject.names, number)
+        except DiagramMemoryError:
+            return None
+    return witness_of(subject, trace)
+
+
+_Here: TypeAlias = tuple[tuple[int, ...], bool]
+"""A marking, and whether the second goal has been accepted since the first one was."""
+
+
+@dataclass(frozen=True)
+class Race:
+    """Two slots that work for the same client; numbers of a net.
+
+    Attributes
+    ----------
+    first : int
+        The place that says that one of them works for it.
+    accepts : int
+        The transition by which the other one accepts a goal of it.
+    ends : collection of int
+        The transitions by which that goal ends.
+    """
+
+    first: int
+    accepts: int
+    ends: Collection[int]
+
+
+def overtaking(net: CompiledNet, race: Race) -> tuple[tuple[int, ...] | None, bool]:
+    """Return a shortest run in which the goal accepted later is over first, and whether all were looked at.
+
+    Slots are alike, so that it does not matter which of them has the earlier goal.
+    """
+    start: _Here = (tuple(net.initial.tolist()), False)
+    before: dict[_Here, tuple[_Here, int] | None] = {start: None}
+    queue = deque([start])
+    while queue:
+        here = queue.popleft()
+        marking, is_second = here
+        for transition in range(len(net.transitions)):
+            if not net.is_enabled(transition, marking):
+                continue
+            if is_second and transition in race.ends:
+                way = [transition]
+                while (step := before[here]) is not None:
+                    here, taken = step
+                    way.append(taken)
+                return tuple(way[::-1]), True
+            after = tuple(net.fire(transition, marking))
+            goes_on = after[race.first] > 0 and (is_second or transition == race.accepts)
+            if (after, goes_on) not in before:
+                if len(before) == MOST:
+                    return None, False
+                before[after, goes_on] = here, transition
+                queue.append((after, goes_on))
+    return None, True

@@ -1,0 +1,302 @@
+"""Replaying the goals of actions (rules A1 to A7): each step is of a goal, which its id tells.
+
+A goal is sent before it is accepted, and over before its client learns of that. Where the client asks to
+cancel it meanwhile, the request is under way until the goal is over, or comes too late.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from dineros.analysis.conformance.net import ConformanceNet, Queue
+from dineros.analysis.conformance.reasons import why_not
+from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
+from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import node_net_of
+from dineros.metamodel.records import (
+    Accept,
+    Cancel,
+    Canceling,
+    Drop,
+    Feedback,
+    Finish,
+    Goal,
+    GoalStep,
+    Hear,
+    Outcome,
+    Reject,
+    TooLate,
+    Transfer,
+)
+from dineros.metamodel.records.schema import Step
+
+_Key = tuple[type[Step], str, str | None, int | None, str | None]
+"""Kind of record, channel, client, slot and outcome."""
+
+
+@dataclass(eq=False)
+class _Goal:
+    """A goal that was sent.
+
+    Attributes
+    ----------
+    slot : int or None
+        The slot that has accepted it.
+    outcome : str or None
+        How it has ended.
+    is_told : bool
+        Whether its client knows that, or that it is refused.
+    """
+
+    id: str
+    channel: str
+    client: str
+    slot: int | None = None
+    outcome: str | None = None
+    is_told: bool = False
+
+
+class GoalFlow:
+    """The goals of all actions.
+
+    Parameters
+    ----------
+    net : ConformanceNet
+        The net.
+    marking : list of int
+        The marking that firings change.
+    fire : callable
+        Fires an enabled transition.
+    fire_recorded : callable
+        Fires what a record stands for, if it is enabled and its node and places are those of the record.
+    """
+
+    def __init__(
+        self,
+        net: ConformanceNet,
+        marking: list[int],
+        fire: Callable[[int], None],
+        fire_recorded: Callable[[Step, int], Fault | None],
+    ) -> None:
+        self._net = net
+        self._marking = marking
+        self._fire = fire
+        self._fire_recorded = fire_recorded
+        self._goals: dict[tuple[str, str], _Goal] = {}
+        self._untold: Counter[tuple[str, str]] = Counter()
+        self._channels = {
+            channel.id: channel for channel in net.model.channels if isinstance(channel, sym.ActionChannel)
+        }
+        self._steps: defaultdict[_Key, list[int]] = defaultdict(list)
+        for link in net.subject.links() if self._channels else ():
+            role = net.roles.get(link.target.id or "") if isinstance(link.target, pn.Transition) else None
+            if role is None or role.channel not in self._channels or role.queue is not None:
+                continue
+            client = next((each for each in link.sources if isinstance(each, sym.ActionClientPort)), None)
+            name = None if client is None else client.client
+            key = (role.kind, role.channel, name, link.index, role.outcome)
+            self._steps[key].append(net.subject.transition_index[str(link.target.id)])
+        self._queues: dict[tuple[str, str], Queue] = net.feedback_queues
+
+    # The records.
+
+    def step(self, record: GoalStep | TooLate, forced: bool) -> Refusal | None:
+        """Replay a record; `forced`: lose feedback where its history is full."""
+        channel = self._channels.get(record.channel)
+        if channel is None:
+            return Fault(f"the model has no action channel {record.channel!r}")
+        goal = self._goals.get((record.channel, record.message or ""))
+        if isinstance(record, Goal):
+            return self._sent(record, goal)
+        if isinstance(record, Cancel) and not record.message:
+            return self._fire_one(record, [(Cancel, record.channel, record.client, None, None)])
+        if goal is None:
+            return self._unknown(record)
+        match record:
+            case Accept():
+                return self._accepted(record, goal)
+            case Reject():
+                return self._rejected(record, goal)
+            case Cancel():
+                return self._canceled(record, goal)
+            case Canceling():
+                return self._heard_cancel(record, goal)
+            case TooLate():
+                return self._refused_cancel(goal)
+            case Feedback():
+                return self._feedback(record, forced, goal)
+            case Hear():
+                return self._heard(record, goal)
+            case Finish():
+                return self._finished(record, goal)
+            case Outcome():
+                return self._told(record, goal)
+        return None
+
+    def _unknown(self, record: GoalStep | TooLate) -> Refusal:
+        """Refuse a step of a goal that nobody has sent, or not yet."""
+        reason = f"goal {record.message} was not sent before"
+        if isinstance(record, (Accept, Canceling, Feedback, Finish)):
+            action = self._net.names_in_ros[record.channel]
+            outside = f"a program outside of the model sends goals of {action}, too"
+            return Waiting(reason, self._clients(record.channel), outside)
+        return Fault(reason)
+
+    def _sent(self, record: Goal, goal: _Goal | None) -> Refusal | None:
+        if goal is not None:
+            return Fault(f"goal {record.message} was sent before")
+        client = record.client or ""
+        fault = self._fire_one(record, [(Goal, record.channel, client, None, None)])
+        if fault is None:
+            id = record.message or ""
+            self._goals[record.channel, id] = _Goal(id, record.channel, client)
+        return fault
+
+    def _accepted(self, record: Accept, goal: _Goal) -> Refusal | None:
+        if goal.slot is not None or goal.is_told:
+            return Fault(f"goal {goal.id} was answered before")
+        fault = self._fire_one(record, [(Accept, goal.channel, goal.client, record.instance, None)])
+        if fault is None:
+            goal.slot = record.instance
+        return fault
+
+    def _rejected(self, record: Reject, goal: _Goal) -> Refusal | None:
+        if goal.slot is not None or goal.is_told:
+            return Fault(f"goal {goal.id} was answered before")
+        rejecting = self._steps.get((Transfer, goal.channel, goal.client, None, None))
+        if not rejecting:
+            return Fault("the server refuses no goals")
+        told = self._steps[Reject, goal.channel, goal.client, None, None]
+        if not any(map(self._is_enabled, told)):
+            self._fire(rejecting[0])
+        fault = self._fire_recorded(record, told[0])
+        if fault is None:
+            goal.is_told = True
+        return fault
+
+    def _canceled(self, record: Cancel, goal: _Goal) -> Refusal | None:
+        if goal.slot is None:
+            return Waiting(f"goal {goal.id} was not accepted before", (self._server(goal.channel),))
+        if goal.is_told:
+            return Fault(f"{goal.client} knows that goal {goal.id} has ended")
+        slot = goal.slot if goal.outcome is None else None
+        return self._fire_one(record, [(Cancel, goal.channel, goal.client, slot, goal.outcome)])
+
+    def _heard_cancel(self, record: Canceling, goal: _Goal) -> Refusal | None:
+        keys: list[_Key] = [(Canceling, goal.channel, None, goal.slot, None)]
+        if goal.slot != record.instance or goal.outcome is not None:
+            return Fault(f"slot {record.instance} does not work on goal {goal.id}")
+        if not any(self._is_enabled(each) for each in self._of(keys)):
+            action = self._net.names_in_ros[goal.channel]
+            outside = f"a program outside of the model asks to cancel goals of {action}, too"
+            reason = f"nobody has asked to cancel goal {goal.id}"
+            return Waiting(reason, self._clients(goal.channel), outside)
+        return self._fire_one(record, keys)
+
+    def _refused_cancel(self, goal: _Goal) -> Refusal | None:
+        """Let a server refuse that has no place for requests to cancel; others were only too late."""
+        for transition in self._of([(Transfer, goal.channel, None, goal.slot, None)]):
+            if goal.outcome is None and self._is_enabled(transition):
+                self._fire(transition)
+        return None
+
+    def _finished(self, record: Finish, goal: _Goal) -> Refusal | None:
+        if goal.slot != record.instance or goal.outcome is not None:
+            return Fault(f"slot {record.instance} does not work on goal {goal.id}")
+        fault = self._fire_one(record, [(Finish, goal.channel, goal.client, goal.slot, record.outcome)], goal)
+        if fault is None:
+            goal.outcome = record.outcome
+        return fault
+
+    def _told(self, record: Outcome, goal: _Goal) -> Refusal | None:
+        if goal.is_told:
+            return Fault(f"{goal.client} knows that goal {goal.id} has ended")
+        if goal.outcome is None:
+            return Waiting(f"goal {goal.id} has not ended before", (self._server(goal.channel),))
+        fault = self._fire_one(record, [(Outcome, goal.channel, goal.client, None, record.outcome)])
+        if fault is None:
+            goal.is_told = True
+        return fault
+
+    # Feedback.
+
+    def _feedback(self, record: Feedback, forced: bool, goal: _Goal) -> Refusal | None:
+        if goal.slot != record.instance or goal.outcome is not None:
+            return Fault(f"slot {record.instance} does not work on goal {goal.id}")
+        queue = self._queues.get((goal.channel, goal.client))
+        if queue is not None and self._marking[queue.source] >= 1:
+            if self._marking[queue.capacity] > 0:
+                self._fire(queue.enter)
+            elif forced:
+                self._fire(queue.drop)
+                self._untold[goal.channel, goal.client] += 1
+            else:
+                reason = f"the {queue.text} has no room, and nothing says that it has lost anything"
+                return Waiting(reason, (self._client(goal),), is_forcible=True)
+        return self._fire_one(record, [(Feedback, goal.channel, goal.client, goal.slot, None)])
+
+    def _heard(self, record: Hear, goal: _Goal) -> Refusal | None:
+        queue = self._queues.get((goal.channel, goal.client))
+        if queue is None:
+            return Fault(f"{goal.client} listens to no feedback")
+        if self._marking[queue.load] < 1:
+            if self._marking[queue.source] < 1:
+                return Waiting("no feedback is under way to it", (self._server(goal.channel),))
+            self._fire(queue.enter)
+        return self._fire_recorded(record, queue.leave)
+
+    def drop(self, record: Drop) -> Refusal | None:
+        """Lose feedback that a client's trace says to be lost, but for what was before."""
+        queue = next(
+            (queue for (channel, _), queue in self._queues.items()
+             if channel == record.channel and self._place_of(queue) == record.place),
+            None,
+        )  # fmt: skip
+        if queue is None:
+            return Fault(f"{record.place!r} hears no feedback of action channel {record.channel!r}")
+        key = next(key for key, each in self._queues.items() if each is queue)
+        rest = max(0, record.count - self._untold[key])
+        overflows = self._marking[queue.source] >= 1 and self._marking[queue.capacity] < 1
+        if rest > int(overflows):
+            reason = f"the {queue.text} has lost {record.count}, at most {int(overflows)} can be lost"
+            return Waiting(reason, (self._server(record.channel),))
+        self._untold[key] -= record.count - rest
+        if rest:
+            self._fire(queue.drop)
+        return None
+
+    def _place_of(self, queue: Queue) -> str | None:
+        return self._net.roles[self._net.net.transitions[queue.leave]].place
+
+    # The net.
+
+    def _of(self, keys: Iterable[_Key]) -> list[int]:
+        return [transition for key in keys for transition in self._steps.get(key, ())]
+
+    def _is_enabled(self, transition: int) -> bool:
+        return not why_not(self._net, transition, self._marking)
+
+    def _fire_one(self, record: Step, keys: Iterable[_Key], goal: _Goal | None = None) -> Fault | None:
+        """Fire what a record stands for: the one of several transitions that can be."""
+        found = self._of(keys)
+        if not found:
+            return Fault(f"action channel {getattr(record, 'channel', '')!r} has no such port")
+        enabled = [transition for transition in found if self._is_enabled(transition)]
+        if goal is not None and not enabled and isinstance(record, Finish) and record.outcome == "canceled":
+            return Fault(f"goal {goal.id} is not to be canceled")
+        return self._fire_recorded(record, (enabled or found)[0])
+
+    def _clients(self, channel: str) -> tuple[str, ...]:
+        nodes = (node_net_of(client.goal) for client in self._channels[channel].clients)
+        return tuple(dict.fromkeys(node.id for node in nodes if node is not None))
+
+    def _client(self, goal: _Goal) -> str:
+        ports = self._channels[goal.channel].clients
+        node = next(node_net_of(port.goal) for port in ports if port.client == goal.client)
+        return "" if node is None else node.id
+
+    def _server(self, channel: str) -> str:
+        node = node_net_of(self._channels[channel].server.entry)
+        return "" if node is None else node.id

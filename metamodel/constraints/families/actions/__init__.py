@@ -1,0 +1,1 @@
+"""Constraints on actions: their servers and their clients."""

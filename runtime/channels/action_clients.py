@@ -1,0 +1,366 @@
+"""The clients of actions of a node: goals that are sent, canceled, and end.
+
+A goal is sent again until it is answered, with the same id, and its result is asked for again after a
+restart. A request to cancel is of the oldest goal that is accepted and not asked to be canceled before. Where
+all are being canceled, or none is under way any more, the request is gone; while one waits for its answer, so
+does the request.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from dataclasses import dataclass
+
+from dineros.runtime.channels.clients import LONGEST_RESEND_DELAY, RESEND_DELAY
+from dineros.runtime.channels.goals import (
+    CancelAnswered,
+    ClientEvent,
+    FeedbackArrived,
+    GoalAnswered,
+    GoalEnded,
+    GoalFailed,
+    GoalUnknown,
+    goal_id,
+)
+from dineros.runtime.channels.traffic import SendError, Traffic
+from dineros.runtime.channels.transport import action_transport
+from dineros.runtime.nets.ports import OUTCOMES, ActionClientPort, Data, Message, OutcomeKind
+from dineros.runtime.nets.tokens import Token
+from dineros.runtime.scheduling.timers import Timer
+
+LOG = logging.getLogger("dineros.runtime")
+
+
+@dataclass(eq=False)
+class GoalUnderWay:
+    """A goal that has not ended.
+
+    Attributes
+    ----------
+    message : Message
+        Its id and data.
+    is_accepted : bool
+        Whether the server has accepted it.
+    is_canceled : bool
+        Whether the server is asked to cancel it.
+    is_canceling : bool
+        Whether the server has said that it will.
+    heard : int
+        Number of the feedback that came last.
+    attempts : int
+        How often it was sent.
+    timer : Timer or None
+        When it is sent again.
+    ended : tuple or None
+        Its outcome and result, which wait for room.
+    is_refused : bool
+        Whether it is refused, and the token for it waits for room.
+    """
+
+    message: Message
+    is_accepted: bool = False
+    is_canceled: bool = False
+    heard: int = 0
+    attempts: int = 1
+    is_canceling: bool = False
+    timer: Timer | None = None
+    ended: tuple[OutcomeKind, Data] | None = None
+    is_refused: bool = False
+
+
+class ActionClient:
+    """Sends the tokens of one place as goals, and puts what becomes of them onto others.
+
+    Parameters
+    ----------
+    traffic : Traffic
+        What all ports share.
+    port : ActionClientPort
+        The port.
+    places : mapping of str to int
+        Numbers of the places, by id.
+    departures : tuple of int
+        Numbers of the departures: of goals, and of requests to cancel, if there are any.
+
+    Attributes
+    ----------
+    goals : dict of str to GoalUnderWay
+        By id, the oldest first.
+    """
+
+    def __init__(
+        self, traffic: Traffic, port: ActionClientPort, places: dict[str, int], departures: tuple[int, ...]
+    ) -> None:
+        self._traffic = traffic
+        self.port = port
+        self.goal = places[port.goal]
+        self._outcomes = {outcome: places[place] for outcome, place in port.outcomes.items()}
+        self._rejected = None if port.rejected is None else places[port.rejected]
+        self._cancel = None if port.cancel is None else places[port.cancel]
+        self._feedback = None if port.feedback is None else places[port.feedback]
+        self._departures = departures
+        self._is_cancel_held = True  # as the engine holds all departures at first
+        self._waiting: deque[FeedbackArrived] = deque()
+        self._last: deque[GoalUnderWay] = deque(maxlen=max(1, port.outstanding))
+        self.goals: dict[str, GoalUnderWay] = {}
+
+    # What departs.
+
+    def begin(self) -> None:
+        """Let goals depart; those of an earlier life are sent or followed again."""
+        engine = self._traffic.engine
+        if len(self.goals) < self.port.outstanding:
+            engine.unhold_departure(self._departures[0])
+        for goal in list(self.goals.values()):
+            self._send(goal)
+            if goal.is_canceled:
+                action_transport(self._traffic.joined).cancel_goal(self.port, goal.message.id)
+        self._look_at_cancels()
+
+    def send(self) -> None:
+        """Send the oldest token as a goal.
+
+        Raises
+        ------
+        SendError
+            The transport failed; the token stays where it is.
+        """
+        traffic, port, place = self._traffic, self.port, self.goal
+        token = traffic.engine.oldest(place)
+        goal = GoalUnderWay(Message(goal_id(traffic.next_id(port.goal)), token.data))
+        try:
+            action_transport(traffic.joined).send_goal(port, goal.message)
+        except Exception as error:
+            raise SendError(f"cannot send a goal of {port.action}: {error}") from error
+        traffic.engine.take(place)
+        traffic.count_sent(port.goal)
+        self.goals[goal.message.id] = goal
+        if len(self.goals) == port.outstanding:
+            traffic.engine.hold_departure(self._departures[0])
+        self._emit("goal", goal.message.id, place=port.goal, token=token.id, change={port.goal: -1})
+        self._look_at_cancels()
+
+    def send_cancel(self) -> None:
+        """Ask to cancel the oldest goal that may be, by the oldest token; where there is none, that is gone.
+
+        Raises
+        ------
+        SendError
+            The transport failed; the token stays where it is.
+        """
+        traffic, port = self._traffic, self.port
+        assert self._cancel is not None
+        goal = self._cancelable()
+        if goal is None:
+            goal = next((each for each in self.goals.values() if each.is_canceling), None)
+        else:
+            try:
+                action_transport(traffic.joined).cancel_goal(port, goal.message.id)
+            except Exception as error:
+                raise SendError(f"cannot cancel a goal of {port.action}: {error}") from error
+            goal.is_canceled = True
+        token = traffic.engine.take(self._cancel)
+        self._emit(
+            "cancel",
+            None if goal is None else goal.message.id,
+            place=port.cancel,
+            token=token.id,
+            change={port.cancel: -1},
+        )
+        self._look_at_cancels()
+
+    def _cancelable(self) -> GoalUnderWay | None:
+        return next((g for g in self.goals.values() if g.is_accepted and not g.is_canceled), None)
+
+    def _look_at_cancels(self) -> None:
+        """Let requests to cancel depart where no answer has to be waited for."""
+        if self._cancel is None:
+            return
+        goals = self.goals.values()
+        is_held = bool(goals) and self._cancelable() is None and not any(each.is_canceling for each in goals)
+        if is_held is not self._is_cancel_held:
+            self._is_cancel_held = is_held
+            engine = self._traffic.engine
+            (engine.hold_departure if is_held else engine.unhold_departure)(self._departures[1])
+
+    # What arrives.
+
+    def take(self, event: ClientEvent) -> None:
+        """Learn of a goal; one that is not under way is ignored, but for feedback that comes late."""
+        if isinstance(event, FeedbackArrived):
+            self._hear(event)
+            return
+        goal = self.goals.get(event.goal)
+        if goal is None or goal.ended is not None or goal.is_refused:
+            return
+        match event:
+            case GoalAnswered(is_accepted=True):
+                self._accepted(goal)
+            case GoalAnswered():
+                goal.is_refused = True
+                self._refused(goal)
+            case GoalFailed(reason=reason):
+                self._failed(goal, reason)
+            case GoalUnknown():
+                self._unknown(goal)
+            case CancelAnswered(is_accepted=is_accepted):
+                goal.is_canceled = goal.is_canceling = is_accepted
+                if not is_accepted:
+                    self._emit("tooLate", event.goal)
+                self._look_at_cancels()
+            case GoalEnded(outcome=outcome, data=data):
+                self._accepted(goal)
+                goal.ended = (outcome, data)
+                self._ended(goal)
+
+    def _accepted(self, goal: GoalUnderWay) -> None:
+        self._stop_timer(goal)
+        if not goal.is_accepted:
+            goal.is_accepted = True
+            self._emit("accepted", goal.message.id)
+            self._look_at_cancels()
+
+    def _failed(self, goal: GoalUnderWay, reason: str) -> None:
+        """Record that a goal is not answered, and send it again a little later."""
+        self._stop_timer(goal)
+        LOG.warning("goal %s of %s: %s", goal.message.id, self.port.action, reason)
+        self._emit("timeout", goal.message.id, attempt=goal.attempts)
+        delay = min(LONGEST_RESEND_DELAY, RESEND_DELAY * 2.0 ** min(goal.attempts - 1, 30))
+        goal.attempts += 1
+        goal.timer = self._traffic.loop.timers.call_later(delay, lambda: self._send_again(goal))
+
+    def _send_again(self, goal: GoalUnderWay) -> None:
+        goal.timer = None
+        if goal.message.id in self.goals:
+            self._send(goal)
+
+    def _send(self, goal: GoalUnderWay) -> None:
+        transport = action_transport(self._traffic.joined)
+        send = transport.follow_goal if goal.is_accepted else transport.send_goal
+        try:
+            send(self.port, goal.message)
+        except Exception as error:
+            self._failed(goal, f"cannot be sent: {error}")
+
+    def _unknown(self, goal: GoalUnderWay) -> None:
+        """End a goal that the server had accepted and knows no more; send another one again."""
+        if not goal.is_accepted:
+            self._failed(goal, "the server does not know it")
+            return
+        text = f"the server of {self.port.action} has lost the goal {goal.message.id}: it counts as aborted"
+        LOG.error("%s", text)
+        self._traffic.tell_error(text, None)
+        goal.ended = ("aborted", {})
+        self._ended(goal)
+
+    def _refused(self, goal: GoalUnderWay) -> None:
+        self._stop_timer(goal)
+        place = self._rejected
+        if place is not None and not self._traffic.engine.has_room(place):
+            return
+        token = None if place is None else self._token(place, goal.message.data, self.goal)
+        self._settle(goal)
+        self._put("reject", goal, place, token)
+
+    def _ended(self, goal: GoalUnderWay) -> None:
+        assert goal.ended is not None
+        outcome, data = goal.ended
+        place = self._outcomes.get(outcome)
+        if place is not None and not self._traffic.engine.has_room(place):
+            return
+        token = None if place is None else self._token(place, data)
+        self._settle(goal)
+        self._put("outcome", goal, place, token, outcome=outcome)
+
+    def _token(self, place: int, data: Data, like: int | None = None) -> Token:
+        """Return a token for a place; of another type than that of a place like it, it has the defaults."""
+        engine = self._traffic.engine
+        if like is not None and engine.structure.types[like] is not engine.structure.types[place]:
+            data = {}
+        made = self._traffic.arriving(self.port.action, place, data)
+        return made or engine.new_token(engine.checkers[place].default)
+
+    def _put(
+        self, event: str, goal: GoalUnderWay, place: int | None, token: Token | None, **more: object
+    ) -> None:
+        if place is None or token is None:
+            self._emit(event, goal.message.id, place=None, token=None, data={}, change={}, **more)
+            return
+        self._traffic.engine.put(place, token)
+        id = self._traffic.engine.structure.places[place]
+        fields = {"place": id, "token": token.id, "data": token.data, "change": {id: 1}}
+        self._emit(event, goal.message.id, **fields, **more)
+
+    def _settle(self, goal: GoalUnderWay) -> None:
+        """Forget a goal, and let another one depart."""
+        if len(self.goals) == self.port.outstanding:
+            self._traffic.engine.unhold_departure(self._departures[0])
+        del self.goals[goal.message.id]
+        self._last.append(goal)
+        self._look_at_cancels()
+
+    def _hear(self, event: FeedbackArrived) -> None:
+        late = next((goal for goal in self._last if goal.message.id == event.goal), None)
+        goal = self.goals.get(event.goal, late)
+        if goal is None or self._feedback is None or 0 < event.number <= goal.heard:
+            return
+        if event.number:
+            self._lose(event.number - goal.heard - 1)
+            goal.heard = event.number
+        self._waiting.append(event)
+        if not self._traffic.engine.has_room(self._feedback) and len(self._waiting) > self.port.depth:
+            self._waiting.popleft()
+            self._lose(1)
+        self._let_feedback_in()
+
+    def _lose(self, count: int) -> None:
+        if count > 0:
+            self._traffic.drops[self.port.channel, "feedback"] += count
+            self._traffic.observer.emit(
+                "drop",
+                channel=self.port.channel,
+                queue="feedback",
+                place=self.port.feedback,
+                count=count,
+                change={},
+            )
+
+    def _let_feedback_in(self) -> None:
+        place, engine = self._feedback, self._traffic.engine
+        assert place is not None
+        while self._waiting and engine.has_room(place):
+            event = self._waiting.popleft()
+            token = self._traffic.arriving(self.port.action, place, event.data)
+            if token is not None:
+                engine.put(place, token)
+                id = engine.structure.places[place]
+                fields = {"place": id, "token": token.id, "data": token.data, "change": {id: 1}}
+                self._emit("hear", event.goal, number=event.number, **fields)
+
+    def let_in(self) -> None:
+        """Take what waits for room, now that there may be some."""
+        for goal in list(self.goals.values()):
+            if goal.is_refused:
+                self._refused(goal)
+            elif goal.ended is not None:
+                self._ended(goal)
+        if self._feedback is not None:
+            self._let_feedback_in()
+
+    @staticmethod
+    def _stop_timer(goal: GoalUnderWay) -> None:
+        if goal.timer is not None:
+            goal.timer.cancel()
+            goal.timer = None
+
+    def _emit(self, event: str, goal: str | None, **fields: object) -> None:
+        observer, port = self._traffic.observer, self.port
+        if observer.is_observing:
+            observer.emit(event, channel=port.channel, client=port.client, message=goal, **fields)
+
+    @property
+    def places(self) -> frozenset[int]:
+        """The places that what arrives comes to."""
+        found = [self._rejected, self._feedback, *(self._outcomes.get(outcome) for outcome in OUTCOMES)]
+        return frozenset(place for place in found if place is not None)

@@ -1,0 +1,330 @@
+"""The servers of actions of a node: slots that work on goals, requests to cancel, feedback and results.
+
+A goal is accepted when there is a slot for it, the oldest first. Where there is none it waits for one, and so
+does the answer to its client; a server that may reject goals refuses it instead. A goal that comes twice is
+worked on once, and accepted twice. Its result is kept for a client that asks for it later.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+
+from dineros.runtime.channels.goals import (
+    CancelArrived,
+    GoalArrived,
+    KnownGoal,
+    ServerEvent,
+)
+from dineros.runtime.channels.traffic import SendError, Traffic
+from dineros.runtime.channels.transport import action_transport
+from dineros.runtime.firing.cancels import CancelRequest
+from dineros.runtime.nets.ports import ActionServerPort, Check, Data, Message, OutcomeKind
+
+LOG = logging.getLogger("dineros.runtime")
+KEPT_RESULTS = 64
+"""Results that are kept for clients that ask for them after a restart of the server."""
+
+LONGEST_QUEUE = 1000
+"""Goals that wait for a slot, at most: those that come then are refused."""
+
+
+class Slot:
+    """Works on one goal at a time.
+
+    Attributes
+    ----------
+    entry : int
+        The place where a goal comes.
+    exits : dict of str to int
+        Outcome -> the place of results.
+    cancel, feedback : int or None
+        The place that gets a request to cancel, and that of feedback.
+    departures : dict of str to int
+        Numbers of the departures, by outcome and ``feedback``.
+    goal : Message or None
+        The goal's id and data; None: the slot is idle.
+    is_canceling : bool
+        Whether the goal is to be canceled.
+    sent : int
+        How much feedback the goal has given.
+    history : deque of (int, Data)
+        The last feedback, with its numbers.
+    request : CancelRequest
+        What the handlers of the goal learn; another one for each goal.
+    """
+
+    def __init__(self, server: ActionServer, number: int, entry: int, cancel: int | None) -> None:
+        self.server = server
+        self.number = number
+        self.entry = entry
+        self.cancel = cancel
+        self.exits: dict[OutcomeKind, int] = {}
+        self.feedback: int | None = None
+        self.departures: dict[str, int] = {}
+        self.goal: Message | None = None
+        self.is_canceling = False
+        self.sent = 0
+        self.history: deque[tuple[int, Data]] = deque(maxlen=max(1, server.port.depth))
+        self.request = CancelRequest()
+
+
+class ActionServer:
+    """An action of the node.
+
+    Attributes
+    ----------
+    slots : list of Slot
+        Its slots.
+    waiting : deque
+        Goals that wait for a slot, the oldest first, each with where its answers go.
+    results : dict of str to (str, Data)
+        Outcome and result of the goals that ended last, by id.
+    checks : mapping of int to callable
+        Place of results or feedback -> what raises for data that cannot be sent.
+    """
+
+    def __init__(self, traffic: Traffic, port: ActionServerPort) -> None:
+        self._traffic = traffic
+        self.port = port
+        self.slots: list[Slot] = []
+        self.waiting: deque[tuple[Message, list[Callable[[bool], None]]]] = deque()
+        self.results: dict[str, tuple[OutcomeKind, Data]] = {}
+        self._cancels: list[CancelArrived] = []  # those that wait for room
+        self.checks: Mapping[int, Check] = {}
+
+    def begin(self) -> None:
+        """Let the slots that work on a goal of an earlier life go on."""
+        known = [
+            KnownGoal(Message(goal, data), outcome=outcome) for goal, (outcome, data) in self.results.items()
+        ]
+        known += [KnownGoal(slot.goal, slot.is_canceling) for slot in self.slots if slot.goal is not None]
+        transport = action_transport(self._traffic.joined)
+        transport.restore_goals(self.port, known)
+        for slot in self.slots:
+            self._repeat_feedback(slot)
+
+    def restore(
+        self, slot: Slot, goal: Message, is_canceling: bool, sent: int, history: Sequence[tuple[int, Data]]
+    ) -> None:
+        """Let a slot work on a goal of an earlier life."""
+        self._open(slot, goal)
+        slot.sent = sent
+        slot.history.extend(history)
+        if is_canceling:
+            self._let_cancel(slot)
+
+    def take(self, event: ServerEvent) -> None:
+        """Learn of a goal."""
+        if isinstance(event, GoalArrived):
+            self._asked(event.message, event.answer)
+        elif not self._try_cancel(event):
+            self._cancels.append(event)
+
+    # Goals.
+
+    def _asked(self, goal: Message, answer: Callable[[bool], None]) -> None:
+        slot = self._slot_of(goal.id)
+        if slot is not None or goal.id in self.results:
+            answer(True)
+            if slot is not None:
+                self._repeat_feedback(slot)
+            return
+        for waiting, answers in self.waiting:
+            if waiting.id == goal.id:
+                answers.append(answer)
+                return
+        self.waiting.append((goal, [answer]))
+        self.serve()
+        if self.waiting and (self.port.may_reject or len(self.waiting) > LONGEST_QUEUE):
+            for refuse in self.waiting.pop()[1]:
+                refuse(False)
+
+    def _slot_of(self, goal: str) -> Slot | None:
+        return next((slot for slot in self.slots if slot.goal is not None and slot.goal.id == goal), None)
+
+    def serve(self) -> None:
+        """Give waiting goals to idle slots that have room, the oldest first."""
+        traffic, port = self._traffic, self.port
+        for slot in self.slots:
+            while slot.goal is None and self.waiting and traffic.engine.has_room(slot.entry):
+                goal, answers = self.waiting.popleft()
+                token = traffic.arriving(port.action, slot.entry, goal.data)
+                if token is not None:
+                    self._open(slot, Message(goal.id, token.data))
+                    traffic.engine.put(slot.entry, token)
+                    place = port.entries[slot.number]
+                    self._emit("accept", slot, place, token.id, 1, data=token.data)
+                for answer in answers:  # after the record: what is told is done
+                    answer(token is not None)
+
+    def _open(self, slot: Slot, goal: Message) -> None:
+        slot.goal, slot.is_canceling, slot.sent = goal, False, 0
+        slot.history.clear()
+        slot.request = CancelRequest()
+        for name, departure in slot.departures.items():
+            if name != "canceled":
+                self._traffic.engine.unhold_departure(departure)
+
+    # Requests to cancel.
+
+    def _try_cancel(self, event: CancelArrived) -> bool:
+        """Cancel what can be; False: a place has no room for a request."""
+        slots = [self._slot_of(goal) for goal in event.goals]
+        free = [slot for slot in slots if slot is not None and not slot.is_canceling]
+        has_room = self._traffic.engine.has_room
+        if any(slot.cancel is not None and not has_room(slot.cancel) for slot in free):
+            return False
+        canceling = []
+        for goal, slot in zip(event.goals, slots, strict=True):
+            if slot is not None and not slot.is_canceling and slot.cancel is not None:
+                self._put_request(slot, slot.cancel)
+            if slot is not None and slot.is_canceling:
+                canceling.append(goal)
+        event.answer(canceling)
+        return True
+
+    def _put_request(self, slot: Slot, place: int) -> None:
+        engine = self._traffic.engine
+        assert slot.goal is not None
+        types = engine.structure.types
+        is_alike = types[place] is types[slot.entry]
+        token = engine.new_token(slot.goal.data if is_alike else engine.checkers[place].default)
+        engine.put(place, token)
+        self._let_cancel(slot)
+        self._emit("canceling", slot, engine.structure.places[place], token.id, 1, data=token.data)
+
+    def _let_cancel(self, slot: Slot) -> None:
+        slot.is_canceling = True
+        slot.request.set()
+        departure = slot.departures.get("canceled")
+        if departure is not None:
+            self._traffic.engine.unhold_departure(departure)
+
+    def let_in(self) -> None:
+        """Take what waits for room, now that there may be some."""
+        self._cancels = [event for event in self._cancels if not self._try_cancel(event)]
+        self.serve()
+
+    # Feedback and results.
+
+    def send_feedback(self, slot: Slot) -> None:
+        """Send the oldest token of a slot as feedback.
+
+        That of an existing type has no number by which its client would know it again: it is recorded
+        before it is sent, so that it comes once or, where the node is killed in between, not at all.
+
+        Raises
+        ------
+        SendError
+            The transport failed; the token stays where it is.
+        """
+        traffic, place = self._traffic, slot.feedback
+        assert slot.goal is not None and place is not None
+        data, number = traffic.engine.oldest(place).data, slot.sent + 1
+        has_number = self.port.type is None
+        try:
+            self._check(place, data)
+            if has_number:
+                action_transport(traffic.joined).give_feedback(self.port, slot.goal.id, number, data)
+        except Exception as error:
+            raise SendError(f"cannot send feedback of {self.port.action}: {error}") from error
+        token = traffic.engine.take(place)
+        slot.sent = number
+        slot.history.append((number, data))
+        self._emit("feedback", slot, self.port.feedbacks[slot.number], token.id, -1, number=number)
+        if not has_number:
+            try:
+                action_transport(traffic.joined).give_feedback(self.port, slot.goal.id, number, data)
+            except Exception as error:
+                text = f"feedback of {self.port.action} is lost: {error}"
+                LOG.error("%s", text, exc_info=error)
+                traffic.tell_error(text, None)
+
+    def _repeat_feedback(self, slot: Slot) -> None:
+        """Send again what a client that was started again may have missed; it knows what it had."""
+        if slot.goal is None or self.port.type is not None:  # an existing type has no number
+            return
+        for number, data in slot.history:
+            action_transport(self._traffic.joined).give_feedback(self.port, slot.goal.id, number, data)
+
+    def finish(self, slot: Slot, outcome: OutcomeKind) -> None:
+        """Send the oldest token of an exit as the goal's result, after all feedback; the slot is idle then.
+
+        Raises
+        ------
+        SendError
+            The transport failed; the token stays where it is.
+        """
+        traffic, port, place = self._traffic, self.port, slot.exits[outcome]
+        assert slot.goal is not None
+        engine, goal = traffic.engine, slot.goal
+        told = slot.departures.get("feedback")
+        while told is not None and engine.first_departure + told in engine.due:
+            self.send_feedback(slot)
+        noted = self._unheeded(slot)
+        data = engine.oldest(place).data
+        try:
+            self._check(place, data)
+            action_transport(traffic.joined).finish_goal(port, goal.id, outcome, data)
+        except Exception as error:
+            raise SendError(f"cannot send a result of {port.action}: {error}") from error
+        token = engine.take(place)
+        self.keep(goal.id, outcome, data)
+        at, change = port.outcomes[outcome][slot.number], {}
+        if noted is not None and slot.cancel is not None:
+            engine.take(slot.cancel)
+            change = {port.cancels[slot.number]: -1}
+        self._emit("finish", slot, at, token.id, -1, change, outcome=outcome, unheeded=noted)
+        for name, departure in slot.departures.items():
+            if name != "canceled" or slot.is_canceling:
+                engine.hold_departure(departure)
+        slot.goal, slot.is_canceling = None, False
+        self.serve()
+
+    def _unheeded(self, slot: Slot) -> int | None:
+        """Return the request to cancel that the work on a goal has left: the next goal must not take it."""
+        engine, place = self._traffic.engine, slot.cancel
+        if place is None or not engine.count(place):
+            return None
+        free = self._traffic.engine.free_tokens(place)
+        if not free:
+            raise SendError(f"a goal of {self.port.action} cannot end while a handler works on its cancel")
+        return free[0].id
+
+    def keep(self, goal: str, outcome: OutcomeKind, data: Data) -> None:
+        """Keep a result for a client that asks for it later."""
+        self.results[goal] = (outcome, data)
+        if len(self.results) > KEPT_RESULTS:
+            del self.results[next(iter(self.results))]
+
+    def _check(self, place: int, data: Data) -> None:
+        check = self.checks.get(place)
+        if check is not None:
+            check(data)
+
+    def _emit(
+        self,
+        event: str,
+        slot: Slot,
+        place: str,
+        token: int,
+        gained: int,
+        more: Mapping[str, int] = MappingProxyType({}),
+        **fields: object,
+    ) -> None:
+        observer = self._traffic.observer
+        if observer.is_observing:
+            assert slot.goal is not None
+            observer.emit(
+                event,
+                channel=self.port.channel,
+                instance=slot.number + 1,
+                place=place,
+                token=token,
+                message=slot.goal.id,
+                change={place: gained, **more},
+                **fields,
+            )

@@ -1,0 +1,175 @@
+"""Actions between the nodes of one process: goals, requests to cancel, feedback and results, one by one."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+from dineros.runtime.channels.goals import (
+    CancelAnswered,
+    CancelArrived,
+    ClientEvent,
+    FeedbackArrived,
+    GoalAnswered,
+    GoalArrived,
+    GoalEnded,
+    GoalUnknown,
+    KnownGoal,
+)
+from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.nets.ports import ActionClientPort, ActionServerPort, Data, Message, OutcomeKind
+
+KEPT_RESULTS = 64
+"""Results that are kept for clients that ask for them later."""
+
+
+@dataclass(eq=False)
+class _Client:
+    """A client, and what is on its way to it."""
+
+    receiver: Receiver
+    port: ActionClientPort
+    waiting: deque[ClientEvent] = field(default_factory=deque)
+    feedback: deque[FeedbackArrived] = field(default_factory=deque)
+
+
+class LocalAction:
+    """An action channel.
+
+    Parameters
+    ----------
+    changed : callable
+        Told when something is on its way.
+    """
+
+    def __init__(self, changed: Callable[[Callable[[], None]], None]) -> None:
+        self._changed = changed
+        self._server: tuple[Receiver, ActionServerPort] | None = None
+        self._clients: dict[str, _Client] = {}
+        self._goals: deque[Message] = deque()  # on their way to the server
+        self._asked: dict[str, Message] = {}  # with the server, which has not answered
+        self._cancels: deque[str] = deque()
+        self._owners: dict[str, str] = {}
+        self._active: set[str] = set()
+        self._results: dict[str, tuple[OutcomeKind, Data]] = {}
+
+    @property
+    def has_server(self) -> bool:
+        """Whether a node serves it."""
+        return self._server is not None
+
+    # Who is there.
+
+    def add_client(self, receiver: Receiver, port: ActionClientPort) -> None:
+        """Join a client."""
+        self._clients[port.client] = _Client(receiver, port)
+
+    def add_server(self, receiver: Receiver, port: ActionServerPort) -> None:
+        """Join a server; what one before it had not answered comes to it again."""
+        self._server = (receiver, port)
+        self._goals.extendleft(reversed(self._asked.values()))
+        self._asked.clear()
+
+    def remove(self, receiver: Receiver) -> None:
+        """Take the ends of a node away; what it has sent stays on its way."""
+        if self._server is not None and self._server[0] is receiver:
+            self._server = None
+        self._clients = {id: each for id, each in self._clients.items() if each.receiver is not receiver}
+
+    def restore(self, goals: Sequence[KnownGoal]) -> None:
+        """Know what a server goes on with; its clients learn of goals that it has lost."""
+        lost = self._active - {goal.message.id for goal in goals}
+        self._active = {goal.message.id for goal in goals if goal.outcome is None}
+        self._results |= {g.message.id: (g.outcome, g.message.data) for g in goals if g.outcome is not None}
+        for goal in lost:
+            self._tell(goal, GoalUnknown(goal))
+
+    # What nodes send.
+
+    def send(self, port: ActionClientPort, message: Message) -> None:
+        """Take a goal on its way."""
+        self._owners[message.id] = port.client
+        self._goals.append(message)
+
+    def follow(self, port: ActionClientPort, message: Message) -> None:
+        """Have a client that was started again learn how its goal ended, or when it does."""
+        goal = message.id
+        self._owners[goal] = port.client
+        if goal in self._results:
+            self._tell(goal, GoalEnded(goal, *self._results[goal]))
+        elif goal not in self._active and self._server is not None:
+            self._tell(goal, GoalUnknown(goal))
+
+    def cancel(self, goal: str) -> None:
+        """Take a request to cancel on its way."""
+        self._cancels.append(goal)
+
+    def give_feedback(self, goal: str, number: int, data: Data, depth: int) -> None:
+        """Take feedback on its way; the oldest is lost where too much waits."""
+        client = self._clients.get(self._owners.get(goal, ""))
+        if client is not None:
+            client.feedback.append(FeedbackArrived(goal, number, data))
+            while len(client.feedback) > max(1, depth):
+                client.feedback.popleft()
+
+    def finish(self, goal: str, outcome: OutcomeKind, data: Data) -> None:
+        """Take a result on its way, and keep it."""
+        self._active.discard(goal)
+        self._results[goal] = (outcome, data)
+        while len(self._results) > KEPT_RESULTS:
+            forgotten = next(iter(self._results))
+            del self._results[forgotten]
+            self._owners.pop(forgotten, None)
+        self._tell(goal, GoalEnded(goal, outcome, data))
+
+    def _tell(self, goal: str, event: ClientEvent) -> None:
+        client = self._clients.get(self._owners.get(goal, ""))
+        if client is not None:
+            client.waiting.append(event)
+
+    # What can happen now.
+
+    def moves(self) -> list[Callable[[], None]]:
+        """Return what can happen now, one move each."""
+        moves: list[Callable[[], None]] = []
+        if self._server is not None and self._goals:
+            moves.append(partial(self._ask, *self._server))
+        if self._server is not None and self._cancels:
+            moves.append(partial(self._ask_to_cancel, *self._server))
+        for client in self._clients.values():
+            if client.feedback:
+                moves.append(partial(self._deliver, client, client.feedback))
+            elif client.waiting:  # a result comes after all feedback
+                moves.append(partial(self._deliver, client, client.waiting))
+        return moves
+
+    def _ask(self, receiver: Receiver, port: ActionServerPort) -> None:
+        message = self._goals.popleft()
+        self._asked[message.id] = message
+
+        def answer(is_accepted: bool) -> None:
+            def tell() -> None:
+                self._asked.pop(message.id, None)
+                if is_accepted and message.id not in self._results:
+                    self._active.add(message.id)
+                self._tell(message.id, GoalAnswered(message.id, is_accepted))
+                if message.id in self._results:
+                    self._tell(message.id, GoalEnded(message.id, *self._results[message.id]))
+
+            self._changed(tell)
+
+        receiver.action_event(port, GoalArrived(message, answer))
+
+    def _ask_to_cancel(self, receiver: Receiver, port: ActionServerPort) -> None:
+        goal = self._cancels.popleft()
+
+        def answer(canceling: Sequence[str]) -> None:
+            self._changed(lambda: self._tell(goal, CancelAnswered(goal, goal in canceling)))
+
+        receiver.action_event(port, CancelArrived((goal,), answer))
+
+    @staticmethod
+    def _deliver(client: _Client, queue: deque[ClientEvent] | deque[FeedbackArrived]) -> None:
+        client.receiver.action_event(client.port, queue.popleft())

@@ -1,0 +1,369 @@
+"""Action clients of rclpy that ask again: goals with ids of their own, cancels, results, feedback.
+
+`rclpy.action.ActionClient` sends once and waits for ever, and a server that dies is forgotten with what it
+owes. Here a goal is sent with an id that its client has chosen, and the node is told where nobody answers. A
+server that knows a goal already refuses it when it comes again; so whoever is refused asks for the result,
+too: only a goal that the server does not know is refused in truth. The result is asked for again when the
+status of the goal says that it has ended, and from time to time.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from dineros.runtime.channels.goals import (
+    CancelAnswered,
+    ClientEvent,
+    FeedbackArrived,
+    GoalAnswered,
+    GoalEnded,
+    GoalFailed,
+    GoalUnknown,
+)
+from dineros.runtime.channels.transport import Receiver
+from dineros.runtime.nets.ports import ActionClientPort, Message, OutcomeKind
+from dineros.runtime.ros.channels.goal_ids import bytes_of, ros_id, text_of
+from dineros.runtime.ros.channels.quality import feedback_quality, service_quality
+from dineros.runtime.ros.conversion.codecs import ActionCodecs
+from dineros.runtime.ros.process.session import LOG
+
+FIRST_LOOK, LAST_LOOK = 0.05, 0.5
+"""Seconds between looks for a server that is not there yet: the first, doubled up to the last."""
+
+RESULT_DELAY = 0.3
+"""Seconds after which the result of a goal that has ended is asked for again."""
+
+LONGEST_PERIOD = 60.0
+"""Seconds between two questions for a result, at most."""
+
+KEPT_GOALS = 16
+"""Goals that have ended and whose late feedback is handed on."""
+
+
+@dataclass(eq=False)
+class _Goal:
+    """A goal under way.
+
+    Attributes
+    ----------
+    is_sent, is_accepted, is_refused : bool
+        How far it is: refused goals wait to hear whether the server knows them all the same.
+    deadline : float or None
+        When somebody must have answered.
+    look : float
+        Seconds until the next look for the server, while it is not sent.
+    ask, period : float
+        When the result is asked for again, and how long after that once more.
+    cancel : float or None
+        When the request to cancel is sent; None: there is none, or it is answered.
+    """
+
+    message: Message
+    is_sent: bool = False
+    is_accepted: bool = False
+    is_refused: bool = False
+    deadline: float | None = None
+    look: float = FIRST_LOOK
+    ask: float | None = None
+    period: float = 0.0
+    cancel: float | None = None
+
+
+class GoalClient:
+    """The client of an action.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        The ROS node.
+    port : ActionClientPort
+        Its port.
+    codecs : ActionCodecs
+        The action's class, and the codecs of its parts.
+    receiver : Receiver
+        Told what becomes of goals.
+    timeout : float
+        Seconds that an answer may take.
+    """
+
+    def __init__(
+        self, node: Any, port: ActionClientPort, codecs: ActionCodecs, receiver: Receiver, timeout: float
+    ) -> None:
+        from action_msgs.msg import GoalStatus
+        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+        from rclpy.clock import Clock
+        from rclpy.clock_type import ClockType
+
+        self._node, self._port, self._codecs = node, port, codecs
+        self._receiver, self._timeout = receiver, timeout
+        self._ends: dict[int, OutcomeKind] = {
+            GoalStatus.STATUS_SUCCEEDED: "succeeded",
+            GoalStatus.STATUS_ABORTED: "aborted",
+            GoalStatus.STATUS_CANCELED: "canceled",
+        }
+        self._unknown = GoalStatus.STATUS_UNKNOWN
+        self._lock = threading.RLock()
+        self._goals: dict[str, _Goal] = {}
+        self._ended: dict[str, None] = {}
+        self._due: float | None = None
+        self._client = _client_class()(node, codecs.interface, port, self)
+        self._timer: Any = node.create_timer(
+            timeout, self._look, callback_group=MutuallyExclusiveCallbackGroup(),
+            clock=Clock(clock_type=ClockType.STEADY_TIME),
+        )  # fmt: skip
+        self._timer.cancel()
+
+    # What the net asks for.
+
+    def send(self, message: Message, *, is_accepted: bool = False) -> None:
+        """Send a goal, now or when the server is there, or follow one that was accepted before."""
+        with self._lock:
+            goal = self._goals.get(message.id)
+            if goal is None:
+                goal = self._goals[message.id] = _Goal(message)
+            goal.is_accepted = goal.is_accepted or is_accepted
+            goal.is_sent = goal.is_refused = False
+            goal.deadline, goal.look = time.monotonic() + self._timeout, FIRST_LOOK
+            self._go_on(goal)
+            self._look_in_time(goal)
+
+    def cancel(self, goal: str) -> None:
+        """Ask to cancel a goal, until somebody answers."""
+        with self._lock:
+            known = self._goals.get(goal)
+            if known is not None:
+                self._ask_to_cancel(known)
+                self._look_in_time(known)
+
+    def _go_on(self, goal: _Goal) -> None:
+        """Send a goal, or ask for its result, if the server is there."""
+        if not self._client.server_is_ready():
+            return
+        goal.is_sent = True
+        if goal.is_accepted:
+            goal.deadline = None
+            self._ask_for_result(goal)
+        else:
+            self._client.send_goal(goal.message.id, self._codecs.goal.encode(goal.message))
+
+    def _ask_for_result(self, goal: _Goal) -> None:
+        self._client.ask_for_result(goal.message.id)
+        goal.period = min(LONGEST_PERIOD, 2 * goal.period or self._timeout)
+        goal.ask = time.monotonic() + goal.period
+
+    def _ask_to_cancel(self, goal: _Goal) -> None:
+        goal.cancel = time.monotonic() + (self._timeout if self._client.server_is_ready() else LAST_LOOK)
+        if self._client.server_is_ready():
+            self._client.ask_to_cancel(goal.message.id)
+
+    # Time.
+
+    def _look_in_time(self, goal: _Goal) -> None:
+        """Have the timer go off when there is something to do for a goal, if not before."""
+        now = time.monotonic()
+        times = [goal.deadline, goal.ask, goal.cancel, None if goal.is_sent else now + goal.look]
+        due = min((each for each in times if each is not None), default=None)
+        if due is None or self._timer is None or (self._due is not None and self._due <= due):
+            return
+        self._due = due
+        self._timer.timer_period_ns = max(1, int((due - now) * 1e9))
+        self._timer.reset()
+
+    def _look(self) -> None:
+        """Do what is due."""
+        with self._lock:
+            self._due = None
+            if self._timer is None:
+                return
+            self._timer.cancel()
+            now = time.monotonic()
+            for goal in list(self._goals.values()):
+                try:
+                    self._look_at(goal, now)
+                except Exception as error:
+                    LOG.error("goal %s of %s: %s", goal.message.id, self._port.action, error)
+                self._look_in_time(goal)
+
+    def _look_at(self, goal: _Goal, now: float) -> None:
+        if not goal.is_sent:
+            goal.look = min(LAST_LOOK, 2 * goal.look)
+            self._go_on(goal)
+        if goal.deadline is not None and now >= goal.deadline:
+            reason = "no answer" if goal.is_sent else "there is no server"
+            goal.deadline = None
+            if goal.is_accepted:
+                goal.deadline = now + self._timeout  # it is looked for, and nothing else can be done
+            else:
+                self._tell(GoalFailed(goal.message.id, f"{reason} in {self._timeout:g} s"))
+        if goal.is_sent and goal.ask is not None and now >= goal.ask:
+            self._ask_for_result(goal)
+        if goal.cancel is not None and now >= goal.cancel:
+            self._ask_to_cancel(goal)
+
+    # What the server says; on a thread of the executor.
+
+    def answered(self, id: str, accepted: bool) -> None:
+        """Learn that the server has answered a goal."""
+        with self._lock:
+            goal = self._goals.get(id)
+            if goal is None or goal.is_accepted:
+                return
+            if accepted:
+                self._accept(goal)
+            else:
+                goal.is_refused = True
+            self._ask_for_result(goal)
+            self._look_in_time(goal)
+
+    def _accept(self, goal: _Goal) -> None:
+        goal.is_accepted, goal.deadline, goal.is_refused = True, None, False
+        self._tell(GoalAnswered(goal.message.id, True))
+
+    def status(self, id: str, status: int) -> None:
+        """Learn how far the server is with a goal."""
+        with self._lock:
+            goal = self._goals.get(id)
+            if goal is None or status == self._unknown:
+                return
+            if goal.is_refused:  # it came twice
+                self._accept(goal)
+            if status in self._ends and goal.is_accepted:
+                soon = time.monotonic() + RESULT_DELAY
+                goal.ask = min(goal.ask or soon, soon)
+            self._look_in_time(goal)
+
+    def result(self, id: str, status: int, result: Any) -> None:
+        """Learn how a goal has ended, or that the server does not know it."""
+        with self._lock:
+            goal = self._goals.get(id)
+            if goal is None:
+                return
+            outcome = self._ends.get(status)
+            if outcome is None and goal.is_refused:
+                self._forget(goal)
+                self._tell(GoalAnswered(id, False))
+            elif outcome is None and goal.is_accepted:
+                self._forget(goal)
+                self._tell(GoalUnknown(id))
+            elif outcome is not None:
+                try:
+                    data = self._codecs.decode_result(result)
+                except Exception as error:  # ROS raises what it likes
+                    LOG.error("the result of %s cannot be read: %s", self._port.action, error)
+                    data = {}
+                self._forget(goal)
+                self._tell(GoalEnded(id, outcome, data))
+
+    def _forget(self, goal: _Goal) -> None:
+        del self._goals[goal.message.id]
+        self._ended[goal.message.id] = None
+        if len(self._ended) > KEPT_GOALS:
+            del self._ended[next(iter(self._ended))]
+
+    def canceled(self, id: str, accepted: bool) -> None:
+        """Learn whether a goal will be canceled."""
+        with self._lock:
+            goal = self._goals.get(id)
+            if goal is not None and goal.cancel is not None:
+                goal.cancel = None
+                self._tell(CancelAnswered(id, accepted))
+
+    def heard(self, id: str, feedback: Any) -> None:
+        """Learn of feedback on a goal of this or of another client."""
+        if id in self._goals or id in self._ended:
+            try:
+                number, data = self._codecs.decode_feedback(feedback)
+            except Exception as error:
+                LOG.error("feedback of %s cannot be read: %s", self._port.action, error)
+                return
+            self._tell(FeedbackArrived(id, number, data))
+
+    def _tell(self, event: ClientEvent) -> None:
+        self._receiver.action_event(self._port, event)
+
+    def close(self) -> None:
+        """Take the client down; nothing is told any more."""
+        with self._lock:
+            self._goals.clear()
+            self._ended.clear()
+            timer, self._timer = self._timer, None
+        self._node.destroy_timer(timer)
+        self._client.destroy()
+
+
+def _client_class() -> Any:
+    """Return the class of clients; rclpy is imported when there is one only."""
+    from action_msgs.srv import CancelGoal
+    from rclpy.action.client import ActionClient
+    from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+
+    action_client: Any = ActionClient  # it has no types
+
+    class Client(action_client):  # type: ignore[misc]
+        def __init__(self, node: Any, interface: Any, port: ActionClientPort, owner: GoalClient) -> None:
+            quality = service_quality()
+            self._owner = owner
+            self._asked: dict[int, str] = {}
+            self._asked_for_result: dict[int, str] = {}
+            self._asked_to_cancel: dict[int, str] = {}
+            self._parts = interface.Impl
+            super().__init__(
+                node,
+                interface,
+                port.action,
+                callback_group=MutuallyExclusiveCallbackGroup(),
+                goal_service_qos_profile=quality,
+                result_service_qos_profile=quality,
+                cancel_service_qos_profile=quality,
+                feedback_sub_qos_profile=feedback_quality(port.depth),
+            )
+
+        def send_goal(self, id: str, goal: Any) -> None:
+            request = self._parts.SendGoalService.Request(goal_id=ros_id(bytes_of(id)), goal=goal)
+            self._note(self._asked, self._client_handle.send_goal_request(request), id)
+
+        def ask_for_result(self, id: str) -> None:
+            request = self._parts.GetResultService.Request(goal_id=ros_id(bytes_of(id)))
+            self._note(self._asked_for_result, self._client_handle.send_result_request(request), id)
+
+        def ask_to_cancel(self, id: str) -> None:
+            request = CancelGoal.Request()
+            request.goal_info.goal_id = ros_id(bytes_of(id))
+            self._note(self._asked_to_cancel, self._client_handle.send_cancel_request(request), id)
+
+        @staticmethod
+        def _note(asked: dict[int, str], number: int, id: str) -> None:
+            asked[number] = id
+            while len(asked) > 1000:  # those that nobody has answered
+                del asked[next(iter(asked))]
+
+        async def execute(self, taken_data: Any) -> None:
+            """Hand over what came; feedback first, since a result may come with it."""
+            owner = self._owner
+            if "feedback" in taken_data:
+                message = taken_data["feedback"]
+                owner.heard(text_of(message.goal_id), message.feedback)
+            if "goal" in taken_data:
+                number, response = taken_data["goal"]
+                if (id := self._asked.pop(_number(number), None)) is not None:
+                    owner.answered(id, bool(response.accepted))
+            if "cancel" in taken_data:
+                number, response = taken_data["cancel"]
+                if (id := self._asked_to_cancel.pop(_number(number), None)) is not None:
+                    owner.canceled(id, id in [text_of(info.goal_id) for info in response.goals_canceling])
+            if "status" in taken_data:
+                for each in taken_data["status"].status_list:
+                    owner.status(text_of(each.goal_info.goal_id), int(each.status))
+            if "result" in taken_data:
+                number, response = taken_data["result"]
+                if (id := self._asked_for_result.pop(_number(number), None)) is not None:
+                    owner.result(id, int(response.status), response.result)
+
+    return Client
+
+
+def _number(sequence: Any) -> int:
+    return int(getattr(sequence, "sequence_number", sequence))

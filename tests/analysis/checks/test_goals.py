@@ -1,0 +1,213 @@
+"""What a check finds of goals: hanging, overtaking, canceled too late or never, and over for nobody."""
+
+from __future__ import annotations
+
+import pytest
+
+from dineros.analysis.checks.boundedness import Boundedness
+from dineros.analysis.checks.check import check
+from dineros.analysis.checks.goals import Goals
+from dineros.analysis.checks.ways import Race, overtaking
+from dineros.analysis.model.subject import base_subject
+from dineros.analysis.witnesses.findings import Finding, Report
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import flow
+from dineros.metamodel.elements import find
+from tests.support.deliveries import deliveries
+
+
+def asked(model: sym.SystemModel) -> Report:
+    """Return the report of a check that asks about goals alone."""
+    return check(model, questions=[Boundedness(), Goals()])
+
+
+def of_rule(report: Report, rule: str) -> list[Finding]:
+    return [finding for finding in report.findings if finding.rule == rule]
+
+
+def channel_of(model: sym.SystemModel) -> sym.ActionChannel:
+    (channel,) = model.channels
+    assert isinstance(channel, sym.ActionChannel)
+    return channel
+
+
+def last_step(finding: Finding) -> str:
+    assert finding.witness is not None
+    return finding.witness.steps[-1].text
+
+
+def test_goals_that_come_to_an_end() -> None:
+    report = asked(deliveries(2, 1, cancels=0))
+    assert report.findings == []
+    assert "every goal that was sent can be over" in report.proved
+
+
+def test_a_goal_that_is_never_over() -> None:
+    """The robot waits at the door for somebody to open, and nobody does."""
+    model = deliveries(cancels=0)
+    page = find(model, "Deliver", pn.Page)
+    door, wait = sym.Place(id="Open", page=page), sym.Transition(id="Wait", page=page)
+    waiting = sym.Place(id="Waiting", page=page)
+    flow(find(model, "Driving", pn.Place), wait, waiting)
+    enter = sym.Transition(id="Enter", page=page)
+    flow(waiting, enter, find(model, "At", pn.Place))
+    flow(door, enter)
+    (finding,) = of_rule(asked(model), "goal-never-ends")
+    assert finding.severity == "error" and finding.elements == ("Delivery", "Send0")
+    assert finding.message == (
+        "a goal of client office0 of action /deliver can be accepted and never be over"
+    )
+    assert last_step(finding) == "Wait of slot 1"
+
+
+def test_a_goal_that_ends_as_canceled_though_nobody_asked() -> None:
+    """The goal state machine does not allow it, and the slot is stuck until somebody asks."""
+    model = deliveries(cancels=0)
+    server = channel_of(model).server
+    page = server.page
+    server.cancel, server.canceled = sym.Place(id="Stop", page=page), sym.Place(id="Back", page=page)
+    flow(find(model, "Driving", pn.Place), sym.Transition(id="Lazy", page=page), server.canceled)
+    (finding,) = of_rule(asked(model), "goal-never-ends")
+    assert last_step(finding) == "Lazy of slot 1"
+
+
+def test_a_goal_that_is_never_accepted() -> None:
+    """Once one goal hangs in the only slot, those of others wait for ever."""
+    model = deliveries(2, 1, cancels=0, rejects=False)
+    page = find(model, "Deliver", pn.Page)
+    flow(find(model, "Driving", pn.Place), sym.Transition(id="Vanish", page=page))
+    report = asked(model)
+    assert [found.elements for found in of_rule(report, "goal-never-accepted")] == [
+        ("Delivery", "Send0"),
+        ("Delivery", "Send1"),
+    ]
+
+
+def test_a_cancel_that_comes_too_late() -> None:
+    (finding,) = of_rule(asked(deliveries()), "cancel-too-late")
+    assert finding.severity == "note"
+    assert last_step(finding).startswith(
+        "client office0 asks to cancel its goal of action /deliver, which is "
+    )
+    assert last_step(finding).endswith("the request to cancel it comes too late")
+
+
+def callbacks(threads: int, awaits: bool) -> sym.SystemModel:
+    """Return the deliveries of one office by a robot that runs callbacks."""
+    model = deliveries()
+    robot = find(model, "robot", sym.NodeNet)
+    robot.execution = "callbacks"  # type: ignore[assignment]
+    robot.executor, robot.threads = "multi", threads  # type: ignore[assignment]
+    find(model, "Deliver", sym.CallbackPage).awaits = awaits
+    return model
+
+
+@pytest.mark.parametrize(
+    ("threads", "awaits", "is_heard"), [(1, False, False), (2, False, True), (1, True, True)]
+)
+def test_a_cancel_that_is_never_heard(threads: int, awaits: bool, is_heard: bool) -> None:
+    """As seen with rclpy: a plain body has the only thread, and every request to cancel comes too late."""
+    report = asked(callbacks(threads, awaits))
+    found = of_rule(report, "cancel-never-heard")
+    assert [each.message for each in found] == (
+        []
+        if is_heard
+        else [
+            "no request of client office0 to cancel a goal of action /deliver is ever heard: while a goal "
+            "is worked on, that has the only thread of node net robot"
+        ]
+    )
+    assert of_rule(report, "cancel-too-late")
+
+
+@pytest.mark.parametrize(("threads", "awaits", "at_once"), [(1, False, 1), (2, False, 2), (1, True, 2)])
+def test_how_many_goals_are_worked_on_at_once(threads: int, awaits: bool, at_once: int) -> None:
+    """As seen with rclpy: what works on a goal needs a thread and no group, unless it awaits."""
+    from dineros.analysis.questions.state_space import state_space
+
+    model = callbacks(threads, awaits)
+    two = deliveries(2, cancels=0)
+    robot = find(two, "robot", sym.NodeNet)
+    original = find(model, "robot", sym.NodeNet)
+    robot.execution, robot.executor, robot.threads = original.execution, original.executor, original.threads
+    find(two, "Deliver", sym.CallbackPage).awaits = awaits
+    subject = base_subject(two)
+    executing = [f"Delivery[{number}].executing" for number in (1, 2)]
+    net = subject.net
+    seen, most = {tuple(net.initial.tolist())}, 0
+    pending = list(seen)
+    for marking in pending:
+        most = max(most, sum(marking[subject.place_index[place]] for place in executing))
+        for transition in range(len(net.transitions)):
+            if net.is_enabled(transition, marking):
+                after = tuple(net.fire(transition, marking))
+                if after not in seen:
+                    seen.add(after)
+                    pending.append(after)
+    assert most == at_once
+    assert len(seen) == state_space(net, "symbolic").states
+
+
+def test_goals_that_overtake_each_other() -> None:
+    model = deliveries(1, 2, goals=2, cancels=0, rejects=False)
+    assert not of_rule(asked(model), "goals-overtake")
+    channel_of(model).clients[0].outstanding = 2
+    (finding,) = of_rule(asked(model), "goals-overtake")
+    assert finding.message == (
+        "goals of client office0 of action /deliver can overtake each other: "
+        "one accepted later can be over first"
+    )
+    assert finding.witness is not None
+    accepted = [step.text for step in finding.witness.steps if "accepts" in step.text]
+    assert accepted == [
+        f"slot {number} of action /deliver accepts the goal of client office0" for number in (1, 2)
+    ]
+    assert last_step(finding).startswith("the goal of client office0 in slot 2 of action /deliver is ")
+
+
+def test_one_slot_keeps_the_order() -> None:
+    model = deliveries(1, 1, goals=2, cancels=0, rejects=False)
+    channel_of(model).clients[0].outstanding = 2
+    assert not of_rule(asked(model), "goals-overtake")
+
+
+def test_a_race_that_cannot_be_lost() -> None:
+    """What ends the second goal needs the first one to be over."""
+    subject = base_subject(deliveries(1, 2, goals=2, cancels=0, rejects=False))
+    places, index = subject.place_index, subject.transition_index
+    race = Race(places["Delivery.client.office0.inUse[1]"], index["Delivery.client.office0.accept[2]"], ())
+    assert overtaking(subject.net, race) == (None, True)
+
+
+def test_a_result_that_nobody_fetches() -> None:
+    model = deliveries(cancels=0)
+    channel_of(model).clients[0].aborted = None
+    (finding,) = of_rule(asked(model), "result-not-fetched")
+    assert (
+        finding.message
+        == "nobody fetches the result where a goal of client office0 of action /deliver is aborted"
+    )
+    for transition in ("Break",):
+        page = find(model, "Deliver", pn.Page)
+        broken = find(model, transition, pn.Transition)
+        for arc in [arc for arc in page.arcs if broken in (arc.source, arc.target)]:
+            page.arcs.remove(arc)
+        page.objects.remove(broken)
+    assert not of_rule(asked(model), "result-not-fetched")
+
+
+def test_models_without_actions_are_not_asked() -> None:
+    model = sym.SystemModel(id="empty", middleware="ros2")
+    sym.Place(id="Place", page=sym.NodeNet(id="node", net=model))
+    assert not [each for each in asked(model).proved if "goal" in each]
+
+
+def test_no_time_leaves_it_open() -> None:
+    """A net whose markings have no end: what fires is found, what hangs is left open."""
+    model = deliveries()
+    office = find(model, "office0", sym.NodeNet)
+    count = sym.Place(id="Count", page=office)
+    flow(sym.Transition(id="Tick", page=office), count)
+    report = asked(model)
+    assert of_rule(report, "cancel-too-late")
+    assert [each for each in report.unknown if "goals can wait for ever" in str(each)]

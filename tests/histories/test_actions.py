@@ -1,0 +1,163 @@
+"""Actions: nets of generated models do what the interpreter says, and every arc of a net counts."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+
+from dineros.analysis.model.subject import base_subject
+from dineros.analysis.questions.state_space import state_space
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import flow, read
+from dineros.metamodel.elements import find
+from dineros.transformations.flattening.flatten import flatten
+from dineros.transformations.rules.catalogue import OverflowVariant
+from tests.support.action_models import action_models
+from tests.support.deliveries import deliveries
+from tests.support.equal_behaviour import compare
+from tests.support.reachability import ReachabilityGraph
+from tests.support.reference_executors import ExecutorInterpreter
+from tests.support.reference_flattening import PlainNet, plain_net_of
+
+FIGURES = {
+    "no cancels, no refusals": (deliveries(1, cancels=0, rejects=False), 10),
+    "one office": (deliveries(), 35),
+    "with feedback": (deliveries(feedback=True), 94),
+    "one slot for two": (deliveries(2, 1), 936),
+    "a slot for each": (deliveries(2), 2126),
+}
+
+
+@given(action_models())
+@settings(max_examples=6, deadline=None)
+def test_generated_models(model: sym.SystemModel) -> None:
+    """T5a and T5b make nets that do the same."""
+    interpreter = ExecutorInterpreter(model)
+    for overflow in ("weighted", "inhibitor"):
+        found = compare(plain_net_of(flatten(model, "none", overflow).net), interpreter, 300)
+        assert found.difference == ""
+
+
+@pytest.mark.parametrize("overflow", ["weighted", "inhibitor"])
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures(name: str, overflow: OverflowVariant) -> None:
+    model, states = FIGURES[name]
+    subject = base_subject(model, overflow=overflow)
+    counts = [state_space(subject.net, engine) for engine in ("explicit", "symbolic")]
+    expected = ExecutorInterpreter(model).count()
+    assert expected[0] == states
+    assert [each.states for each in counts] == [states, states]
+    assert counts[0].arcs == expected[1]
+
+
+def thorough_office() -> sym.SystemModel:
+    """Return the deliveries of one office in which whatever may happen to a goal happens."""
+    model = deliveries(1, goals=2, feedback=True, heeds=False)
+    (channel,) = model.channels
+    assert isinstance(channel, sym.ActionChannel)
+    channel.depth = 1
+    server, page = channel.server, channel.server.page
+    assert server.cancel is not None and server.canceled is not None
+    office = find(model, "office0", sym.NodeNet)
+    for place in [each for each in office.objects if isinstance(each, sym.Place) and not each.tokens]:
+        flow(place, sym.Transition(id=f"Look.{place.id}", page=office))
+    driving, noted = find(model, "Driving", pn.Place), sym.Place(id="Noted", page=page)
+    flow(server.cancel, sym.Transition(id="Note", page=page), noted)
+    home, panic = sym.Transition(id="Home", page=page), sym.Transition(id="Panic", page=page)
+    flow(noted, home, server.canceled)
+    flow(driving, home)
+    read(server.cancel, panic)
+    flow(driving, panic, server.canceled)
+    return model
+
+
+def unnoticed(model: sym.SystemModel, word: str = "") -> set[tuple[str, str]]:
+    """Return the arcs without which a net still does what the model does.
+
+    Those count that have a word in their ends' ids, and of whose ends none is a transition that never fires.
+    """
+    net, interpreter = plain_net_of(flatten(model, "none").net), ExecutorInterpreter(model)
+    found = compare(net, interpreter, 6000)
+    assert (found.complete, found.difference) == (True, "")
+    graph = ReachabilityGraph(net)
+    seen, fired = [graph.start], set()
+    known = set(seen)
+    for marking in seen:
+        for name, after in graph.successors(marking):
+            fired.add(name)
+            if after not in known:
+                known.add(after)
+                seen.append(after)
+    same = set()
+    for number, (source, target, *_) in enumerate(net.arcs):
+        if word not in f"{source} {target}" or not fired & {source, target}:
+            continue
+        altered = PlainNet(net.places, net.transitions, [*net.arcs[:number], *net.arcs[number + 1 :]])
+        if not compare(altered, interpreter, 6000).difference:
+            same.add((str(source), str(target)))
+    return same
+
+
+def test_every_arc_counts() -> None:
+    """But where one client with one goal at a time leaves no other way."""
+    client = "Delivery.client.office0"
+    assert unnoticed(thorough_office()) == {
+        (f"{client}.inUse[1]", f"{client}.{word}[1]") for word in ("cancel", "feedback")
+    }
+
+
+def test_who_has_a_slot_counts() -> None:
+    assert unnoticed(deliveries(2, 1, rejects=False), "inUse[1]") == set()
+
+
+@pytest.mark.parametrize("counts", ["threads", "lock"])
+def test_threads_and_locks_count(counts: str) -> None:
+    """A timer of another group has the only thread, or one of two threads while it runs in the same group."""
+    model = deliveries(cancels=0)
+    for id in ("robot", "office0"):
+        net = find(model, id, sym.NodeNet)
+        net.execution = "callbacks"  # type: ignore[assignment]
+        net.executor, net.threads = "multi", 1 if counts == "threads" else 2  # type: ignore[assignment]
+        timer = sym.CallbackPage(id=f"Timer.{id}", kind="timer", timer=1.0, page=net)
+        between = sym.Place(id=f"Between.{id}", page=timer)
+        flow(
+            sym.Transition(id=f"Begin.{id}", page=timer), between, sym.Transition(id=f"End.{id}", page=timer)
+        )
+        if counts == "threads":
+            net.callbackGroups.append(sym.CallbackGroup(id=f"own.{id}", kind="reentrant"))
+            timer.group = net.callbackGroups[0]
+    assert unnoticed(model, counts) == set()
+
+
+def test_certificates() -> None:
+    found = {
+        each.name: (each.value, {term.place.id for term in each.terms})
+        for each in flatten(deliveries(2, 1), "none").net.certificate
+    }
+    slot, client = "Delivery[1].", "Delivery.client.office0."
+    states = {slot + state for state in ("idle", "executing", "asked", "canceling")}
+    assert found[f"{slot}idle or a goal"] == (1, states)
+    owners = {f"Delivery.client.office{number}.inUse[1]" for number in (0, 1)}
+    assert found[f"{slot}idle or a client's"] == (1, {f"{slot}idle", *owners})
+    parts = ("ready", "requested", "rejected", "inUse[1]", "over.At", "over.Lost", "over.Back")
+    assert found[f"{client}ready or one goal under way"] == (1, {client + part for part in parts})
+
+
+def test_several_goals_of_one_client() -> None:
+    model = deliveries(1, 2, goals=3, cancels=2)
+    (channel,) = model.channels
+    assert isinstance(channel, sym.ActionChannel)
+    channel.clients[0].outstanding = 2
+    found = compare(plain_net_of(flatten(model, "none").net), ExecutorInterpreter(model), 2000)
+    assert found.difference == ""
+
+
+def test_a_server_that_refuses_to_cancel() -> None:
+    model = deliveries()
+    (channel,) = model.channels
+    assert isinstance(channel, sym.ActionChannel)
+    channel.server.cancel = None
+    net = flatten(model, "none").net
+    found = compare(plain_net_of(net), ExecutorInterpreter(model), 2000)
+    assert (found.difference, found.complete) == ("", True)
+    assert not any("heeded" in node.id for node in net.pages[0].objects)

@@ -1,0 +1,118 @@
+"""Feedback of an action, for the client whose goal it is about (rule A5).
+
+It is a topic of ROS: what comes faster than the client takes it is lost. A slot tells what it has to tell
+before its goal is over.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.records import Feedback, Hear
+from dineros.transformations.language.creation import ForAll, image
+from dineros.transformations.language.functions import count, either, greatest
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.actions.goals import A2, End, Heard
+from dineros.transformations.rules.actions.slots import A6, slots
+from dineros.transformations.rules.notation import Bound, OverflowQueue, arc, place, read, transition
+from dineros.transformations.rules.tokens import Heaviest, Lowering
+
+HISTORY = "feedback history of {client} of action {action}"
+
+
+class A5(Rule):
+    """Feedback history of each client that listens."""
+
+    action = Node(sym.ActionChannel)
+    server = Node(sym.ActionServerPort, channel=action)
+    told = Node(pn.Place, of=server.feedback)
+    client = Node(sym.ActionClientPort, channel=action)
+    sink = Node(pn.Place, of=client.feedback)
+
+    received = place(
+        "{action.id}.client.{client.client}.feedback.In",
+        means=Meaning("{queue}: arriving feedback", queue="feedback", called=HISTORY, part="received"),
+    )
+    queue = OverflowQueue(
+        "{action.id}.client.{client.client}.feedback",
+        source=received,
+        limit=action.depth,
+        sinks=[sink],
+        kind="feedback",
+        called=HISTORY,
+        leaves=Hear,
+    )
+    bound = Bound(
+        received, 1, means=Meaning("{queue}: room for arriving feedback", called=HISTORY, rests=True)
+    )
+
+    heard = Heard(queue.leave)
+
+
+class A5Tell(Rule):
+    """A slot tells the client whose goal it has; where that does not listen, what it tells is gone."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    slot = Index(upto=slots(action))
+    page = Made(A6.page, of=[action, slot])
+    source = Node(pn.Place, of=image(action.server.feedback, page))
+    in_use = Made(A2.in_use, of=[client, slot])
+
+    tell = transition(
+        "{action.id}.client.{client.client}.feedback[{slot}]",
+        means=Meaning("slot {instance} of action {action} gives feedback to {client}", step=Feedback),
+    )
+    arcs = [arc(source, tell), read(in_use, tell)]
+    received = Made(A5.received, of=client)
+    arrives = ForAll([received], make=[arc(tell, received)])
+
+
+class A5Room(Rule):
+    """Feedback that waits to be told: it is handed over at once, so that of one firing."""
+
+    action = Node(sym.ActionChannel)
+    slot = Index(upto=slots(action))
+    page = Made(A6.page, of=[action, slot])
+    source = Node(pn.Place, of=image(action.server.feedback, page))
+
+    bound = Bound(
+        source,
+        greatest(1, source.tokens, Heaviest(source, puts=True)),
+        means=Meaning("free room for feedback of slot {instance} of action {action}", rests=True),
+    )
+
+    where = [either(source.capacity, 0) == 0]
+
+
+class A5First(Rule):
+    """A goal is over only when all feedback about it has been told."""
+
+    action = Node(sym.ActionChannel)
+    slot = Index(upto=slots(action))
+    page = Made(A6.page, of=[action, slot])
+    source = Node(pn.Place, of=image(action.server.feedback, page))
+    bound = Made(Bound)
+    end = Made(End, of=[action, slot])
+
+    all_told = read(bound.free, end.move, weight=bound.free.tokens)
+
+    where = [bound.place == source]
+
+
+class A5Hand(Rule):
+    """Feedback in hand: what a client has taken and not worked on, where something takes it."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    sink = Node(pn.Place, of=client.feedback)
+    queue = Made(A5.queue, of=client)
+
+    bound = Bound(
+        sink,
+        greatest(1, sink.tokens, Heaviest(sink, puts=False)),
+        means=Meaning("free room for feedback to {client} of action {action}", rests=True),
+    )
+
+    where = [either(sink.capacity, 0) == 0, count(Lowering(sink)) > 0]

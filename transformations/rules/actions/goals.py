@@ -1,0 +1,469 @@
+"""Goals of an action: sent, accepted or refused, canceled, and over (rules A1 to A4).
+
+Servers accept a goal only into a slot that is free. Results are kept until the client takes them, and it has
+as many goals under way as it says, one where it says nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.records import Accept, Cancel, Canceling, Finish, Goal, Outcome, Reject, Transfer
+from dineros.transformations.language.creation import Fragment, New, image
+from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Absent, Index, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.actions.outcomes import Exits, Fetched
+from dineros.transformations.rules.actions.slots import A6, A7, A7Ask, A7Cancel, slots
+from dineros.transformations.rules.notation import arc, place, read, transition
+
+
+class Taken(Fragment):
+    """A server takes a goal or a request to cancel that it has not to work on, between callbacks.
+
+    Parameters
+    ----------
+    move : Expression
+        The transition that does it.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"move": pn.Transition}
+
+    def __init__(self, move: Expression) -> None:
+        super().__init__(move=move)
+
+
+class Heard(Fragment):
+    """A client takes an answer or feedback.
+
+    Parameters
+    ----------
+    move : Expression
+        The transition that does it.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"move": pn.Transition}
+
+    def __init__(self, move: Expression) -> None:
+        super().__init__(move=move)
+
+
+class Answer(Heard):
+    """A client takes what it has been waiting for, and may send another goal.
+
+    Parameters
+    ----------
+    id : str
+        Of its transition; may hold placeholders.
+    waiting, ready : Expression
+        Places of the answer, and of the client's readiness.
+    means : Meaning
+        What it is.
+    """
+
+    move: New
+
+    def __init__(self, id: str, waiting: Expression, ready: Expression, means: Meaning) -> None:
+        Fragment.__init__(self)
+        self.move = transition(id, means)
+        self.arcs = [arc(waiting, self.move), arc(self.move, ready)]
+
+
+class End(Fragment):
+    """A goal is over.
+
+    Parameters
+    ----------
+    id : str
+        Of its transition; may hold placeholders.
+    exit : Expression
+        The place of the result at the server.
+    state, in_use : Expression
+        Places of how far the slot is, and of whose goal it has.
+    idle, result : Expression
+        Places of the slot's idleness, and of the result for the client.
+    words : str
+        How the goal ends.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"move": pn.Transition}
+    move: New
+
+    def __init__(
+        self,
+        id: str,
+        *,
+        exit: Expression,
+        state: Expression,
+        in_use: Expression,
+        idle: Expression,
+        result: Expression,
+        words: str = "the goal of {client} in slot {instance} of action {action} is {outcome}",
+        part: str = "end",
+    ) -> None:
+        super().__init__()
+        self.move = transition(id, Meaning(words, step=Finish, part=part))
+        self.arcs = [
+            *(arc(each, self.move) for each in (exit, state, in_use)),
+            *(arc(self.move, each) for each in (idle, result)),
+        ]
+
+
+class A1(Rule):
+    """A client's goals: one under way, or as many as it says."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    goal = Node(pn.Place, of=client.goal)
+
+    ready = place(
+        "{action.id}.client.{client.client}.ready",
+        tokens=client.outstanding,
+        means=Meaning("{client} of action {action} is ready", rests=True),
+    )
+    requested = place(
+        "{action.id}.client.{client.client}.requested",
+        means=Meaning("goal of {client} of action {action} under way", part="waits"),
+    )
+    send = transition(
+        "{action.id}.client.{client.client}.send",
+        means=Meaning("{client} sends a goal of action {action}", step=Goal),
+    )
+    arcs = [arc(goal, send), arc(ready, send), arc(send, requested)]
+
+
+class A1Result(Rule):
+    """The results of one kind, which a client takes."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    exit = Node(pn.Place, of=Exits(action.server))
+    ready = Made(A1.ready, of=client)
+
+    result = place(
+        "{action.id}.client.{client.client}.over.{exit.id}",
+        means=Meaning("result for {client} of action {action}, whose goal is {outcome}, under way"),
+    )
+    answer = Answer(
+        "{action.id}.client.{client.client}.result.{exit.id}",
+        result,
+        ready,
+        Meaning("{client} learns that its goal of action {action} is {outcome}", step=Outcome, part="result"),
+    )
+
+
+class A1Fetch(Rule):
+    """They go to the place of the client, where it names one; otherwise nobody fetches them."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    exit = Node(pn.Place, of=Exits(action.server))
+    fetched = Node(pn.Place, of=Fetched(client, exit))
+    answer = Made(A1Result.answer, of=[client, exit])
+
+    fetches = arc(answer.move, fetched)
+
+
+class A2(Rule):
+    """Each client's goals may be accepted into each slot."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    slot = Index(upto=slots(action))
+    requested = Made(A1.requested, of=client)
+    idle = Made(A7.idle, of=[action, slot])
+    executing = Made(A7.executing, of=[action, slot])
+    page = Made(A6.page, of=[action, slot])
+    entry = Node(pn.Place, of=image(action.server.entry, page))
+
+    in_use = place(
+        "{action.id}.client.{client.client}.inUse[{slot}]",
+        means=Meaning("slot {instance} of action {action} works for {client}", part="works"),
+    )
+    accept = transition(
+        "{action.id}.client.{client.client}.accept[{slot}]",
+        means=Meaning("slot {instance} of action {action} accepts the goal of {client}", step=Accept),
+    )
+    arcs = [
+        arc(requested, accept),
+        arc(idle, accept),
+        arc(accept, entry),
+        arc(accept, executing),
+        arc(accept, in_use),
+    ]
+
+
+class A2Reject(Rule):
+    """A server that may refuse goals refuses one, and the client learns that."""
+
+    action = Node(sym.ActionChannel)
+    server = Node(sym.ActionServerPort, channel=action, mayReject=True)
+    client = Node(sym.ActionClientPort, channel=action)
+    requested = Made(A1.requested, of=client)
+    ready = Made(A1.ready, of=client)
+
+    refused = place(
+        "{action.id}.client.{client.client}.rejected",
+        means=Meaning("refusal for {client} of action {action} under way"),
+    )
+    reject = transition(
+        "{action.id}.client.{client.client}.reject",
+        means=Meaning("action {action} refuses the goal of {client}", step=Transfer, part="reject"),
+    )
+    arcs = [arc(requested, reject), arc(reject, refused)]
+    answer = Answer(
+        "{action.id}.client.{client.client}.refused",
+        refused,
+        ready,
+        Meaning("{client} learns that its goal of action {action} is refused", step=Reject),
+    )
+
+    taken = Taken(reject)
+
+
+class A2Tell(Rule):
+    """It tells its node, where it names a place for that."""
+
+    client = Node(sym.ActionClientPort)
+    rejected = Node(pn.Place, of=client.rejected)
+    answer = Made(A2Reject.answer, of=client)
+
+    tells = arc(answer.move, rejected)
+
+
+class A3(Rule):
+    """A client asks to cancel its goal, which a slot executes."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    wish = Node(pn.Place, of=client.cancel)
+    slot = Index(upto=slots(action))
+    in_use = Made(A2.in_use, of=[client, slot])
+    executing = Made(A7.executing, of=[action, slot])
+    asked = Made(A7Ask.asked, of=[action, slot])
+
+    ask = transition(
+        "{action.id}.client.{client.client}.cancel[{slot}]",
+        means=Meaning(
+            "{client} asks to cancel its goal in slot {instance} of action {action}", step=Cancel, part="ask"
+        ),
+    )
+    arcs = [arc(wish, ask), arc(executing, ask), arc(ask, asked), read(in_use, ask)]
+
+
+class A3Again(Rule):
+    """That it asks again changes nothing."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    wish = Node(pn.Place, of=client.cancel)
+    slot = Index(upto=slots(action))
+    in_use = Made(A2.in_use, of=[client, slot])
+    canceling = Made(A7Cancel.canceling, of=[action, slot])
+
+    ask = transition(
+        "{action.id}.client.{client.client}.again[{slot}]",
+        means=Meaning(
+            "{client} asks again to cancel its goal in slot {instance} of action {action}", step=Cancel
+        ),
+    )
+    arcs = [arc(wish, ask), read(canceling, ask), read(in_use, ask)]
+
+
+class A3Nothing(Rule):
+    """A request to cancel is gone where the client has no goal under way."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    wish = Node(pn.Place, of=client.cancel)
+    ready = Made(A1.ready, of=client)
+
+    ask = transition(
+        "{action.id}.client.{client.client}.nothing",
+        means=Meaning(
+            "{client} of action {action} asks to cancel, and has no goal under way",
+            step=Cancel,
+            part="nothing",
+        ),
+    )
+    arcs = [arc(wish, ask), read(ready, ask, weight=client.outstanding)]
+
+
+class A3Over(Rule):
+    """So it is where the goal is over, and its client does not know that yet."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    wish = Node(pn.Place, of=client.cancel)
+    exit = Node(pn.Place, of=Exits(action.server))
+    result = Made(A1Result.result, of=[client, exit])
+
+    ask = transition(
+        "{action.id}.client.{client.client}.tooLate.{exit.id}",
+        means=Meaning(
+            "{client} asks to cancel its goal of action {action}, which is {outcome} already: "
+            "the request to cancel it comes too late",
+            step=Cancel,
+            part="too late",
+        ),
+    )
+    arcs = [arc(wish, ask), read(result, ask)]
+
+
+class A3Hear(Rule):
+    """The server learns that a goal is to be canceled, and lets what works on it know."""
+
+    action = Node(sym.ActionChannel)
+    slot = Index(upto=slots(action))
+    page = Made(A6.page, of=[action, slot])
+    noted = Node(pn.Place, of=image(action.server.cancel, page))
+    asked = Made(A7Ask.asked, of=[action, slot])
+    canceling = Made(A7Cancel.canceling, of=[action, slot])
+
+    hear = transition(
+        "{action.id}[{slot}].cancel",
+        means=Meaning(
+            "slot {instance} of action {action} hears that its goal is to be canceled", step=Canceling
+        ),
+    )
+    arcs = [arc(asked, hear), arc(hear, canceling), arc(hear, noted)]
+
+    taken = Taken(hear)
+
+
+class A3Refuse(Rule):
+    """A server that has no place for that refuses, and the goal goes on."""
+
+    action = Node(sym.ActionChannel)
+    server = Node(sym.ActionServerPort, channel=action)
+    slot = Index(upto=slots(action))
+    asked = Made(A7Ask.asked, of=[action, slot])
+    executing = Made(A7.executing, of=[action, slot])
+
+    refuse = transition(
+        "{action.id}[{slot}].refuse",
+        means=Meaning(
+            "slot {instance} of action {action} refuses to cancel its goal", step=Transfer, part="refuse"
+        ),
+    )
+    arcs = [arc(asked, refuse), arc(refuse, executing)]
+
+    taken = Taken(refuse)
+    noted = Node(pn.Place, of=server.cancel)
+    absent = [Absent(noted)]
+
+
+class A4(Rule):
+    """A goal that is executing succeeds or is aborted."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    slot = Index(upto=slots(action))
+    exit = Node(pn.Place, of=Exits(action.server))
+    page = Made(A6.page, of=[action, slot])
+    output = Node(pn.Place, of=image(exit, page))
+    result = Made(A1Result.result, of=[client, exit])
+    in_use = Made(A2.in_use, of=[client, slot])
+    idle = Made(A7.idle, of=[action, slot])
+    executing = Made(A7.executing, of=[action, slot])
+
+    end = End(
+        "{action.id}.client.{client.client}.finish.{exit.id}[{slot}]",
+        exit=output,
+        state=executing,
+        in_use=in_use,
+        idle=idle,
+        result=result,
+    )
+
+    where = [exit != action.server.canceled]
+
+
+class A4Late(Rule):
+    """So does one that is to be canceled, where the request comes too late."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    wish = Node(pn.Place, of=client.cancel)
+    slot = Index(upto=slots(action))
+    exit = Node(pn.Place, of=Exits(action.server))
+    page = Made(A6.page, of=[action, slot])
+    output = Node(pn.Place, of=image(exit, page))
+    result = Made(A1Result.result, of=[client, exit])
+    in_use = Made(A2.in_use, of=[client, slot])
+    idle = Made(A7.idle, of=[action, slot])
+    asked = Made(A7Ask.asked, of=[action, slot])
+
+    end = End(
+        "{action.id}.client.{client.client}.late.{exit.id}[{slot}]",
+        exit=output,
+        state=asked,
+        in_use=in_use,
+        idle=idle,
+        result=result,
+        words="the goal of {client} in slot {instance} of action {action} is {outcome}: "
+        "the request to cancel it comes too late",
+        part="too late",
+    )
+
+    where = [exit != action.server.canceled]
+
+
+class A4Cancel(Rule):
+    """One whose server knows of the request ends in any way, once the request has been taken note of."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    wish = Node(pn.Place, of=client.cancel)
+    slot = Index(upto=slots(action))
+    exit = Node(pn.Place, of=Exits(action.server))
+    page = Made(A6.page, of=[action, slot])
+    output = Node(pn.Place, of=image(exit, page))
+    result = Made(A1Result.result, of=[client, exit])
+    in_use = Made(A2.in_use, of=[client, slot])
+    idle = Made(A7.idle, of=[action, slot])
+    canceling = Made(A7Cancel.canceling, of=[action, slot])
+    bound = Made(A7Cancel.bound, of=[action, slot])
+
+    end = End(
+        "{action.id}.client.{client.client}.heeded.{exit.id}[{slot}]",
+        exit=output,
+        state=canceling,
+        in_use=in_use,
+        idle=idle,
+        result=result,
+    )
+    was_noted = read(bound.free, end.move)
+
+
+class A4Unheeded(Rule):
+    """Or without that; then the request goes with its goal."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    wish = Node(pn.Place, of=client.cancel)
+    slot = Index(upto=slots(action))
+    exit = Node(pn.Place, of=Exits(action.server))
+    page = Made(A6.page, of=[action, slot])
+    output = Node(pn.Place, of=image(exit, page))
+    noted = Node(pn.Place, of=image(action.server.cancel, page))
+    result = Made(A1Result.result, of=[client, exit])
+    in_use = Made(A2.in_use, of=[client, slot])
+    idle = Made(A7.idle, of=[action, slot])
+    canceling = Made(A7Cancel.canceling, of=[action, slot])
+
+    end = End(
+        "{action.id}.client.{client.client}.unheeded.{exit.id}[{slot}]",
+        exit=output,
+        state=canceling,
+        in_use=in_use,
+        idle=idle,
+        result=result,
+        words="the goal of {client} in slot {instance} of action {action} is {outcome}: "
+        "nothing there took note of the request to cancel it",
+        part="unheeded",
+    )
+    goes = arc(noted, end.move)

@@ -1,0 +1,123 @@
+"""Slots of an action's server: a copy of its page for each, and how far it is with a goal (rules A6 and A7).
+
+A goal that is worked on is executing, or to be canceled; that a request to cancel it is under way is known,
+too, so that a request never meets another goal than the one it names (ROS 2, design of actions, goal states).
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.transformations.language.creation import Copy, New, image
+from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language.functions import count, either, enclosing
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.notation import Bound, place
+
+
+def slots(action: Node) -> Expression:
+    """Return the number of goals that a server works on at once: by default one per client."""
+    return either(action.instances, count(action.clients))
+
+
+def asking(action: Node) -> Expression:
+    """Return whether a client of an action may ask to cancel a goal."""
+    return count(action.clients.cancel) > 0
+
+
+class A6(Rule):
+    """A copy of the server's page for each slot; what it reaches by references outside is shared."""
+
+    action = Node(sym.ActionChannel)
+    server = Node(sym.ActionServerPort, channel=action)
+    slot = Index(upto=slots(action))
+
+    page = Copy(
+        server.page,
+        into=server.page.page.objects,
+        named=pn.Element,
+        id="{action.id}[{slot}].{original.id}",
+    )
+
+
+class A6Client(Rule):
+    """A client of a service of its own for each slot whose page a client stands on."""
+
+    action = Node(sym.ActionChannel)
+    server = Node(sym.ActionServerPort, channel=action)
+    slot = Index(upto=slots(action))
+    page = Made(A6.page, of=[action, slot])
+    called = Node(sym.ServiceChannel)
+    original = Node(sym.ClientPort, channel=called)
+    around = Node(pn.Page, of=enclosing(original.request, pn.Page))
+
+    client = New(
+        sym.ClientPort,
+        channel=called,
+        client="{action.id}[{slot}].{original.client}",
+        request=image(original.request, page),
+        response=image(original.response, page),
+        outstanding=original.outstanding,
+        timeout=original.timeout,
+        timedOut=image(original.timedOut, page),
+        group=original.group,
+    )
+
+    where = [around == server.page]
+
+
+class A7(Rule):
+    """Whether a slot works on a goal."""
+
+    action = Node(sym.ActionChannel)
+    slot = Index(upto=slots(action))
+
+    idle = place(
+        "{action.id}[{slot}].idle",
+        tokens=1,
+        means=Meaning("slot {instance} of action {action} is idle", part="idle slot", rests=True),
+    )
+    executing = place(
+        "{action.id}[{slot}].executing",
+        means=Meaning("slot {instance} of action {action} is executing a goal", part="executing"),
+    )
+
+
+class A7Ask(Rule):
+    """Whether a request to cancel its goal is under way, where a client may ask."""
+
+    action = Node(sym.ActionChannel)
+    slot = Index(upto=slots(action))
+
+    asked = place(
+        "{action.id}[{slot}].asked",
+        means=Meaning(
+            "request to cancel the goal in slot {instance} of action {action} under way", part="asked"
+        ),
+    )
+
+    where = [asking(action)]
+
+
+class A7Cancel(Rule):
+    """Whether its goal is to be canceled, where the server lets that happen, which it learns once."""
+
+    action = Node(sym.ActionChannel)
+    slot = Index(upto=slots(action))
+    page = Made(A6.page, of=[action, slot])
+    noted = Node(pn.Place, of=image(action.server.cancel, page))
+
+    canceling = place(
+        "{action.id}[{slot}].canceling",
+        means=Meaning("the goal in slot {instance} of action {action} is to be canceled", part="canceling"),
+    )
+    bound = Bound(
+        noted,
+        1,
+        means=Meaning(
+            "slot {instance} of action {action} has not to take note of a request to cancel", rests=True
+        ),
+    )
+
+    where = [asking(action)]

@@ -1,0 +1,145 @@
+"""The bars of goals of actions: when a goal was sent, accepted, canceled and over, and the feedback on it.
+
+A bar stands on a lane of its client. Where a client has several goals under way, each has a row of its own,
+which it leaves to another one when it is over. A mark holds the number of the goal on its lane, and then of
+``s`` the slot and of ``a`` how it ended, as an index of `ENDS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from dineros.metamodel import records as rec
+from dineros.views.traces.facts import Facts
+from dineros.views.traces.lanes import Lane, Lanes
+
+ENDS = ("succeeded", "aborted", "canceled", "rejected")
+"""How a goal ends, for its client."""
+
+_WORDS = {end: "has succeeded" if end == "succeeded" else f"is {end}" for end in ENDS}
+
+GoalRecord = rec.GoalStep | rec.Accepted | rec.TooLate | rec.Timeout
+
+
+@dataclass(eq=False)
+class _Bar:
+    """A goal: its lane, and its number there."""
+
+    lane: Lane
+    client: str
+    number: int
+
+
+class GoalBars:
+    """Finds the bar of each record of a goal.
+
+    Parameters
+    ----------
+    lanes : Lanes
+        Where its lanes are made.
+    facts : Facts
+        What the model says.
+    """
+
+    def __init__(self, lanes: Lanes, facts: Facts) -> None:
+        self._lanes, self._facts = lanes, facts
+        self._bars: dict[tuple[str, str], _Bar] = {}  # by channel and goal
+        self._in_slot: dict[tuple[str, int | None], _Bar] = {}
+        self._under_way: dict[tuple[str, str], list[_Bar]] = {}
+        self._counts: dict[int, int] = {}
+
+    def lane(self, channel: str, client: str, node: str | None, row: int = 0) -> Lane:
+        """Return a lane of a client."""
+        note = f"C {client}" + (f" ({row + 1})" if row else "")
+        return self._lanes.make(
+            "goals", channel, client, str(row), group="actions", kind="client",
+            id=client if not row else f"{client} ({row + 1})", label=self._name(channel), note=note,
+            node=node, channel=channel,
+        )  # fmt: skip
+
+    def _name(self, channel: str) -> str:
+        return self._facts.channels.get(channel, channel)
+
+    def mark(self, record: GoalRecord, node: str | None) -> tuple[Lane, list[Any] | None, str]:
+        """Return the lane of a record, its mark there, and what happens; no mark: nothing is drawn."""
+        bar = self._bar(record, node)
+        number, name = bar.number, self._name(record.channel)
+        client, slot = f"client {bar.client}", f"slot {getattr(record, 'instance', None) or '?'}"
+        goal, own = f"the goal of {client} of action {name}", f"its goal of action {name}"
+        match record:
+            case rec.Goal():
+                return bar.lane, ["q", number], f"{client} sends a goal of action {name}"
+            case rec.Accept():
+                instance = record.instance
+                return bar.lane, ["s", number, instance], f"{slot} of action {name} accepts {goal}"
+            case rec.Accepted():
+                return bar.lane, None, f"{client} learns that {own} is accepted"
+            case rec.Cancel():
+                asked = own if record.message or record.text else f"a goal of action {name}, and has none"
+                return bar.lane, ["c", number], f"{client} asks to cancel {asked}"
+            case rec.Canceling():
+                return bar.lane, ["x", number], f"{slot} of action {name} hears that {goal} is to be canceled"
+            case rec.TooLate():
+                return bar.lane, None, f"{client} learns that its request to cancel came too late"
+            case rec.Feedback():
+                return bar.lane, ["b", number], f"{slot} of action {name} gives feedback to {client}"
+            case rec.Hear():
+                return bar.lane, ["h", number], f"{client} hears feedback of action {name}"
+            case rec.Finish():
+                return bar.lane, ["r", number], f"{goal} {_WORDS[record.outcome]}"
+            case rec.Reject() | rec.Outcome():
+                end = "rejected" if isinstance(record, rec.Reject) else record.outcome
+                self._over(record.channel, bar)
+                return bar.lane, ["a", number, ENDS.index(end)], f"{client} learns that {own} {_WORDS[end]}"
+        return bar.lane, ["o", number], f"{client} of action {name} waits too long: sends its goal again"
+
+    def _bar(self, record: GoalRecord, node: str | None) -> _Bar:
+        channel, goal = record.channel, record.message
+        slot = (channel, getattr(record, "instance", None))
+        if isinstance(record, rec.Goal):
+            return self._new(channel, goal, record.client or "?", node)
+        bar = self._bars.get((channel, goal)) if goal else None
+        if bar is None and not isinstance(record, rec.Accept):
+            bar = self._in_slot.get(slot) if slot[1] is not None else None
+        if bar is None:
+            bar = self._of_client(record)
+        bar = bar or self._new(channel, goal, record.client or "?", None if slot[1] else node)
+        if isinstance(record, rec.Accept):
+            self._in_slot[slot] = bar
+        return bar
+
+    def _of_client(self, record: GoalRecord) -> _Bar | None:
+        """Return a goal without an id by its client: the oldest one that is under way, or the last."""
+        wanted: Callable[[str], bool] = lambda client: record.client in (None, client)  # noqa: E731
+        for (channel, client), bars in self._under_way.items():
+            if channel == record.channel and wanted(client) and not record.message:
+                taken = [bar for bar in bars if isinstance(record, rec.Accept) and self._is_in_slot(bar)]
+                left = [bar for bar in bars if bar not in taken]
+                if left:
+                    return left[0]
+        lanes = (lane for lane in self._lanes.all if lane.group == "actions" and not record.message)
+        mine = next((lane for lane in lanes if lane.channel == record.channel and wanted(lane.id)), None)
+        return None if mine is None else _Bar(mine, mine.id, self._counts.get(mine.index, 0))
+
+    def _is_in_slot(self, bar: _Bar) -> bool:
+        return any(other is bar for other in self._in_slot.values())
+
+    def _new(self, channel: str, goal: str | None, client: str, node: str | None) -> _Bar:
+        under_way = self._under_way.setdefault((channel, client), [])
+        taken = {bar.lane.index for bar in under_way}
+        rows = (self.lane(channel, client, node, row) for row in range(len(under_way) + 1))
+        lane = next(lane for lane in rows if lane.index not in taken)
+        number = self._counts[lane.index] = self._counts.get(lane.index, 0) + 1
+        bar = _Bar(lane, client, number)
+        under_way.append(bar)
+        if goal:
+            self._bars[channel, goal] = bar
+        return bar
+
+    def _over(self, channel: str, bar: _Bar) -> None:
+        under_way = self._under_way.get((channel, bar.client), [])
+        if bar in under_way:
+            under_way.remove(bar)
+        self._in_slot = {slot: other for slot, other in self._in_slot.items() if other is not bar}
