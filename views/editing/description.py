@@ -36,6 +36,7 @@ _SHAPES: dict[type[EObject], str] = {
     pn.Page: "page",
     sym.TopicChannel: "topic",
     sym.ServiceChannel: "service",
+    sym.ActionChannel: "action",
 }
 """What stands on sheets, and as what; a class before those that it extends."""
 
@@ -48,6 +49,16 @@ _LINES: dict[type[EObject], list[tuple[str, str, str]]] = {
     sym.Dispatcher: [("in", "node", "subscribe")],
     sym.ClientPort: [("request", "in", "request"), ("in", "response", "response")],
     sym.ServerPort: [("in", "entry", "call"), ("exit", "in", "return")],
+    sym.ActionClientPort: [
+        ("goal", "in", "request"),
+        ("cancel", "in", "request"),
+        *(("in", each, "response") for each in ("succeeded", "aborted", "canceled", "rejected", "feedback")),
+    ],
+    sym.ActionServerPort: [
+        ("in", "entry", "call"),
+        ("in", "cancel", "call"),
+        *((each, "in", "return") for each in ("succeeded", "aborted", "canceled", "feedback")),
+    ],
 }
 """Which references are drawn as lines: from, to and kind; ``self`` is the object, ``in`` its container."""
 

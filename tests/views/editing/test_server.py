@@ -22,6 +22,7 @@ from dineros.metamodel.elements import find
 from dineros.metamodel.files import load, save
 from dineros.metamodel.files.xmi import xmi_bytes
 from dineros.views.editing.contents import model_json
+from dineros.views.editing.description import description_for
 from dineros.views.editing.session import Session
 from tests.metamodel.editing.random_commands import NASTY, Drawer
 from tests.support.talker import talker
@@ -237,6 +238,19 @@ def test_the_case_study_is_answered_at_once(tmp_path: Path) -> None:
             assert marks and all(each["fix"] and each["severity"] == "error" for each in marks)
     assert sorted(took)[10] < 0.2
     document.close()
+
+
+def test_everything_that_can_be_made_on_a_sheet_has_a_shape() -> None:
+    classes = description_for(talker())["classes"]
+    drawn = {name for name, each in classes.items() if each["made"] and "shape" in each}
+    sheets = {"pn.PageObject", "sym.Channel"}
+    assert drawn == {name for name, each in classes.items() if each["made"] and sheets & set(each["supers"])}
+    lines = {name: each for name, each in classes.items() if "lines" in each}
+    assert {"pn.Arc", "sym.PublisherPort", "sym.ActionServerPort"} <= set(lines)
+    for each in lines.values():
+        known = {"in", "self", *(feature["name"] for feature in each["features"])}
+        assert all({line["from"], line["to"]} <= known for line in each["lines"])
+    assert all(each["says"] for each in classes.values())
 
 
 def test_what_no_editor_put_anywhere_gets_a_place(file: Path, edit: Edit) -> None:

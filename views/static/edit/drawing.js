@@ -38,7 +38,7 @@ function outline({ kind }, width, height) {
   if (kind.startsWith("place")) {
     return svg("circle", { class: "shape", cx: width / 2, cy: height / 2, r: width / 2 - 1 });
   }
-  if (kind === "service") {
+  if (kind === "service" || kind === "action") {
     const half = height / 2;
     const corners = [0, half, 12, 0, width - 12, 0, width, half, width - 12, height, 12, height];
     return svg("polygon", { class: "shape", points: corners.join(" ") });

@@ -45,7 +45,7 @@ export function contentOf(model, sheet, computed) {
       const isOwn = from === source && to === target;
       const kind = line.kind === "arc" ? String(model.value(element, "kind")) : line.kind;
       // Lines into closed pages stand for all that go the same way.
-      const id = isOwn ? `${element}-${line.kind}` : `${from}>${to}>${kind}`;
+      const id = isOwn ? `${element}-${line.from}-${line.to}` : `${from}>${to}>${kind}`;
       if (!lines.has(id)) lines.set(id, lineOf(model, { id, element, kind, from, to, isOwn }));
     }
   }
@@ -107,7 +107,7 @@ function notes(model, element, kind) {
   }
   if (kind === "place") return portsAt(model, element);
   const words = model.kind(element).words;
-  if (kind === "topic" || kind === "service") {
+  if (kind === "topic" || kind === "service" || kind === "action") {
     const name = model.value(element, kind);
     return [name === model.label(element) ? kind : `${kind} ${name}`];
   }
