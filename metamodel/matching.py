@@ -67,6 +67,16 @@ def is_best_effort(publisher: sym.PublisherPort, subscriber: sym.SubscriberPort)
     return best_effort in (quality_of(publisher).reliability, quality_of(subscriber).reliability)
 
 
+def is_kept(publisher: sym.PublisherPort, subscriber: sym.SubscriberPort) -> bool:
+    """Tell whether a subscriber that comes late gets what the publisher still keeps.
+
+    Both must be transient-local, and reliable: what is best-effort is never sent again (seen on Fast DDS).
+    """
+    late = sym.Durability.transientLocal
+    qualities = quality_of(publisher), quality_of(subscriber)
+    return all(each.durability == late for each in qualities) and not is_best_effort(publisher, subscriber)
+
+
 def plain(quality: sym.QualityOfService) -> Quality:
     """Return a quality of service as plain values."""
     return Quality(

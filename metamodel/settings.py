@@ -9,6 +9,7 @@
 ``middleware=ros2``                         the rules that flatten a system model
 ``OnTimer.group=calls``                     the callback group of a callback page; made where it is absent
 ``Pick.client.left.timeout=2.5``            a client of a service, by its name; its group is set alike
+``camera.lifecycle.deactivates=true``        the lifecycle of a node net; made where it is absent
 ``Move.interval.latest=2.5``                firing time of a transition; made where it is absent
 ``SortingToken.field.color.default="red"``  a field of a token type, by its name
 ``TStop.clause=Danger & !RobotIsIdle``      the input clause of a transition; no text removes it
@@ -43,7 +44,11 @@ Value = str | int | float | bool | None
 _Grouped = sym.CallbackPage | sym.ClientPort | sym.ActionClientPort
 T = TypeVar("T")
 
-_PARTS: dict[str, Callable[[], EObject]] = {"qos": sym.QualityOfService, "interval": pn.TimeInterval}
+_PARTS: dict[str, Callable[[], EObject]] = {
+    "qos": sym.QualityOfService,
+    "interval": pn.TimeInterval,
+    "lifecycle": sym.Lifecycle,
+}
 
 
 class SettingError(DinerosError):

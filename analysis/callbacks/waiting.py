@@ -21,7 +21,7 @@ from dineros.analysis.model.wording import client_words, source_of
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body
-from dineros.metamodel.callbacks.groups import callback_page_of, threads_of
+from dineros.metamodel.callbacks.groups import callback_page_of, threads_of, works_on_goals
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import Reply, Request, Response, Serve
 from dineros.transformations.flattening.traces import Link
@@ -370,4 +370,8 @@ def _resource(link: Link, part: str) -> Waiter:
 
 
 def _callback_words(page: sym.CallbackPage, index: int | None) -> str:
-    return f"callback {page.name or page.id}" + ("" if index is None else f" of server instance {index}")
+    if index is None:
+        return f"callback {page.name or page.id}"
+    return (
+        f"callback {page.name or page.id} of {'slot' if works_on_goals(page) else 'server instance'} {index}"
+    )

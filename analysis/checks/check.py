@@ -15,7 +15,7 @@ from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.clauses import Clauses
 from dineros.analysis.checks.goals import Goals
 from dineros.analysis.checks.matching import Matching
-from dineros.analysis.checks.overflow import Overflow
+from dineros.analysis.checks.overflow import Overflow, Presence
 from dineros.analysis.checks.properties import Properties
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.repetition import Repetition
@@ -73,6 +73,7 @@ QUESTIONS: tuple[Question, ...] = (
     Matching(),
     Boundedness(),
     Overflow(),
+    Presence(),
     Use(),
     Deadlock(),
     Callbacks(),

@@ -35,6 +35,8 @@ class _Client:
     ends: dict[int, list[str]] = field(default_factory=dict)
     asks: list[str] = field(default_factory=list)
     late: list[str] = field(default_factory=list)
+    overs: list[tuple[str, str]] = field(default_factory=list)
+    """Where a result waits for the client, each with the outcome."""
     results: list[tuple[str, str]] = field(default_factory=list)
     """Transitions by which the client takes a result, each with the outcome."""
 
@@ -188,6 +190,14 @@ class Goals(Question):
                     self._add(checked, client, fault, witness_of(checked.subject, trace))
                     found = True
                     break
+        for place, outcome in client.overs:
+            taken = without(sets, (checked.subject.place_index[place],))
+            lost = sets.complement(sets.some_until(sets.everything, taken))
+            if lost:
+                _, trace = next(last_parts(sets, lost))
+                witness = witness_of(checked.subject, trace)
+                self._add(checked, client, self.NOT_FETCHED, witness, outcome=outcome)
+                found = True
         return found
 
     @staticmethod
@@ -221,6 +231,8 @@ def _note(client: _Client, link: Link) -> None:
             client.waits.append(id)
         elif meaning.part == "works" and link.index is not None:
             client.works[link.index] = id
+        elif meaning.part == "over":
+            client.overs.append((id, outcome_words(link)))
         return
     if meaning.part == "too late":
         client.late.append(id)

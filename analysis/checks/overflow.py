@@ -1,12 +1,15 @@
-"""Whether a queue can overflow."""
+"""Whether messages are lost: in queues that overflow, or since a managed node is not there, or not active."""
 
 from __future__ import annotations
+
+from typing import ClassVar
 
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.checks.ways import firing_witness
 from dineros.analysis.covering.firings import Firings
+from dineros.analysis.model.losses import Kind, Loss, losses_of
 from dineros.analysis.model.queues import queues
-from dineros.analysis.witnesses.findings import Fault, witness_of
+from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
 
 
 class Overflow(Question):
@@ -52,3 +55,66 @@ class Overflow(Question):
                 checked.report.proved.append(f"{queue} never overflows")
             else:
                 checked.leave_open(f"whether {queue} can overflow", known.why_open)
+
+
+class Presence(Question):
+    """Whether messages are lost because a managed node is not there, or not active."""
+
+    INACTIVE = Fault(
+        "published-while-inactive",
+        "warning",
+        "A managed node can publish while it is inactive: the message is lost.",
+        "{loss}",
+    )
+    MISSED = Fault(
+        "subscriber-not-there",
+        "error",
+        "A message can be published while its subscriber is not configured: it is lost.",
+        "{loss}",
+    )
+    LEFT = Fault(
+        "lost-with-node",
+        "warning",
+        "A managed node can be cleaned up or shut down with a message that is on its way: it is lost.",
+        "{loss}",
+    )
+    faults = (INACTIVE, MISSED, LEFT)
+    asks = "whether messages are lost because a node is not there"
+
+    _KINDS: ClassVar[dict[Kind, tuple[Fault, str]]] = {
+        "inactive": (INACTIVE, "no managed node publishes while it is inactive"),
+        "missed": (MISSED, "every subscriber is there for what is published"),
+        "left": (LEFT, "no message is lost with a node that is cleaned up or shut down"),
+    }
+
+    def ask(self, checked: Checked) -> None:
+        """Look for a run that loses a message so, for each publisher and each pair of ports."""
+        losses = losses_of(checked.subject.links())
+        for kind, (fault, proved) in self._KINDS.items():
+            some = [loss for loss in losses if loss.kind == kind]
+            if some and not [loss for loss in some if not self._is_excluded(checked, fault, loss)]:
+                checked.report.proved.append(proved)
+
+    @classmethod
+    def _is_excluded(cls, checked: Checked, fault: Fault, loss: Loss) -> bool:
+        """Tell whether a loss is proved never to happen; put into the report what else is known of it."""
+        subject, known = checked.subject, checked.firings
+        witness: Witness | None = None
+        if known is None:
+            losing = next((each for each in loss.transitions if checked.space.enabled(each)), None)
+            if losing is None:
+                return True
+            witness = firing_witness(checked, losing)
+            if witness is None:
+                checked.leave_open(f"how this comes about: {loss.text}", OUT_OF_MEMORY)
+        else:
+            numbers = [subject.transition_index[each] for each in loss.transitions]
+            if known.dead.issuperset(numbers):
+                return True
+            traces = [known.traces[number] for number in numbers if number in known.traces]
+            if not traces:
+                checked.leave_open(f"whether this can happen: {loss.text}", known.why_open)
+                return False
+            witness = witness_of(subject, min(traces, key=len))
+        checked.report.findings.append(fault.found(*loss.elements, witness=witness, loss=loss.text))
+        return False

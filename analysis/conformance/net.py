@@ -15,7 +15,19 @@ from dineros.analysis.model.wording import source_of, topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import node_net_of, node_nets
-from dineros.metamodel.records import Fire, GiveUp, Publish, Reply, Request, Response, Serve, Signal, Take
+from dineros.metamodel.records import (
+    Drop,
+    Fire,
+    GiveUp,
+    Lifecycle,
+    Publish,
+    Reply,
+    Request,
+    Response,
+    Serve,
+    Signal,
+    Take,
+)
 from dineros.metamodel.records.schema import ServiceStep, Step
 from dineros.transformations.flattening.traces import Link
 
@@ -89,6 +101,8 @@ class Pair:
         The writer history.
     lose : int or None
         The transition that loses a message on the way; None: it is reliable.
+    miss : int or None
+        The transition that loses a message since the subscriber is not there; None: it always is.
     """
 
     publisher: str
@@ -96,6 +110,7 @@ class Pair:
     publishers: tuple[str, ...]
     queue: Queue
     lose: int | None
+    miss: int | None = None
 
 
 @dataclass(frozen=True)
@@ -390,8 +405,8 @@ class ConformanceNet:
             role = self.roles[link.target.id]
             if role.kind is Publish:
                 ports[topic_port(link)].append(role.place or "")
-            elif link.meaning.part == "lose":
-                losing[_ports_of(link)] = self.subject.transition_index[link.target.id]
+            elif link.meaning.part in ("lose", "miss"):
+                losing[link.meaning.part, _ports_of(link)] = self.subject.transition_index[link.target.id]
         pairs, subscribers, nodes = [], {}, {}
         for queue in self._queues[channel]:
             made = self._queue(queue, queue.entrances[0])
@@ -402,14 +417,55 @@ class ConformanceNet:
                 nodes[role.place or ""] = role.node or ""
             else:
                 writer, reader = _ports_of(queue.link)
-                lose = losing.get((writer, reader))
-                pairs.append(Pair(writer.place.id, reader.place.id, tuple(ports[writer]), made, lose))
+                lost = [losing.get((part, (writer, reader))) for part in ("lose", "miss")]
+                pairs.append(Pair(writer.place.id, reader.place.id, tuple(ports[writer]), made, *lost))
         publishers = {
             place: [pair for pair in pairs if place in pair.publishers]
             for places in ports.values()
             for place in places
         }
         return HistoryTopic(tuple(pairs), publishers, subscribers, nodes)
+
+    def changes_of(self, record: Lifecycle) -> list[int]:
+        """Return the transitions by which a managed node changes its state as a record says."""
+        wanted = StepRole(Lifecycle, record.node, label=record.label, state=record.state)
+        return [self.subject.transition_index[name] for name, role in self.roles.items() if role == wanted]
+
+    def discarding(self, record: Drop) -> int | None:
+        """Return the transition by which a publisher loses a message while its node is inactive."""
+        wanted = StepRole(Drop, record.node, record.channel, "inactive", place=record.place)
+        names = [name for name, role in self.roles.items() if role == wanted]
+        return self.subject.transition_index[names[0]] if names else None
+
+    @cached_property
+    def node_of_state(self) -> dict[int, str]:
+        """The managed node whose state a place tells."""
+        return {
+            self.subject.place_index[link.target.id]: str(getattr(link.sources[0], "id", ""))
+            for link in self.subject.links()
+            if link.meaning is not None and link.meaning.part.startswith("state.")
+        }
+
+    @cached_property
+    def _rooms(self) -> set[int]:
+        """The places of the room that writers have for what they keep for readers that come again."""
+        return {
+            self.subject.place_index[link.target.id]
+            for link in self.subject.links()
+            if link.meaning is not None and link.meaning.part == "room"
+        }
+
+    @cached_property
+    def emptying(self) -> dict[str, list[int]]:
+        """What takes the rest out of the histories of each node that has been cleaned up."""
+        parts = ("left", "gone", "clear", "again", "forget")
+        found: dict[str, list[int]] = defaultdict(list)
+        for link in self.subject.links():
+            if link.meaning is not None and link.meaning.part in parts and link.meaning.queue:
+                for source in link.sources:
+                    if isinstance(source, sym.NodeNet) and isinstance(link.target, pn.Transition):
+                        found[source.id].append(self.subject.transition_index[link.target.id])
+        return found
 
     @cached_property
     def feedback_queues(self) -> dict[tuple[str, str], Queue]:
@@ -463,7 +519,8 @@ class ConformanceNet:
     def _queue(self, queue: queues.Queue, entrance: queues.Entrance) -> Queue:
         transition, place = self.subject.transition_index, self.subject.place_index
         load, capacity, enter = place[queue.load], place[queue.capacity], transition[entrance.enter]
-        (source,) = (place for place, _ in self.pre[enter] if place != capacity)
+        beside = {capacity, *self.node_of_state, *self._rooms}
+        (source,) = (place for place, _ in self.pre[enter] if place not in beside)
         limit = int(self.net.initial[capacity] + self.net.initial[load])
         assert queue.leave is not None, "it is of a topic"
         leave, drop = transition[queue.leave], transition[entrance.drop]

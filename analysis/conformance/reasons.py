@@ -20,6 +20,7 @@ from dineros.metamodel.records import (
     Goal,
     GoalStep,
     Hear,
+    Lifecycle,
     Outcome,
     Publish,
     Record,
@@ -60,6 +61,10 @@ def step_words(record: Record) -> str:
             return f"{record.transition} fires"
         case Signal():
             return f"signal {record.signal} becomes {str(record.value).lower()}"
+        case Lifecycle():
+            return f"it is asked to {record.label}, and is {record.state} then"
+        case Drop(queue="inactive"):
+            return f"{record.place} publishes while the node is inactive ({record.channel})"
         case GiveUp():
             return f"client {record.client} gives up {record.message or 'a request'} ({record.channel})"
         case Drop(queue="request"):

@@ -23,6 +23,7 @@ from dineros.metamodel.records import (
     GiveUp,
     GoalStep,
     Header,
+    Lifecycle,
     Publish,
     Record,
     Reply,
@@ -254,6 +255,21 @@ class Replay:
         self._set(record.signal, record.value)
         return None
 
+    def _lifecycle(self, record: Lifecycle) -> Refusal | None:
+        changes = self.net.changes_of(record)
+        if not changes:
+            return Fault(f"the model has no such change of node {record.node}")
+        for transition in self.net.emptying.get(record.node or "", ()) if record.label == "configure" else ():
+            while self.is_enabled(transition):
+                self._fire(transition)
+        transition = next((each for each in changes if self.is_enabled(each)), changes[0])
+        if not self.is_enabled(transition):
+            short = {place for place, weight in self.net.pre[transition] if self.marking[place] < weight}
+            others = {self.net.node_of_state.get(place, "") for place in short}
+            if others and others.isdisjoint({"", record.node or ""}):
+                return Waiting(why_not(self.net, transition, self.marking), tuple(sorted(others)))
+        return self.fire_recorded(record, transition)
+
     def _transition(self, record: Fire) -> Fault | None:
         transition = self.net.fire(record.transition)
         if transition is None:
@@ -335,6 +351,13 @@ class Replay:
             return self.calls.lose(record)
         if record.channel not in self.net.topics:
             return Fault(f"the model has no topic channel {record.channel!r}")
+        if record.queue == "inactive":
+            discard = self.net.discarding(record)
+            return (
+                Fault("no such publisher has a lifecycle")
+                if discard is None
+                else self.fire_recorded(record, discard)
+            )
         if record.queue == "restart":
             self.messages.dropped(record)
             return Fault(
@@ -408,6 +431,7 @@ _HANDLERS: Mapping[type[Record], Callable[..., Any]] = {
     Checkpoint: Replay._start,
     Signal: Replay._signal,
     Fire: Replay._transition,
+    Lifecycle: Replay._lifecycle,
     Publish: Replay._publish,
     Take: Replay._take,
     Drop: Replay._drop,

@@ -15,6 +15,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import copy_id, exits, server_pages, serving
 from dineros.metamodel.elements import node_net_of
+from dineros.metamodel.lifecycles.states import STATE_AFTER, STATES_BEFORE
 from dineros.metamodel.records import (
     Accept,
     Cancel,
@@ -27,6 +28,7 @@ from dineros.metamodel.records import (
     Goal,
     GoalStep,
     Hear,
+    Lifecycle,
     Publish,
     Reject,
     Request,
@@ -50,7 +52,7 @@ class StepRole:
         The class of its record.
     node : str or None
         The node net that takes part; None inside of a channel, between the nodes.
-    channel, queue, stage, place, client, instance, signal, value, outcome
+    channel, queue, stage, place, client, instance, signal, value, outcome, label, state
         As in the record; None where the record has no such field.
     """
 
@@ -65,11 +67,12 @@ class StepRole:
     signal: str | None = None
     value: bool | None = None
     outcome: str | None = None
+    label: str | None = None
+    state: str | None = None
 
     def fields(self) -> dict[str, object]:
         """Return the fields that it gives its record."""
-        about = ("node", "channel", "queue", "stage", "place", "client", "instance")
-        names = (*about, "signal", "value", "outcome")
+        names = [name for name in self.__dataclass_fields__ if name != "kind"]
         known = self.kind.__dataclass_fields__
         return {name: value for name in names if name in known and (value := getattr(self, name)) is not None}
 
@@ -99,6 +102,8 @@ def _role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole
         return _queue_role(link, meaning, copies)
     if meaning.step is GiveUp:
         return _give_up_role(link, copies)
+    if meaning.step is Lifecycle:
+        return _lifecycle_role(link, meaning)
     if issubclass(meaning.step, GoalStep):
         return _goal_role(link, meaning.step, copies)
     if issubclass(meaning.step, ServiceStep):
@@ -123,7 +128,8 @@ def _queue_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | 
     if meaning.step in (Publish, Take):
         return StepRole(meaning.step, node, channel, place=place)
     stage = None if meaning.step is Drop else f"{meaning.queue}.{meaning.part}"
-    return StepRole(meaning.step, node, channel, meaning.queue, stage, place)
+    queue = "inactive" if meaning.part == "discard" else meaning.queue
+    return StepRole(meaning.step, node, channel, queue, stage, place)
 
 
 def _service_role(
@@ -144,6 +150,12 @@ def _give_up_role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> 
     channel, client = source_of(link, sym.ServiceChannel), source_of(link, sym.ClientPort)
     place = None if client.timedOut is None else copies[client.timedOut, link.client_index]
     return StepRole(GiveUp, _node(client.request), channel.id, place=place, client=_client(link))
+
+
+def _lifecycle_role(link: Link, meaning: Meaning) -> StepRole:
+    label, _, fails = meaning.part.partition(".")
+    state = STATES_BEFORE[label][0] if fails else STATE_AFTER[label]
+    return StepRole(Lifecycle, _node(link.sources[0]), label=label, state=state)
 
 
 def _request_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | None], str]) -> StepRole:

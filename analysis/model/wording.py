@@ -146,6 +146,8 @@ _PARTS: dict[str, Callable[[Link], object]] = {
     "callback": _callback_words,
     "group": lambda link: _id(source_of(link, sym.CallbackGroup)),
     "node": lambda link: _id(node_net_of(link.sources[0]) or link.sources[0]),
+    "writing": lambda link: _id(node_net_of(source_of(link, sym.PublisherPort).place) or link.sources[0]),
+    "reading": lambda link: _id(node_net_of(source_of(link, sym.SubscriberPort).place) or link.sources[0]),
     "queue": queue_words,
     "queue_kind": lambda link: link.meaning and link.meaning.queue,
     "queue_end": lambda link: _id(queue_end(link)),

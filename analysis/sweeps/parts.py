@@ -33,7 +33,7 @@ SHEETS = 8
 """Workers at most among whom the properties of files are divided: each prepares the net."""
 
 TOGETHER = (
-    ("Clauses", "Matching", "Boundedness", "Overflow", "Use"),
+    ("Clauses", "Matching", "Boundedness", "Overflow", "Presence", "Use"),
     ("Deadlock", "Callbacks", "Goals"),
     ("Repetition",),
     ("Properties",),

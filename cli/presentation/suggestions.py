@@ -1,4 +1,4 @@
-"""What to change: the capacities that queues need, and callback groups and threads; as text and as JSON."""
+"""What to change: capacities of queues, callback groups and threads, start orders; as text and as JSON."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from dineros.metamodel.errors import counted
 if TYPE_CHECKING:
     from dineros.analysis.suggestions.callback_groups import Suggestion
     from dineros.analysis.suggestions.capacities import Capacity
+    from dineros.analysis.suggestions.start_orders import StartOrder
     from dineros.metamodel import pn
 
 
@@ -93,4 +94,46 @@ def _groups_json(suggestion: Suggestion) -> dict[str, Any]:
         ],
         "checked": suggestion.tried,
         "reason": suggestion.reason,
+    }
+
+
+def say_start_order(found: StartOrder, net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> None:
+    """Print in which order to bring nodes up, and what is proved of it."""
+    if as_json:
+        say_json({"model": str(model), **rules_of(net), **_order_json(found)})
+        return
+    for fault in found.faults:
+        say(f"to mend: {fault.message}", "bold red")
+        if witnesses and fault.witness:
+            say_witness(fault.witness)
+    for (what, node), setting in zip(found.order, found.settings, strict=True):
+        say(f"{what} {node}: --set {setting}")
+    if found.is_found:
+        order = "in this order" if found.order else "in the order that the model has"
+        say(f"proved: {order}, no message is lost while the nodes come up")
+    else:
+        none = "none" if found.is_proved else "unknown: what to change"
+        say(f"{none}: {found.reason}", "magenta")
+    summarise(f"{model}: {counted(found.tried, 'start order')} checked")
+
+
+def _order_json(found: StartOrder) -> dict[str, Any]:
+    return {
+        "found": found.is_found,
+        "proved": found.is_found or found.is_proved,
+        "order": [
+            {"transition": what, "node": node, "setting": setting}
+            for (what, node), setting in zip(found.order, found.settings, strict=True)
+        ],
+        "mends": [
+            {
+                "rule": fault.rule,
+                "elements": list(fault.elements),
+                "message": fault.message,
+                "witness": fault.witness.to_dict() if fault.witness else None,
+            }
+            for fault in found.faults
+        ],
+        "checked": found.tried,
+        "reason": found.reason,
     }

@@ -160,6 +160,17 @@ def _expected(system: sym.SystemModel) -> dict[str, list[str]]:
     }
 
 
+def _start_arguments(nodes: Mapping[str, Ports]) -> list[str]:
+    """Return what the manager of managed nodes is told, in the start order."""
+    from dineros.metamodel.lifecycles.start_order import in_order, start_argument
+
+    steps = [(step, what, ports) for ports in nodes.values() for what, step in ports.start_steps.items()]
+    return [
+        start_argument(what, ports.namespace, ports.name)
+        for _, what, ports in sorted(steps, key=lambda each: in_order(each[:2]))
+    ]
+
+
 def _run_processes(
     commands: Commands,
     variables: dict[str, str],
@@ -186,6 +197,10 @@ def _run_processes(
         )
         for name, command in commands
     ]
+    steps = _start_arguments(nodes)
+    if steps:
+        command = [sys.executable, "-P", "-m", "dineros.runtime.ros.bringup", *steps]
+        plans.append(ProcessPlan("bringup", command, variables, folder / "bringup.log", is_last=True))
     for number, program in enumerate(options.programs, 1):
         name = f"program-{number}"
         printed = folder / f"{name}.log"

@@ -267,6 +267,8 @@ class Application:
         Name of the package that starts its nodes.
     nodes : tuple of NodePackage
         Its node nets.
+    manager : tuple of str
+        What the manager of its managed nodes is told, in the start order.
     """
 
     id: str
@@ -274,6 +276,7 @@ class Application:
     interfaces: Interfaces
     bringup: Name
     nodes: tuple[NodePackage, ...]
+    manager: tuple[str, ...] = ()
 
     @property
     def launch(self) -> Name:

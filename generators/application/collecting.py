@@ -43,6 +43,7 @@ from dineros.metamodel.elements import (
     transitions,
 )
 from dineros.metamodel.files.xmi import xmi_bytes
+from dineros.metamodel.lifecycles.start_order import manager_arguments
 from dineros.metamodel.matching import plain as quality_as_values
 from dineros.metamodel.ros_names import resource_names, snake_case
 from dineros.metamodel.token_types.declared import type_of_place
@@ -66,6 +67,7 @@ def application_of(model: sym.SystemModel, reserved: Reserved = NOTHING_RESERVED
         name=label(model),
         interfaces=interfaces,
         bringup=bringup_package(model.id),
+        manager=tuple(manager_arguments(model)),
         nodes=tuple(
             _node(part, packages[part.node.id], interfaces, _subscribing(model), reserved) for part in parts
         ),

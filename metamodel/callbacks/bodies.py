@@ -45,16 +45,16 @@ def calls_of(net: EObject | None) -> list[tuple[pn.Place, pn.Place]]:
     return []
 
 
-def _goals(net: sym.SystemModel) -> list[tuple[pn.Place, pn.Place]]:
-    actions = [channel for channel in net.channels if isinstance(channel, sym.ActionChannel)]
-    clients = [client for action in actions for client in action.clients]
-    return [(client.goal, answer) for client in clients for answer in answers(client)]
-
-
 def timers_of(net: pn.Net) -> list[sym.CallbackPage]:
     """Return the callbacks of timers with a period, in model order."""
     found = [page for page in pages(net) if isinstance(page, sym.CallbackPage)]
     return [page for page in found if page.kind == sym.CallbackKind.timer and page.timer]
+
+
+def _goals(net: sym.SystemModel) -> list[tuple[pn.Place, pn.Place]]:
+    actions = [channel for channel in net.channels if isinstance(channel, sym.ActionChannel)]
+    clients = [client for action in actions for client in action.clients]
+    return [(client.goal, answer) for client in clients for answer in answers(client)]
 
 
 class Body:

@@ -121,9 +121,9 @@ def is_awaited(client: sym.ClientPort) -> bool:
 def group_or_node(asking: Asking) -> EObject | None:
     """Return the callback group of a callback or a client, or the node net whose own group it is in.
 
-    What a response begins is in no group where it names none: rclpy has its executor run the callbacks of a
-    future as tasks of their own (`rclpy.task.Future.add_done_callback`). That of a goal's page takes goals
-    and requests to cancel; what works on a goal does not wait for it.
+    What a response, a result or feedback begins is in no group where it names none: its executor runs
+    the callbacks of a future as tasks of their own (`rclpy.task.Future.add_done_callback`). That of a goal's
+    page takes goals and requests to cancel; what works on a goal does not wait for it.
     """
     if asking.group is not None:
         return asking.group

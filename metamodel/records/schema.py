@@ -27,6 +27,7 @@ from dineros.metamodel.records.steps import (
     Drop,
     Fire,
     GiveUp,
+    Lifecycle,
     Publish,
     Reply,
     Request,
@@ -60,6 +61,7 @@ __all__ = [
     "GoalStep",
     "Header",
     "Hear",
+    "Lifecycle",
     "Outcome",
     "Publish",
     "Record",
@@ -210,6 +212,8 @@ class Checkpoint(Start):
         Transition -> place -> ids of the tokens that it leaves alone after a failure.
     run : str
         What the ids of the run's messages carry besides the node's id.
+    lifecycle : str
+        The state of a managed node; empty: it is none.
     """
 
     event = "checkpoint"
@@ -231,6 +235,7 @@ class Checkpoint(Start):
     kept_responses: dict[str, int] = field(default_factory=dict)
     aside: dict[str, dict[str, list[int]]] = field(default_factory=dict)
     run: str = ""
+    lifecycle: Literal["", "unconfigured", "inactive", "active", "finalized"] = ""
 
     def pending(self, channel: str, client: str) -> list[dict[str, Any]]:
         """Return the requests that a client has under way, the oldest first.
@@ -344,6 +349,7 @@ _KINDS: tuple[type[Record], ...] = (
     Reply,
     Response,
     GiveUp,
+    Lifecycle,
     *GOAL_EVENTS,
     Transfer,
     Timeout,

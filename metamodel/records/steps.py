@@ -67,6 +67,24 @@ class Signal(Step):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Lifecycle(Step):
+    """A managed node changes its state, or fails to: then it keeps the one it had.
+
+    Attributes
+    ----------
+    label : {"configure", "activate", "deactivate", "cleanup", "shutdown"}
+        What it was asked for.
+    state : {"unconfigured", "inactive", "active", "finalized"}
+        The state that it has then.
+    """
+
+    event = "lifecycle"
+
+    label: Literal["configure", "activate", "deactivate", "cleanup", "shutdown"]
+    state: Literal["unconfigured", "inactive", "active", "finalized"]
+
+
+@dataclass(frozen=True, kw_only=True)
 class ChannelStep(Step):
     """A token passes between a place of a node net and a channel.
 
@@ -177,16 +195,16 @@ class GiveUp(Step):
 
 @dataclass(frozen=True, kw_only=True)
 class Drop(Step):
-    """Messages are lost because a queue is full.
+    """Messages are lost because a queue is full, or because nobody is there.
 
     Attributes
     ----------
     channel : str
         Id of the channel.
-    queue : {"publisher", "dispatcher", "subscriber", "request", "feedback", "restart"}
+    queue : {"publisher", "dispatcher", "subscriber", "request", "feedback", "restart", "inactive"}
         Which queue; ``request``: that of a service; ``feedback``: that of an action's client; ``restart``:
         that of a publisher which has been started again, and which kept less than the subscriber had not
-        got yet.
+        got yet; ``inactive``: none, as the managed node that published was not active.
     place : str or None
         Place of the publisher's or subscriber's port, or of the requests.
     token : int or None
@@ -200,7 +218,7 @@ class Drop(Step):
     event = "drop"
 
     channel: str
-    queue: Literal["publisher", "dispatcher", "subscriber", "request", "feedback", "restart"]
+    queue: Literal["publisher", "dispatcher", "subscriber", "request", "feedback", "restart", "inactive"]
     place: str | None = None
     token: int | None = None
     message: str | None = None

@@ -59,6 +59,7 @@ __all__ = [
     "FieldMapping",
     "InputClause",
     "InputSignal",
+    "Lifecycle",
     "Literal",
     "Liveliness",
     "MessagePart",
@@ -348,6 +349,73 @@ else:
             "ioEnabled",
         ],
     )
+
+
+class Lifecycle(EObject, metaclass=MetaEClass):
+    """Life of a managed node (ROS 2 design: Managed nodes): unconfigured, inactive, active, finalized. It
+    may always be configured and activated.
+
+    Attributes
+    ----------
+    deactivates : bool
+        It may be deactivated.
+    cleansUp : bool
+        It may be cleaned up: what its configuring made is gone.
+    shutsDown : bool
+        It may be shut down for ever.
+    configureFails : bool
+        Configuring may fail, which leaves it unconfigured.
+    activateFails : bool
+        Activating may fail, which leaves it inactive.
+    pauses : bool
+        What the node does of itself rests while it is inactive; by default only its publishers do.
+    configureStep : int
+        Step of the start order in which it is configured: after all that earlier steps do; 0: at any
+        time.
+    activateStep : int
+        Step of the start order in which it is activated: after all that earlier steps do; 0: at any time.
+    """
+
+    deactivates: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    cleansUp: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    shutsDown: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    configureFails: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    activateFails: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    pauses: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    configureStep: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
+    activateStep: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
+
+    __setattr__ = refuse_unknown
+    __repr__ = show
+
+    def __init__(
+        self,
+        *,
+        deactivates: bool | None = None,
+        cleansUp: bool | None = None,
+        shutsDown: bool | None = None,
+        configureFails: bool | None = None,
+        activateFails: bool | None = None,
+        pauses: bool | None = None,
+        configureStep: int | None = None,
+        activateStep: int | None = None,
+        **unknown: Never,
+    ) -> None:
+        super(EObject, self).__init__()
+        initialise(
+            self,
+            {
+                "deactivates": deactivates,
+                "cleansUp": cleansUp,
+                "shutsDown": shutsDown,
+                "configureFails": configureFails,
+                "activateFails": activateFails,
+                "pauses": pauses,
+                "configureStep": configureStep,
+                "activateStep": activateStep,
+            },
+            unknown,
+        )
 
 
 class BalloonToken(EObject, metaclass=MetaEClass):
@@ -1694,6 +1762,8 @@ class NodeNet(pn.Page):
         Callback groups of the node.
     execution : Execution
         What its callbacks wait for.
+    lifecycle : Lifecycle | None
+        How the node comes up, where it is a managed node; absent: it is there from the start.
     """
 
     package: str | None = Ecore.EAttribute(eType=Ecore.EString)
@@ -1703,6 +1773,7 @@ class NodeNet(pn.Page):
     signals: ModelList[InputSignal] = Ecore.EReference(containment=True, upper=-1)
     callbackGroups: ModelList[CallbackGroup] = Ecore.EReference(containment=True, upper=-1)
     execution: Execution = Ecore.EAttribute(eType=Execution, default_value=Execution.net)
+    lifecycle: Lifecycle | None = Ecore.EReference(containment=True)
 
     def __init__(
         self,
@@ -1723,6 +1794,7 @@ class NodeNet(pn.Page):
         signals: Iterable[InputSignal] | None = None,
         callbackGroups: Iterable[CallbackGroup] | None = None,
         execution: Execution | str | None = None,
+        lifecycle: Lifecycle | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1745,6 +1817,7 @@ class NodeNet(pn.Page):
                 "signals": signals,
                 "callbackGroups": callbackGroups,
                 "execution": execution,
+                "lifecycle": lifecycle,
             },
             unknown,
         )
@@ -1987,6 +2060,7 @@ resolve_references(
         (ExclusiveSignals.signals, InputSignal),
         (NodeNet.signals, InputSignal),
         (NodeNet.callbackGroups, CallbackGroup),
+        (NodeNet.lifecycle, Lifecycle),
         (CallbackPage.group, CallbackGroup),
         (Place.balloons, BalloonToken),
         (Place.tokenType, TokenType),

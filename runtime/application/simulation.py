@@ -15,6 +15,7 @@ from typing import Literal
 
 from dineros.metamodel import rtm
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.lifecycles.start_order import in_order
 from dineros.runtime.channels.local import LocalNetwork
 from dineros.runtime.firing.policies import Policy
 from dineros.runtime.journal.recording import Checkpoint, Recorder
@@ -123,12 +124,27 @@ class LocalApplication:
         try:
             for node in self.nodes.values():
                 node.open()
+            self._bring_up()
         except BaseException:
             self.close("failure")
             raise
         if self._simulated is not None:
             for seconds, action in self._ticks:
                 self._tick(seconds, action)
+
+    def _bring_up(self) -> None:
+        """Configure and activate the managed nodes in the start order, as their manager; nothing moved yet.
+
+        One that goes on keeps the state that it had.
+        """
+        steps = [
+            (number, label, net)
+            for net in self.nets.values()
+            if net.state == "unconfigured"
+            for label, number in net.core.structure.ports.start_steps.items()
+        ]
+        for _, label, net in sorted(steps, key=lambda step: in_order(step[:2])):
+            net.change_state(label)
 
     def _tick(self, seconds: float, action: Callable[[float], object]) -> None:
         def again() -> None:

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Collection, Mapping
 from typing import cast
 
+from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import Senders
 from dineros.metamodel.records.schema import requests_of
 from dineros.metamodel.token_data import Value
@@ -81,6 +82,7 @@ class Exchange:
     ) -> None:
         self._engine = engine
         self._loop = loop
+        self._is_there = True
         self._traffic = traffic = Traffic(engine, loop, observer, run)
         places = {id: number for number, id in enumerate(engine.structure.places)}
         ports = engine.structure.ports
@@ -159,10 +161,15 @@ class Exchange:
         known = {place: check for place, check in found if check is not None}
         return known | self.actions.checks(transport)
 
+    def obey(self, state: State) -> None:
+        """Let tokens depart as the state of a managed node says."""
+        self._is_there = state in ("inactive", "active")
+        self._traffic.is_active = state == "active"
+
     def depart(self) -> bool:
         """Send all tokens that are due; return whether there were any."""
         due = self._engine.due
-        if not due:
+        if not due or not self._is_there:
             return False
         first = self._engine.first_departure
         while due:

@@ -60,6 +60,9 @@ class Publisher:
             The transport failed; the token stays where it is.
         """
         traffic, port, place = self._traffic, self.port, self.place
+        if not traffic.is_active:
+            self._discard()
+            return
         token = traffic.engine.oldest(place)
         message = Message(traffic.next_id(port.place), token.data)
         try:
@@ -80,6 +83,23 @@ class Publisher:
                 traffic.observer.emit("publish", **fields, message=message.id, change=change)
             else:
                 traffic.observer.emit("drop", **fields, queue="publisher", count=1, change=change)
+
+    def _discard(self) -> None:
+        """Lose the oldest token, as lifecycle publishers do while their node is not active."""
+        traffic, port = self._traffic, self.port
+        token = traffic.engine.oldest(self.place)
+        traffic.engine.take(self.place)
+        traffic.drops[port.channel, "inactive"] += 1
+        name = traffic.engine.structure.places[self.place]
+        traffic.observer.emit(
+            "drop",
+            channel=port.channel,
+            place=name,
+            token=token.id,
+            queue="inactive",
+            count=1,
+            change={name: -1},
+        )
 
 
 class Subscriber:

@@ -36,6 +36,8 @@ class Traffic:
     ----------
     transport : Transport or None
         None until the node is open.
+    is_active : bool
+        Whether publishers send; those of a managed node lose what is published while it is not active.
     run : str
         Goes into the ids of messages after the node's id.
     numbers : dict of str to int
@@ -51,6 +53,7 @@ class Traffic:
         self.loop = loop
         self.observer = observer
         self.transport: Transport | None = None
+        self.is_active = True
         self.run = run
         self.numbers: dict[str, int] = {}
         self.drops: Counter[tuple[str, str]] = Counter()

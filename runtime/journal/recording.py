@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Protocol, TypedDict
+from typing import NotRequired, Protocol, TypedDict
 
+from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.token_data import Value
 from dineros.runtime.journal.kept import Json
 from dineros.runtime.nets.ports import OutcomeKind, Ports
@@ -61,6 +62,8 @@ class Checkpoint(TypedDict):
         Transition -> place -> ids of tokens put aside.
     run : str
         What the ids of this run's messages carry besides the node's id; survives a restart.
+    lifecycle : str
+        The state of a managed node; other nodes have none.
     """
 
     marking: dict[str, list[RecordedToken]]
@@ -82,6 +85,7 @@ class Checkpoint(TypedDict):
     results: dict[str, dict[str, GoalResult]]
     aside: dict[str, dict[str, list[int]]]
     run: str
+    lifecycle: NotRequired[State]
 
 
 class PendingGoal(TypedDict):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
 from dineros.metamodel.records import (
     Accept,
@@ -25,6 +26,7 @@ from dineros.metamodel.records import (
     GiveUp,
     Goal,
     Hear,
+    Lifecycle,
     Outcome,
     Publish,
     Record,
@@ -97,6 +99,7 @@ class JournalState:
         self._goals = Goals()
         self._aside: dict[str, dict[str, list[int]]] = {}
         self._run = ""
+        self.lifecycle: State | None = None
 
     def counts(self) -> dict[str, int]:
         """Return the number of tokens of each marked place."""
@@ -144,6 +147,8 @@ class JournalState:
             "run": self._run,
         }
         self._goals.save(made)
+        if self.lifecycle is not None:
+            made["lifecycle"] = self.lifecycle
         return made
 
     def apply(self, record: Record) -> None:
@@ -195,6 +200,7 @@ class JournalState:
         self._goals.begin(record)
         self._aside = {transition: dict(tokens) for transition, tokens in record.aside.items()}
         self._run = record.run
+        self.lifecycle = record.lifecycle or None
 
     def _fire(self, record: Fire) -> None:
         for place, ids in record.taken.items():
@@ -286,6 +292,9 @@ class JournalState:
         elif record.queue not in ("restart", "feedback"):
             port = f"{record.channel}/{record.place}"
             self._missing[port] = self._missing.get(port, 0) + record.count
+
+    def _change_state(self, record: Lifecycle) -> None:
+        self.lifecycle = record.state
 
     def _goal(self, record: Goal) -> None:
         place = record.place or ""
@@ -405,6 +414,7 @@ _APPLY: Mapping[type[Record], Callable[..., None]] = {
     GiveUp: JournalState._give_up,
     Serve: JournalState._serve,
     Reply: JournalState._reply,
+    Lifecycle: JournalState._change_state,
     Goal: JournalState._goal,
     Accept: JournalState._arrived,
     Accepted: JournalState._told,

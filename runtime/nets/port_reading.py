@@ -8,6 +8,7 @@ from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.callbacks.bodies import timers_of
 from dineros.metamodel.calls import copy_id
 from dineros.metamodel.elements import label, pages
+from dineros.metamodel.lifecycles.start_order import start_steps
 from dineros.metamodel.matching import Quality, plain
 from dineros.metamodel.token_data import TokenType
 from dineros.runtime.nets import ports as plain_ports
@@ -107,6 +108,8 @@ class _PortReading:
             action_clients=tuple(self._action_clients),
             action_servers=tuple(self._action_servers),
             place_types=dict(place_types),
+            start_steps=start_steps(node) if str(model.middleware) == "ros2" else {},
+            pauses=node.lifecycle is not None and bool(node.lifecycle.pauses),
         )
 
     def _add(self, place: rtm.Place, port: rtm.PlacePort, number: int) -> None:

@@ -12,9 +12,9 @@ from dineros.metamodel.token_data import TokenType, Value
 Data = Mapping[str, Value]
 """The fields of a token or message. Nobody changes it once it is made: it is shared, not copied."""
 
-Queue = Literal["publisher", "dispatcher", "subscriber", "request", "feedback", "restart"]
+Queue = Literal["publisher", "dispatcher", "subscriber", "request", "feedback", "restart", "inactive"]
 """A queue that can overflow: of a topic, or that of an action's client for feedback; ``restart``: that of a
-publisher, which died with its process."""
+publisher, which died with its process; ``inactive``: none, a managed node that was not active published."""
 
 OutcomeKind = Literal["succeeded", "aborted", "canceled"]
 """How a goal of an action ends."""
@@ -315,6 +315,10 @@ class Ports:
         What they carry in the others, by the places' ids as they run and in the model.
     middleware : {"ros1", "ros2"}
         Whose queues its topics have.
+    start_steps : mapping
+        Of a managed node, in which step of the start order it is configured and activated.
+    pauses : bool
+        Whether it fires while it is active only; else only its publishers are held back.
     """
 
     model: str
@@ -334,6 +338,13 @@ class Ports:
     action_servers: tuple[ActionServerPort, ...] = ()
     timers: tuple[TimerPort, ...] = ()
     place_types: Mapping[str, TokenType] = field(default_factory=dict)
+    start_steps: Mapping[str, float] = field(default_factory=dict)
+    pauses: bool = False
+
+    @property
+    def is_managed(self) -> bool:
+        """Whether it has a lifecycle, and is nothing before it is configured."""
+        return bool(self.start_steps)
 
     def type_at(self, place: str) -> TokenType:
         """Return what the tokens of a place carry."""

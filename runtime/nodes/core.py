@@ -14,6 +14,8 @@ from types import MappingProxyType
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError, FeatureValueError
+from dineros.metamodel.lifecycles.states import STATE_AFTER, STATES_BEFORE
+from dineros.metamodel.lifecycles.states import State as LifecycleState
 from dineros.runtime.channels.exchange import Exchange, departures_of
 from dineros.runtime.firing.execution import Execution
 from dineros.runtime.firing.handlers import Handlers
@@ -48,6 +50,10 @@ class Change:
 
     event: str
     fields: Mapping[str, object]
+
+
+NOT_ACTIVE = "the managed node is not active"
+"""Why a managed node is halted whose state lets it fire nothing."""
 
 
 class Core:
@@ -90,6 +96,7 @@ class Core:
         )
         self.sources: tuple[Source, ...] = ()
         self.exchange: Exchange | None = None
+        self.state: LifecycleState = "unconfigured" if structure.ports.is_managed else "active"
         self.ended_by: str | None = None
         self.failure: BaseException | None = None
         self.is_observing = False
@@ -161,6 +168,36 @@ class Core:
         elif halted is not None:
             state, reason = "halted", halted
         return Status(self.structure.ports.node, time.time(), state, reason, error, blocked, self._failures)
+
+    # Life of a managed node.
+
+    def change_state(self, label: str) -> None:
+        """Configure, activate, deactivate, clean up or shut down the node; on its thread.
+
+        Raises
+        ------
+        DinerosError
+            It is no managed node, or its state does not allow that.
+        """
+        ports = self.structure.ports
+        if not ports.is_managed or self.state not in STATES_BEFORE[label]:
+            what = f"is {self.state}" if ports.is_managed else "has no lifecycle"
+            raise DinerosError(f"the node {ports.node} {what}: it cannot {label}")
+        self.state = STATE_AFTER[label]
+        self.emit("lifecycle", label=label, state=self.state, change={})
+        self.obey_state()
+
+    def obey_state(self) -> None:
+        """Fire and publish as the state of a managed node says."""
+        if not self.structure.ports.is_managed:
+            return
+        if self.exchange is not None:
+            self.exchange.obey(self.state)
+        works = ("active",) if self.structure.ports.pauses else ("inactive", "active")
+        if self.state not in works:
+            self.execution.halt(NOT_ACTIVE, logging.DEBUG)
+        elif self.execution.halted == NOT_ACTIVE:
+            self.execution.proceed()
 
     # What it is in.
 
@@ -244,7 +281,7 @@ class Core:
     def save(self) -> Checkpoint:
         """Return a checkpoint of the net, without what the node knows of channels."""
         engine, structure = self.engine, self.structure
-        return Checkpoint(
+        saved = Checkpoint(
             marking={
                 id: [[token.id, token.data] for token in tokens]
                 for place, id in enumerate(structure.places)
@@ -274,6 +311,9 @@ class Core:
             },
             run="",
         )
+        if structure.ports.is_managed:
+            saved["lifecycle"] = self.state
+        return saved
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Take over marking and signals of a checkpoint.
@@ -295,6 +335,8 @@ class Core:
                         f"token {number} on {id!r} does not fit the model: {error}",
                         hint="start the node anew",
                     ) from error
+        if structure.ports.is_managed:
+            self.state = checkpoint.get("lifecycle", self.state)
         signals = list(structure.initial_signals)
         for id, value in checkpoint["signals"].items():
             signals[names.signal(id)] = value

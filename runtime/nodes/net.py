@@ -25,6 +25,7 @@ from typing import Any, TypeVar
 from dineros.metamodel import rtm
 from dineros.metamodel.errors import DinerosError, FeatureValueError, Location, ModelFileError, with_article
 from dineros.metamodel.files import load
+from dineros.metamodel.lifecycles.states import State as LifecycleState
 from dineros.runtime.firing.handlers import Handler, HandlerFunction
 from dineros.runtime.firing.policies import Halt, Policy
 from dineros.runtime.firing.selection import SelectionFunction
@@ -276,6 +277,26 @@ class Net:
         transition waits until its thread has ended.
         """
         return self.core.loop.call(self.core.execution.give_up)
+
+    @property
+    def state(self) -> LifecycleState:
+        """The state of a managed node; any other node is active."""
+        return self.core.state
+
+    def change_state(self, label: str) -> None:
+        """Configure, activate, deactivate, clean up or shut down a managed node; from any thread.
+
+        Parameters
+        ----------
+        label : {"configure", "activate", "deactivate", "cleanup", "shutdown"}
+            What it is asked for.
+
+        Raises
+        ------
+        DinerosError
+            It is no managed node, or its state does not allow that.
+        """
+        self.core.loop.call(lambda: self.core.change_state(label))
 
     def halt(self, reason: str = "halted by the program") -> None:
         """Fire nothing more until `proceed`; tokens and signals still arrive."""

@@ -22,7 +22,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from dineros.metamodel import rtm
+from dineros.metamodel import rtm, sym
 from dineros.metamodel.elements import label
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.runtime.application.ending import Ending
@@ -30,6 +30,7 @@ from dineros.runtime.application.handler_files import HandlerFile, HandlerFileEr
 from dineros.runtime.application.logs import FORMAT
 from dineros.runtime.journal import JournalRecorder, resume_journal
 from dineros.runtime.journal.recording import Checkpoint
+from dineros.runtime.journal.state import rebuild_at
 from dineros.runtime.nodes.net import Net, load_runtime_model
 from dineros.runtime.ros.channels.parameters import JOURNAL, LOG_LEVEL, RESUME, SEED, WATCHDOG, declare
 from dineros.runtime.ros.logs import ros_logs
@@ -66,7 +67,7 @@ def run_node(
         The system model's file, and how it was changed by ``--set``, for the journal.
     lifecycle : bool
         Whether it is a managed node, which opens its channels when it is configured and fires while it is
-        active.
+        active; so is a node whose model has a lifecycle.
 
     Returns
     -------
@@ -95,6 +96,7 @@ def _run(
     ending: threading.Event,
 ) -> int:
     node = model.node
+    lifecycle = lifecycle or (node.lifecycle is not None and model.middleware == sym.Middleware.ros2)
     options: dict[str, Any] = {}
     if lifecycle:
         from dineros.runtime.ros.managed import make_managed_node
@@ -117,7 +119,8 @@ def _run(
             def make() -> RosNode:
                 return _make_node(model, register, session, origin, is_again=next(times) > 0)
 
-            _work(session, make, lifecycle, ending)
+            state = _last_state(model, session) if node.lifecycle is not None else ""
+            _work(session, make, lifecycle, ending, state)
     finally:
         session.close()
     if session.failure is not None:
@@ -125,10 +128,24 @@ def _run(
     return 0
 
 
-def _work(session: Session, make: Callable[[], RosNode], lifecycle: bool, ending: threading.Event) -> None:
+def _last_state(model: rtm.RuntimeModel, session: Session) -> str:
+    """Return the state that a managed node had when its process ended; nothing where it begins anew."""
+    folder = str(declare(session.node, JOURNAL))
+    if not folder or not bool(declare(session.node, RESUME)):
+        return ""
+    try:
+        return rebuild_at(Path(folder), model.node.id).lifecycle or ""
+    except DinerosError:
+        return ""
+
+
+def _work(
+    session: Session, make: Callable[[], RosNode], lifecycle: bool, ending: threading.Event, state: str
+) -> None:
     """Have a node work until the process is told to end, or the node fails."""
     if lifecycle:
         session.node.manage(make)
+        session.node.come_back(state)
         session.start(session.node.work)
     else:
         running = make()

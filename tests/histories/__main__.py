@@ -21,6 +21,7 @@ from tests.histories.comparing import features_of_model, variants
 from tests.support.action_models import action_models
 from tests.support.executor_models import executor_models
 from tests.support.history_models import history_models
+from tests.support.lifecycle_models import lifecycle_models
 
 
 def main() -> int:
@@ -30,7 +31,9 @@ def main() -> int:
     parser.add_argument("--states", type=int, default=2000, help="states of a net that are compared")
     parser.add_argument("--actions", action="store_true", help="every model has actions")
     arguments = parser.parse_args()
-    usual = st.one_of(history_models(), executor_models(), executor_models(), action_models())
+    usual = st.one_of(
+        history_models(), executor_models(), executor_models(), action_models(), lifecycle_models()
+    )
     totals: Counter[str] = Counter()
     differences = []
 

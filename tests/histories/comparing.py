@@ -8,9 +8,9 @@ from dineros.metamodel import pn, sym
 from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
 from tests.support.equal_behaviour import Comparison, compare
-from tests.support.reference_executors import ExecutorInterpreter
 from tests.support.reference_flattening import plain_net_of
 from tests.support.reference_histories import are_matched, quality_of
+from tests.support.reference_lifecycles import LifecycleInterpreter, is_kept
 
 
 def variants(
@@ -21,7 +21,7 @@ def variants(
 ) -> Iterator[tuple[SignalVariant, OverflowVariant, Comparison]]:
     """Yield how the nets of a model compare with the interpreter, up to a number of states each."""
     for signal_variant in signals:
-        interpreter = ExecutorInterpreter(model, signal_variant)
+        interpreter = LifecycleInterpreter(model, signal_variant)
         for overflow_variant in overflow:
             net = plain_net_of(flatten(model, signal_variant, overflow_variant).net)
             yield signal_variant, overflow_variant, compare(net, interpreter, states)
@@ -56,9 +56,11 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
         for writer in channel.publishers:
             for reader in channel.subscribers:
                 found.add("with matched pairs" if are_matched(writer, reader) else "with pairs not matched")
+                if is_kept(writer, reader):
+                    found.add("with messages kept for late readers")
                 if "bestEffort" in {str(quality_of(port).reliability) for port in (writer, reader)}:
                     found.add("with best effort")
-    events = [event.name for event in ExecutorInterpreter(model).events]
+    events = [event.name for event in LifecycleInterpreter(model).events]
     drops = [name for name in events if ".client." in name and name.endswith(".drop")]
     if any(not name.endswith(".feedback.drop") for name in drops):
         found.add("with requests that can be lost")
@@ -67,7 +69,7 @@ def features_of_model(model: sym.SystemModel) -> set[str]:
             found.add("with capacities of places")
         if isinstance(element, sym.Transition) and element.clause is not None:
             found.add("with clauses")
-    return found | _features_of_callbacks(model)
+    return found | _features_of_callbacks(model) | _features_of_lifecycles(model)
 
 
 def _features_of_action(action: sym.ActionChannel) -> set[str]:
@@ -103,4 +105,19 @@ def _features_of_callbacks(model: sym.SystemModel) -> set[str]:
                 found.add("with several threads")
             if any(str(group.kind) == "reentrant" for group in element.callbackGroups):
                 found.add("with reentrant groups")
+    return found
+
+
+def _features_of_lifecycles(model: sym.SystemModel) -> set[str]:
+    """Return what a model has of what the rules about managed nodes look at."""
+    lives = [each for each in model.eAllContents() if isinstance(each, sym.Lifecycle)]
+    found = {"with managed nodes"} if lives else set()
+    if any(life.configureStep or life.activateStep for life in lives):
+        found.add("with a start order")
+    if any(life.cleansUp for life in lives):
+        found.add("with nodes that are cleaned up")
+    if any(life.shutsDown for life in lives):
+        found.add("with nodes that are shut down")
+    if any(".replace" in event.name for event in LifecycleInterpreter(model).events):
+        found.add("with readers that come again")
     return found

@@ -38,6 +38,7 @@ FOLDERS = {
         "build",
         "calls",
         "callbacks",
+        "lifecycles",
         "matching",
         "token_data",
         "positions",
@@ -100,6 +101,7 @@ FOLDERS = {
         "running",
         "managed",
         "node_main",
+        "bringup",
         "wheels",
     ],
     "cli": [

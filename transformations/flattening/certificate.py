@@ -11,9 +11,19 @@ from collections.abc import Iterable, Mapping
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.groups import members_of, works_on_goals
+from dineros.metamodel.elements import label
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.engine import Engine
-from dineros.transformations.rules import executors, requests, services, signals, timers
+from dineros.transformations.rules import (
+    coming_and_going,
+    executors,
+    histories,
+    lifecycle,
+    requests,
+    services,
+    signals,
+    timers,
+)
 from dineros.transformations.rules.actions import goals, slots
 from dineros.transformations.rules.notation import Bound, History, OverflowQueue
 
@@ -39,6 +49,8 @@ def add_certificate(
         *_timers(engine, made),
         *_executors(engine, made),
         *_groups(engine, made),
+        *_managed(engine, made),
+        *_kept(engine, made),
     ]
     net.certificate.extend(certificate)
     return certificate
@@ -176,6 +188,39 @@ def _groups(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.Pla
             for rule, role in ((executors.E3, "running"), (executors.E7, "awaiting")):
                 terms.extend((each.made[role], 1) for each in engine.applications_of(rule, [member]))
         yield _invariant(f"{lock.id} or a callback that has begun", 1, terms, made)
+
+
+def _managed(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    """A managed node is in one state, and configured in two of them."""
+    for application in engine.applications_of(lifecycle.L1):
+        node, place = label(application.sources[0]), application.made
+        states = [place[role] for role in ("unconfigured", "inactive", "active", "finalized")]
+        yield _invariant(f"{node} is in one state", 1, [(state, 1) for state in states], made)
+        configured = place["configured"]
+        yield _invariant(f"{node} is configured or not", 1, [(configured, 1), (place["away"], 1)], made)
+        terms = [(states[1], 1), (states[2], 1), (configured, -1)]
+        yield _invariant(f"{node} is configured while inactive or active", 0, terms, made)
+    for application in engine.applications_of(lifecycle.L1Shutdown):
+        (own,) = engine.applications_of(lifecycle.L1, application.sources[:1])
+        terms = [(application.made["existing"], 1), (own.made["finalized"], 1)]
+        yield _invariant(f"{label(application.sources[0])} exists or is finalized", 1, terms, made)
+
+
+def _kept(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+    """What a writer keeps for a reader that comes again is delivered, or still to be."""
+    for application in engine.applications_of(coming_and_going.L5):
+        place, limit = application.made, application.sources[1].limit
+        for one, other in (("delivered", "undelivered"), ("kept", "room")):
+            terms = [(place[one], 1), (place[other], 1)]
+            yield _invariant(f"{_id(place[one])} + {_id(place[other])}", limit, terms, made)
+        (written,) = engine.applications_of(histories.R2, application.sources[1:3])
+        terms = [(place["kept"], 1), (place["delivered"], -1), (written.made["queue.load"], -1)]
+        yield _invariant(f"{_id(place['kept'])} is delivered or to be", 0, terms, made)
+
+
+def _id(place: EObject) -> str:
+    assert isinstance(place, pn.Place)
+    return str(place.id)
 
 
 def check_certificate(net: pnm.PetriNetModel) -> None:

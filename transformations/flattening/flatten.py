@@ -242,7 +242,8 @@ def _trace(engine: Engine, origins: dict[EObject, EObject], made: dict[EObject, 
         for role, element in application.elements():
             copies = engine.images.get(element)
             if isinstance(element, sym.ClientPort):
-                copies = {application.sources[-1]: element}
+                original = next(each for each in application.sources if isinstance(each, sym.ClientPort))
+                copies = {original: element}
             if copies is not None and index is not None:
                 for original, copied in copies.items():
                     instances[copied] = (origins[original], index)

@@ -19,9 +19,9 @@ class Meaning:
     words : str
         What it is, or what its firing does. Names in braces are filled in: ``topic``, ``service``,
         ``client``, ``instance``, ``signal``, ``publisher``, ``subscriber``, ``place``, ``callback``,
-        ``group``, ``node``, ``action`` and ``outcome`` are of what the rule matched, ``queue`` is its queue,
-        ``writer`` the server instance that writes there, and ``waits`` what a client does whose request is
-        lost.
+        ``group``, ``node``, ``action`` and ``outcome`` are of what the rule matched, ``writing`` and
+        ``reading`` the node nets of a publisher and a subscriber, ``queue`` is its queue, ``writer`` the
+        server instance that writes there, and ``waits`` what a client does whose request is lost.
     on_server_page : str
         What is said instead where the client stands on a server page.
     step : type of Step or None
@@ -33,8 +33,9 @@ class Meaning:
     part : str
         What it is there: ``load``, ``capacity``, ``enter``, ``leave`` or ``drop`` of a queue; ``threads``,
         ``lock``, ``running`` or ``awaiting`` of an executor; ``idle``, ``due`` or ``tick`` of a timer;
-        ``idle slot``, ``executing``, ``asked``, ``canceling``, ``waits``, ``works``, ``ask``, ``nothing``,
-        ``reject``, ``refuse``, ``end``, ``too late``, ``unheeded`` or ``result`` of goals.
+        ``idle slot``, ``executing``, ``asked``, ``canceling``, ``waits``, ``works``, ``over``, ``ask``,
+        ``nothing``, ``reject``, ``refuse``, ``end``, ``too late``, ``unheeded`` or ``result`` of goals; of a
+        managed node its state, or what it is asked for.
     value : bool or None
         The value of a signal that it stands for.
     rests : bool

@@ -285,6 +285,8 @@ class TraceBuilder:
                 self._service(step, record)
             case rec.Transfer():
                 step.text = said or f"{self._name(record.channel)}: {record.stage}"
+            case rec.Lifecycle():
+                step.text = said or f"{node}: {record.label}; it is {record.state}"
             case rec.Stop():
                 step.text = f"{node} stops" + (f": {record.reason}" if record.reason else "")
         return step

@@ -73,7 +73,7 @@ class HistoryFlow:
         """Write a message into the histories; `forced`: lose an older one where both are full."""
         pairs = self.topic.publishers[record.place]
         for pair in pairs:
-            refusal = self._make_way(pair, forced)
+            refusal = self._make_way(pair, forced) or self._finds_nobody(pair, record, forced)
             if refusal is not None:
                 return refusal
         reason = why_not(self._net, transition, self._marking)
@@ -81,9 +81,28 @@ class HistoryFlow:
             return Fault(reason)
         self._fire(transition)
         for pair in pairs:
-            if record.message:
+            if self._is_away(pair) and pair.miss is not None:
+                self._fire(pair.miss)
+            elif record.message:
                 self._under_way[pair][record.message] = None
         return None
+
+    def _is_away(self, pair: Pair) -> bool:
+        """Tell whether the subscriber of a pair is not there, so that what is published for it is lost."""
+        return pair.miss is not None and all(
+            self._marking[place] >= weight
+            for place, weight in self._net.pre[pair.miss]
+            if place != pair.queue.source
+        )
+
+    def _finds_nobody(self, pair: Pair, record: Publish, forced: bool) -> Waiting | None:
+        """Wait for a subscriber that is not there and took the message all the same, or may have."""
+        if not self._is_away(pair) or (fate := self._fate(pair, record.message or "")):
+            return None
+        if fate is None and forced:
+            return None
+        reason = f"{pair.subscriber} of node {self.topic.node_of[pair.subscriber]} is not there yet"
+        return Waiting(reason, (self.topic.node_of[pair.subscriber],), is_forcible=fate is None)
 
     def _make_way(self, pair: Pair, forced: bool) -> Waiting | None:
         marking, queue, reader = self._marking, pair.queue, self.topic.subscribers[pair.subscriber]
@@ -94,6 +113,7 @@ class HistoryFlow:
             return None
         victim = self._victim(pair)
         has_way = marking[reader.source] < 1 or marking[reader.capacity] > 0
+        has_way = has_way and self._is_there(pair)
         if victim is None and has_way and (forced or self._are_decided(pair)):
             self._pass_on(pair)
             self._fire(queue.enter)
@@ -105,6 +125,14 @@ class HistoryFlow:
             reason = f"the {queue.text} has no room, and nothing says that it has lost a message"
             return Waiting(reason, (self.topic.node_of[pair.subscriber],), is_forcible=True)
         return None
+
+    def _is_there(self, pair: Pair) -> bool:
+        """Tell whether messages can be delivered to the subscriber of a pair."""
+        return all(
+            self._marking[place] >= weight
+            for place, weight in self._net.pre[pair.queue.leave]
+            if place in self._net.node_of_state
+        )
 
     def _victim(self, pair: Pair) -> str | None:
         """Return a message under way that never comes."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,7 @@ from dineros.cli.presentation.evidence import (
 )
 from dineros.cli.presentation.findings import print_report, write_witnesses
 from dineros.cli.presentation.scheduling import check_on_workers, scheduler_option
-from dineros.cli.presentation.suggestions import say_callback_groups, say_capacities
+from dineros.cli.presentation.suggestions import say_callback_groups, say_capacities, say_start_order
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     "dineros check sorting.sym.xmi --set RedObjects.tokens=2 --format junit > findings.xml",
     "dineros check sorting.sym.xmi --suggest-capacities",
     "dineros check robot.sym.xmi --suggest-callback-groups",
+    "dineros check camera.sym.xmi --suggest-start-order",
     "dineros check sorting.sym.xmi -o report.html",
 )
 @model_argument()
@@ -62,6 +64,11 @@ if TYPE_CHECKING:
     "--suggest-callback-groups",
     is_flag=True,
     help="Instead, the smallest change of groups and threads after which no callback waits for ever.",
+)
+@click.option(
+    "--suggest-start-order",
+    is_flag=True,
+    help="Instead, an order of bringing managed nodes up in which no message is lost.",
 )
 @click.option(
     "--behaviour",
@@ -94,6 +101,7 @@ def check(
     format: str,
     suggest_capacities: bool,
     suggest_callback_groups: bool,
+    suggest_start_order: bool,
     behaviour: bool,
     witnesses: bool,
     output: Path | None,
@@ -116,17 +124,24 @@ def check(
     from dineros.analysis.witnesses.findings import Report, Unknown
 
     format = "json" if as_json else format
-    suggests = "--suggest-capacities" if suggest_capacities else "--suggest-callback-groups"
-    if suggest_capacities or suggest_callback_groups:
+    asked = {
+        "--suggest-capacities": suggest_capacities,
+        "--suggest-callback-groups": suggest_callback_groups,
+        "--suggest-start-order": suggest_start_order,
+    }
+    suggests = [option for option, is_asked in asked.items() if is_asked]
+    if suggests:
         written = "-o" if output is not None else "--certificate" if certificate is not None else None
-        _refuse_beside(suggests, suggest_capacities and suggest_callback_groups, format, written)
-    if scheduler is not None and (suggest_capacities or suggest_callback_groups):
-        raise click.UsageError(f"--scheduler does not go with {suggests}")
+        _refuse_beside(suggests, format, written)
+    if scheduler is not None and suggests:
+        raise click.UsageError(f"--scheduler does not go with {suggests[0]}")
     if certificate is not None:
         refuse_certificates(certificate, also_folder=True)
     net = load_valid(model, settings)
     if suggest_callback_groups:
         return _suggest_groups(net, model, format == "json", witnesses)
+    if suggest_start_order:
+        return _suggest_order(net, model, format == "json", witnesses)
     if suggest_capacities:
         return _suggest(net, model, format == "json", witnesses)
     run, report = search(), Report()
@@ -178,14 +193,14 @@ def check(
     return status
 
 
-def _refuse_beside(option: str, are_both: bool, format: str, written: str | None) -> None:
-    if are_both:
-        raise click.UsageError("--suggest-capacities does not go with --suggest-callback-groups")
-    what = "capacities" if option == "--suggest-capacities" else "changes"
+def _refuse_beside(options: Sequence[str], format: str, written: str | None) -> None:
+    if len(options) > 1:
+        raise click.UsageError(f"{options[0]} does not go with {options[1]}")
+    what = "capacities" if options[0] == "--suggest-capacities" else "changes"
     if format not in ("text", "json"):
         raise click.UsageError(f"{what} are no findings: there is no --format {format} of them")
     if written is not None:
-        raise click.UsageError(f"{what} are no findings: {written} does not go with {option}")
+        raise click.UsageError(f"{what} are no findings: {written} does not go with {options[0]}")
 
 
 def _status(report: Report) -> int:
@@ -223,6 +238,38 @@ def _suggest_groups(net: pn.Net, model: Path, as_json: bool, witnesses: bool) ->
     if suggestion.is_found and not suggestion.changes:
         return HOLDS
     return VIOLATED if suggestion.is_found or suggestion.is_proved else UNKNOWN
+
+
+def _suggest_order(net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> int:
+    from dineros.analysis.suggestions.start_orders import StartOrder, suggest_start_order
+    from dineros.metamodel import sym
+    from dineros.metamodel.errors import DinerosError, Location
+    from dineros.metamodel.lifecycles.start_order import managed_nodes
+
+    if (
+        not isinstance(net, sym.SystemModel)
+        or net.middleware != sym.Middleware.ros2
+        or not managed_nodes(net)
+    ):
+        raise DinerosError(
+            "no node net has a lifecycle under the rules of ros2",
+            location=Location(model),
+            hint="set NODE.lifecycle.pauses=false for a node that is to be managed, and middleware=ros2",
+        )
+    run, found = search(), StartOrder()
+
+    def so_far(ending: str) -> int:
+        found.reason = ending
+        say_start_order(found, net, model, as_json, witnesses)
+        return UNKNOWN
+
+    run.draft(so_far)
+    suggest_start_order(net, run.budget(), found)
+    with run.answer():
+        say_start_order(found, net, model, as_json, witnesses)
+    if found.is_found and not found.order:
+        return HOLDS
+    return VIOLATED if found.is_found or found.is_proved else UNKNOWN
 
 
 def _suggest(net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> int:

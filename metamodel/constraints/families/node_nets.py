@@ -207,3 +207,33 @@ def _called_pages(index: Index) -> Iterator[sym.CallbackPage | None]:
 def timed_transition_has_interval(transition: sym.Transition, index: Index) -> Outcome:
     """A timed transition has a firing interval."""
     return transition.interval is not None
+
+
+@constraint(
+    "{it} has a lifecycle, which the rules of {element.net.middleware} do not know",
+    fix="set the middleware of the model to ros2, or take it away",
+    severity="warning",
+    guard=lambda node_net, index: (
+        node_net.lifecycle is not None and isinstance(node_net.net, sym.SystemModel)
+    ),
+)
+def lifecycle_has_effect(node_net: sym.NodeNet, index: Index) -> Outcome:
+    """A node net has a lifecycle under the rules of ROS 2."""
+    return not isinstance(node_net.net, sym.SystemModel) or node_net.net.middleware == sym.Middleware.ros2
+
+
+@constraint("{it} has the {found}", fix="use a step of 1 or more, or 0 for any time")
+def start_steps_positive(lifecycle: sym.Lifecycle, index: Index) -> Outcome:
+    """Steps of the start order are counted from 1; 0 is at any time."""
+    steps = {"configure": lifecycle.configureStep, "activate": lifecycle.activateStep}
+    return next((f"{name} step {step}" for name, step in steps.items() if step < 0), True)
+
+
+@constraint(
+    "{it} is configured in step {element.configureStep}, and activated in step {element.activateStep}",
+    fix="let it be activated in a later step",
+    guard=lambda lifecycle, index: lifecycle.configureStep > 0 and lifecycle.activateStep > 0,
+)
+def configured_before_active(lifecycle: sym.Lifecycle, index: Index) -> Outcome:
+    """The start order configures a node before it activates it."""
+    return lifecycle.configureStep < lifecycle.activateStep

@@ -126,7 +126,7 @@ def test_three_colours_on_one_topic_overflow_at_the_subscriber() -> None:
 
 
 def test_the_state_space_leads_to_what_no_search_comes_near(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("dineros.analysis.checks.overflow.NEAR", 1 << 12)
+    monkeypatch.setattr("dineros.analysis.checks.ways.NEAR", 1 << 12)
     model = build()
     find(model, "LeftCellObjects", sym.TopicChannel).subscribers[0].limit = 1
     report = check(model, MEMORY)

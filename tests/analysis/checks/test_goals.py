@@ -196,6 +196,54 @@ def test_a_result_that_nobody_fetches() -> None:
     assert not of_rule(asked(model), "result-not-fetched")
 
 
+def test_a_result_that_the_client_cannot_take() -> None:
+    """Its timer's callback waits for the result, in the callback group that has to take it."""
+    model = deliveries(cancels=0, rejects=False)
+    office = find(model, "office0", sym.NodeNet)
+    office.execution = "callbacks"  # type: ignore[assignment]
+    page = sym.CallbackPage(id="OnTimer", kind="timer", timer=1.0, page=office)
+    goal, done = sym.Place(id="Goal", page=page), sym.Place(id="Done", page=page)
+    flow(sym.Transition(id="Begin", page=page), goal)
+    flow(done, sym.Transition(id="End", page=page))
+    (client,) = channel_of(model).clients
+    client.goal, client.succeeded, client.aborted, client.rejected = goal, done, done, None
+    found = of_rule(asked(model), "result-not-fetched")
+    assert [finding.message.rpartition(" ")[2] for finding in found] == ["succeeded", "aborted"]
+    office.executor, office.threads = "multi", 2  # type: ignore[assignment]
+    assert of_rule(asked(model), "result-not-fetched"), "the callback has the group, whatever thread is free"
+    office.callbackGroups.append(sym.CallbackGroup(id="own"))
+    client.group = office.callbackGroups[0]
+    assert not of_rule(asked(model), "result-not-fetched")
+
+
+def test_work_on_a_goal_that_waits_for_its_own_thread() -> None:
+    """What works on a goal calls a service of its node, whose only thread it has."""
+    model = deliveries(cancels=0)
+    robot = find(model, "robot", sym.NodeNet)
+    robot.execution = "callbacks"  # type: ignore[assignment]
+    page = find(model, "Deliver", sym.CallbackPage)
+    ask, got = sym.Place(id="Ask", page=page), sym.Place(id="Got", page=page)
+    flow(find(model, "Driving", pn.Place), sym.Transition(id="Call", page=page), ask)
+    flow(got, sym.Transition(id="GoOn", page=page), find(model, "At", pn.Place))
+    serve = sym.CallbackPage(id="Map", kind="server", page=robot)
+    entry, exit_ = sym.Place(id="In", page=serve), sym.Place(id="Out", page=serve)
+    flow(entry, sym.Transition(id="Look", page=serve), exit_)
+    sym.ServiceChannel(
+        id="Where",
+        service="/where",
+        server=sym.ServerPort(entry=entry, exit=exit_, page=serve),
+        clients=[sym.ClientPort(client="robot", request=ask, response=got)],
+        model=model,
+    )
+    (circle,) = of_rule(check(model), "callback-deadlock")
+    assert circle.message == (
+        "callback Deliver of slot 1 waits for the response of service /where to slot 1 of action /deliver, "
+        "which waits for the thread of node net robot, which callback Deliver of slot 1 has"
+    )
+    page.awaits = True
+    assert not of_rule(check(model), "callback-deadlock")
+
+
 def test_models_without_actions_are_not_asked() -> None:
     model = sym.SystemModel(id="empty", middleware="ros2")
     sym.Place(id="Place", page=sym.NodeNet(id="node", net=model))

@@ -173,7 +173,7 @@ def test_what_died_is_unknown() -> None:
     for number, part in enumerate(check_parts(text(model), False, None, "work")):
         add_report(report, base_subject(model), part, died if number == 1 else answer_part(part))
     assert [str(unknown) for unknown in report.unknown] == [
-        "deadlock, callbacks: its workers died: KilledWorker"
+        "deadlock, callbacks, goals: its workers died: KilledWorker"
     ]
     assert report.proved
 

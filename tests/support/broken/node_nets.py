@@ -206,3 +206,32 @@ def timer_on_a_server_page(small: Small) -> None:
     server.entry, server.exit = sym.Place(id="Entry2", page=page), sym.Place(id="Exit2", page=page)
     server.page = page
     sym.CallbackPage(id="often", kind="timer", timer=1.0, page=page)
+
+
+@CASES.breaks(
+    "lifecycle-has-effect",
+    "node net 'talker' has a lifecycle, which the rules of ros1 do not know",
+    "set the middleware of the model to ros2, or take it away",
+)
+def lifecycle_of_ros1(small: Small) -> None:
+    small["talker"].lifecycle = sym.Lifecycle()
+
+
+@CASES.breaks(
+    "start-steps-positive",
+    "lifecycle of node net 'talker' has the activate step -1",
+    "use a step of 1 or more, or 0 for any time",
+)
+def step_before_the_first(small: Small) -> None:
+    small.net.middleware = "ros2"
+    small["talker"].lifecycle = sym.Lifecycle(activateStep=-1)
+
+
+@CASES.breaks(
+    "configured-before-active",
+    "lifecycle of node net 'talker' is configured in step 2, and activated in step 2",
+    "let it be activated in a later step",
+)
+def active_before_configured(small: Small) -> None:
+    small.net.middleware = "ros2"
+    small["talker"].lifecycle = sym.Lifecycle(configureStep=2, activateStep=2)

@@ -145,7 +145,9 @@ class A1Result(Rule):
 
     result = place(
         "{action.id}.client.{client.client}.over.{exit.id}",
-        means=Meaning("result for {client} of action {action}, whose goal is {outcome}, under way"),
+        means=Meaning(
+            "result for {client} of action {action}, whose goal is {outcome}, under way", part="over"
+        ),
     )
     answer = Answer(
         "{action.id}.client.{client.client}.result.{exit.id}",

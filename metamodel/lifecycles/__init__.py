@@ -1,0 +1,1 @@
+"""Managed nodes: their states, and in which order they come up."""

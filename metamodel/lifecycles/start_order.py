@@ -1,0 +1,79 @@
+"""In which order a manager brings the managed nodes of an application up."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.elements import label, node_nets
+
+
+class Start(NamedTuple):
+    """One thing that a manager does.
+
+    Attributes
+    ----------
+    label : {"configure", "activate"}
+        What the node is asked for.
+    node : sym.NodeNet
+        The node.
+    """
+
+    label: str
+    node: sym.NodeNet
+
+
+def managed_nodes(model: pn.Net) -> list[sym.NodeNet]:
+    """Return the node nets that have a lifecycle, in the order of the model."""
+    return [node for node in node_nets(model) if node.lifecycle is not None]
+
+
+def start_steps(node: sym.NodeNet) -> dict[str, float]:
+    """Return in which step a manager configures and activates a node; nothing for one without a lifecycle.
+
+    What a model leaves open is configured first, and activated last.
+    """
+    life = node.lifecycle
+    return (
+        {} if life is None else {"configure": life.configureStep, "activate": life.activateStep or math.inf}
+    )
+
+
+def in_order(step: tuple[float, str]) -> tuple[float, bool]:
+    """Return what steps are sorted by: of the same step, nodes are configured before any is activated."""
+    return step[0], step[1] == "activate"
+
+
+def start_order(model: pn.Net) -> list[Start]:
+    """Return what a manager does, one after the other, so that it obeys the start order of a model.
+
+    What the model leaves open is configured first, and activated last: then most is there when something is
+    published.
+
+    >>> net = sym.SystemModel(id="application")
+    >>> for name, steps in (("camera", (0, 2)), ("display", (0, 1))):
+    ...     life = sym.Lifecycle(configureStep=steps[0], activateStep=steps[1])
+    ...     _ = sym.NodeNet(id=name, net=net, lifecycle=life)
+    >>> [f"{label} {node.id}" for label, node in start_order(net)]
+    ['configure camera', 'configure display', 'activate display', 'activate camera']
+    """
+    steps = [
+        (number, label, node) for node in managed_nodes(model) for label, number in start_steps(node).items()
+    ]
+    return [Start(what, node) for _, what, node in sorted(steps, key=lambda step: in_order(step[:2]))]
+
+
+def manager_arguments(model: pn.Net) -> list[str]:
+    """Return what the manager of an application is told, such as ``configure:/cell/camera``, in its order.
+
+    Nothing without managed nodes, and under rules that know none.
+    """
+    if not isinstance(model, sym.SystemModel) or model.middleware != sym.Middleware.ros2:
+        return []
+    return [start_argument(what, node.namespace or "", label(node)) for what, node in start_order(model)]
+
+
+def start_argument(what: str, namespace: str, name: str) -> str:
+    """Return what a manager is told about one node."""
+    return f"{what}:{'/'.join(['', *filter(None, namespace.split('/')), name])}"

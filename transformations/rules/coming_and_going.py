@@ -1,0 +1,414 @@
+"""Messages between managed nodes, which come and go (rules L4 and L5).
+
+A reader that is not configured gets nothing: what is written for it goes nowhere. Where both ends are
+transient-local and reliable, its history at the writer fills up instead, and is delivered when it comes; one
+that comes again gets once more what the writer still keeps (DDS 1.4, Sect. 2.2.3.4; seen on Fast DDS).
+What a node had when it was cleaned up is gone before it is configured again.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import sym
+from dineros.metamodel.matching import is_kept
+from dineros.metamodel.records import Drop, Transfer
+from dineros.transformations.language.creation import New
+from dineros.transformations.language.datatypes import TRUTH
+from dineros.transformations.language.errors import LANGUAGE
+from dineros.transformations.language.expressions import Expression, Match
+from dineros.transformations.language.functions import ancestor
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.histories import R2, R3, WRITER, Matched
+from dineros.transformations.rules.lifecycle import L1, Configuring, Home, L1Shutdown
+from dineros.transformations.rules.notation import arc, place, read, transition
+
+LANGUAGE.add(__name__)
+
+
+class Kept(Matched):
+    """Whether a reader that comes late gets what was written before."""
+
+    def evaluate(self, match: Match) -> bool:
+        """Tell whether it does."""
+        return is_kept(match[self.writer], match[self.reader])
+
+    def __str__(self) -> str:
+        return f"{self.writer} keeps messages for a late {self.reader}"
+
+
+class Leaves(Expression):
+    """Whether a managed node may be cleaned up or shut down."""
+
+    datatype = TRUTH
+
+    def __init__(self, life: Node) -> None:
+        super().__init__(life)
+        self.life = life
+
+    def evaluate(self, match: Match) -> bool:
+        """Tell whether it may."""
+        life: sym.Lifecycle = match[self.life]
+        return life.cleansUp or life.shutsDown
+
+    def __str__(self) -> str:
+        return f"{self.life} may be cleaned up or shut down"
+
+
+def _lose(id: str, words: str, part: str) -> New:
+    return transition(id, Meaning(words, step=Drop, queue="publisher", called=WRITER, part=part))
+
+
+MISSED = "a message of {publisher} on topic {topic} is lost: {subscriber} of node net {reading} is not there"
+
+
+class L4(Rule):
+    """What is written for a reader that is not configured goes nowhere."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    written = Made(R2.written, of=[writer, reader])
+    queue = Made(R2.queue, of=[writer, reader])
+    configured = Made(L1.configured, of=node)
+    away = Made(L1.away, of=node)
+
+    miss = _lose("{channel.id}.writer.{writer.place.id}.{reader.place.id}.miss", MISSED, "miss")
+    arcs = [arc(written, miss), read(away, miss)]
+    waits = [read(configured, queue.enter), read(configured, queue.drop)]
+
+    where = [~Kept(writer, reader)]
+
+
+class L4Kept(Rule):
+    """Where a late reader gets it, only what is written for one that is shut down does."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    written = Made(R2.written, of=[writer, reader])
+    queue = Made(R2.queue, of=[writer, reader])
+    existing = Made(L1Shutdown.existing, of=node)
+    finalized = Made(L1.finalized, of=node)
+
+    miss = _lose("{channel.id}.writer.{writer.place.id}.{reader.place.id}.miss", MISSED, "miss")
+    arcs = [arc(written, miss), read(finalized, miss)]
+    waits = [read(existing, queue.enter), read(existing, queue.drop)]
+
+    where = [Kept(writer, reader)]
+
+
+class L4Deliver(Rule):
+    """Messages are delivered to a reader that is configured."""
+
+    writer = Node(sym.PublisherPort)
+    reader = Node(sym.SubscriberPort)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    queue = Made(R2.queue, of=[writer, reader])
+    configured = Made(L1.configured, of=node)
+
+    waits = read(configured, queue.leave)
+
+
+LEFT = "a message of the {queue} is lost: node net {reading} is not there any more"
+
+
+class L4Left(Rule):
+    """What is not delivered to a reader that is there no more is lost."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+    queue = Made(R2.queue, of=[writer, reader])
+    away = Made(L1.away, of=node)
+
+    left = _lose("{channel.id}.writer.{writer.place.id}.{reader.place.id}.left", LEFT, "left")
+    arcs = [arc(queue.load, left), arc(left, queue.capacity), read(away, left)]
+
+    where = [~Kept(writer, reader), Leaves(life)]
+
+
+class L4LeftKept(Rule):
+    """What a late reader would get is lost when it is shut down."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    life = Node(sym.Lifecycle, of=node.lifecycle, shutsDown=True)
+    queue = Made(R2.queue, of=[writer, reader])
+    finalized = Made(L1.finalized, of=node)
+
+    left = _lose("{channel.id}.writer.{writer.place.id}.{reader.place.id}.left", LEFT, "left")
+    arcs = [arc(queue.load, left), arc(left, queue.capacity), read(finalized, left)]
+
+    where = [Kept(writer, reader)]
+
+
+class L4Gone(Rule):
+    """What a writer has not delivered when it goes is lost."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    node = Node(sym.NodeNet, of=Home(writer.place))
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+    queue = Made(R2.queue, of=[writer, reader])
+    away = Made(L1.away, of=node)
+
+    gone = _lose(
+        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.gone",
+        "a message of the {queue} is lost: node net {writing} is not there any more",
+        "gone",
+    )
+    arcs = [arc(queue.load, gone), arc(gone, queue.capacity), read(away, gone)]
+
+    where = [Leaves(life)]
+
+
+class L4Written(Rule):
+    """A writer's history is empty when its node is configured."""
+
+    writer = Node(sym.PublisherPort)
+    node = Node(sym.NodeNet, of=Home(writer.place))
+    life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
+    queue = Made(R2.queue, of=writer)
+    change = Made(Configuring, of=node)
+
+    waits = read(queue.capacity, change.move, weight=queue.capacity.tokens)
+
+
+class L4Read(Rule):
+    """So is a history for a reader of it, of another node, where a late one gets nothing of it."""
+
+    writer = Node(sym.PublisherPort)
+    reader = Node(sym.SubscriberPort)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
+    queue = Made(R2.queue, of=[writer, reader])
+    change = Made(Configuring, of=node)
+
+    waits = read(queue.capacity, change.move, weight=queue.capacity.tokens)
+
+    where = [~Kept(writer, reader), Home(writer.place) != node]
+
+
+class L4Clear(Rule):
+    """What a reader has when its node is cleaned up is lost."""
+
+    channel = Node(sym.TopicChannel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
+    received = Made(R3.received, of=reader)
+    queue = Made(R3.queue, of=reader)
+    away = Made(L1.away, of=node)
+
+    words = "a message for {subscriber} on topic {topic} is lost: node net {reading} is cleaned up"
+    gone = transition(
+        "{channel.id}.reader.{reader.place.id}.gone",
+        Meaning(words, step=Drop, queue="subscriber", part="gone"),
+    )
+    clear = transition(
+        "{channel.id}.reader.{reader.place.id}.clear",
+        Meaning(words, step=Drop, queue="subscriber", part="clear"),
+    )
+    loses = [arc(received, gone), read(away, gone)]
+    clears = [arc(queue.load, clear), arc(clear, queue.capacity), read(away, clear)]
+
+
+class L4Cleared(Rule):
+    """A reader's history is empty when its node is configured."""
+
+    reader = Node(sym.SubscriberPort)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
+    bound = Made(R3.bound, of=reader)
+    queue = Made(R3.queue, of=reader)
+    change = Made(Configuring, of=node)
+
+    waits = [
+        read(bound.free, change.move),
+        read(queue.capacity, change.move, weight=queue.capacity.tokens),
+    ]
+
+
+class L5(Rule):
+    """A writer keeps what it has delivered, for a late reader that comes again."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
+    queue = Made(R2.queue, of=[writer, reader])
+
+    delivered = place(
+        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.Delivered",
+        means=Meaning("{queue}: delivered and kept", called=WRITER, rests=True),
+    )
+    undelivered = place(
+        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.Undelivered",
+        tokens=writer.limit,
+        means=Meaning("{queue}: room for more that is delivered", called=WRITER, rests=True),
+    )
+    kept = place(
+        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.Kept",
+        means=Meaning("{queue}: kept", called=WRITER, rests=True),
+    )
+    room = place(
+        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.Room",
+        tokens=writer.limit,
+        means=Meaning("{queue}: room for more to keep", called=WRITER, part="room", rests=True),
+    )
+    arcs = [
+        arc(room, queue.enter),
+        arc(queue.enter, kept),
+        arc(queue.leave, delivered),
+        arc(undelivered, queue.leave),
+    ]
+
+    where = [Kept(writer, reader)]
+
+
+class L5Replace(Rule):
+    """Where there is no more room, a new message takes that of the oldest that is delivered."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    written = Made(R2.written, of=[writer, reader])
+    queue = Made(R2.queue, of=[writer, reader])
+    delivered = Made(L5.delivered, of=[writer, reader])
+    undelivered = Made(L5.undelivered, of=[writer, reader])
+    kept = Made(L5.kept, of=[writer, reader])
+
+    replace = transition(
+        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.replace",
+        Meaning(
+            "{queue} takes a message in place of one that is delivered",
+            step=Transfer,
+            queue="publisher",
+            called=WRITER,
+            part="replace",
+        ),
+    )
+    arcs = [
+        arc(written, replace),
+        arc(delivered, replace),
+        arc(replace, undelivered),
+        arc(queue.capacity, replace),
+        arc(replace, queue.load),
+        read(kept, replace, weight=writer.limit),
+    ]
+
+
+class L5ReplaceFinalized(Rule):
+    """Not for one that is shut down."""
+
+    writer = Node(sym.PublisherPort)
+    reader = Node(sym.SubscriberPort)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    replace = Made(L5Replace.replace, of=[writer, reader])
+    existing = Made(L1Shutdown.existing, of=node)
+
+    waits = read(existing, replace)
+
+
+class L5Again(Rule):
+    """A reader that comes again gets again what its writer keeps."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    queue = Made(R2.queue, of=[writer, reader])
+    delivered = Made(L5.delivered, of=[writer, reader])
+    undelivered = Made(L5.undelivered, of=[writer, reader])
+    unconfigured = Made(L1.unconfigured, of=node)
+
+    again = transition(
+        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.again",
+        Meaning(
+            "{queue} is to deliver a message again",
+            step=Transfer,
+            queue="publisher",
+            called=WRITER,
+            part="again",
+        ),
+    )
+    arcs = [
+        arc(delivered, again),
+        arc(again, undelivered),
+        arc(queue.capacity, again),
+        arc(again, queue.load),
+        read(unconfigured, again),
+    ]
+
+
+class L5Forget(Rule):
+    """A writer that goes keeps nothing."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    reader = Node(sym.SubscriberPort, channel=channel)
+    node = Node(sym.NodeNet, of=Home(writer.place))
+    gone = Made(L4Gone.gone, of=[writer, reader])
+    delivered = Made(L5.delivered, of=[writer, reader])
+    undelivered = Made(L5.undelivered, of=[writer, reader])
+    kept = Made(L5.kept, of=[writer, reader])
+    room = Made(L5.room, of=[writer, reader])
+    away = Made(L1.away, of=node)
+
+    forget = transition(
+        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.forget",
+        Meaning(
+            "{queue} forgets a message that is delivered",
+            step=Transfer,
+            queue="publisher",
+            called=WRITER,
+            part="forget",
+        ),
+    )
+    arcs = [arc(delivered, forget), arc(forget, undelivered), read(away, forget)]
+    frees = [arc(kept, forget), arc(forget, room), arc(kept, gone), arc(gone, room)]
+
+
+class L5Left(Rule):
+    """What is lost with a reader that is shut down makes room."""
+
+    writer = Node(sym.PublisherPort)
+    reader = Node(sym.SubscriberPort)
+    left = Made(L4LeftKept.left, of=[writer, reader])
+    kept = Made(L5.kept, of=[writer, reader])
+    room = Made(L5.room, of=[writer, reader])
+
+    frees = [arc(kept, left), arc(left, room)]
+
+
+class L5Drained(Rule):
+    """Nothing counts as delivered when a late reader's node is configured again."""
+
+    writer = Node(sym.PublisherPort)
+    reader = Node(sym.SubscriberPort)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    undelivered = Made(L5.undelivered, of=[writer, reader])
+    change = Made(Configuring, of=node)
+
+    waits = read(undelivered, change.move, weight=writer.limit)
+
+
+class L5Forgotten(Rule):
+    """A writer keeps nothing when its node is configured again."""
+
+    writer = Node(sym.PublisherPort)
+    node = Node(sym.NodeNet, of=Home(writer.place))
+    life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
+    room = Made(L5.room, of=writer)
+    change = Made(Configuring, of=node)
+
+    waits = read(room, change.move, weight=writer.limit)

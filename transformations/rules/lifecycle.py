@@ -1,0 +1,447 @@
+"""Managed nodes of ROS 2 (rules L1 to L3): their states, and what happens in which of them.
+
+Before a node is configured, nothing of it exists; while it is inactive, it takes, ticks and serves, and what
+it publishes is lost (ROS 2 design article *Managed nodes*; seen on rclpy 7.1.6). What becomes of messages
+between nodes that come and go say rules L4 and L5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.elements import node_net_of
+from dineros.metamodel.records import Drop, Lifecycle
+from dineros.transformations.language.creation import IMAGES, Fragment, New
+from dineros.transformations.language.errors import LANGUAGE
+from dineros.transformations.language.expressions import Expression, Match
+from dineros.transformations.language.functions import ancestor
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Absent, Index, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.callbacks import Beginnings, Callback
+from dineros.transformations.rules.executors import E1, Lock
+from dineros.transformations.rules.histories import R3, Publication
+from dineros.transformations.rules.notation import arc, place, read, transition
+from dineros.transformations.rules.requests import GiveUp, R6Instance
+from dineros.transformations.rules.services import S1, S2, S4, instances
+from dineros.transformations.rules.timers import C1
+
+LANGUAGE.add(__name__)
+
+
+class Home(Expression):
+    """The node net of a place, also where that is on a server page of which only copies are left."""
+
+    eclass = sym.NodeNet
+
+    def __init__(self, place: Expression) -> None:
+        super().__init__(place)
+        self.place = place
+
+    def evaluate(self, match: Match) -> sym.NodeNet | None:
+        """Return it; None where there is no copy."""
+        place = self.place.evaluate(match)
+        copies = (images[place] for images in match[IMAGES].values() if place in images)
+        return node_net_of(place) or node_net_of(next(copies, None))
+
+    def __str__(self) -> str:
+        return f"node net of {self.place}"
+
+
+class Working(Expression):
+    """The state in which a managed node does something of itself: active where it pauses, else configured."""
+
+    eclass = pn.Place
+
+    def __init__(self, life: Expression, active: Expression, configured: Expression) -> None:
+        super().__init__(life, active, configured)
+        self.life, self.active, self.configured = life, active, configured
+
+    def evaluate(self, match: Match) -> pn.Place:
+        """Return its place."""
+        life: sym.Lifecycle = self.life.evaluate(match)
+        place: pn.Place = (self.active if life.pauses else self.configured).evaluate(match)
+        return place
+
+    def __str__(self) -> str:
+        return f"{self.active} where {self.life} pauses, else {self.configured}"
+
+
+def _state(id: str, words: str, tokens: int = 0, part: str = "") -> New:
+    return place(id, tokens, Meaning(f"node net {{node}} {words}", part=f"state.{part}", rests=True))
+
+
+class StateChange(Fragment):
+    """A managed node goes from one state to another.
+
+    Parameters
+    ----------
+    id : str
+        Of its transition; may hold placeholders.
+    words : str
+        What it does.
+    part : str
+        What it is asked for, and whether that fails: ``configure``, ``configure.fails``.
+    before, after : sequence of Expression
+        Places that lose a token, and those that get one.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"move": pn.Transition}
+    move: New
+
+    def __init__(
+        self, id: str, words: str, part: str, before: list[Expression], after: list[Expression]
+    ) -> None:
+        super().__init__()
+        self.move = transition(id, Meaning(f"node net {{node}} {words}", step=Lifecycle, part=part))
+        self.arcs = [*(arc(each, self.move) for each in before), *(arc(self.move, each) for each in after)]
+
+
+class Configuring(StateChange):
+    """A managed node is configured, or fails to be."""
+
+
+class Activating(StateChange):
+    """A managed node is activated, or fails to be."""
+
+
+class L1(Rule):
+    """A managed node is in one of four states."""
+
+    node = Node(sym.NodeNet)
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+
+    unconfigured = _state("{node.id}.unconfigured", "is unconfigured", 1, "unconfigured")
+    inactive = _state("{node.id}.inactive", "is inactive", part="inactive")
+    active = _state("{node.id}.active", "is active", part="active")
+    finalized = _state("{node.id}.finalized", "is finalized", part="finalized")
+    configured = _state("{node.id}.configured", "is configured", part="configured")
+    away = _state("{node.id}.absent", "is not configured", 1, "absent")
+    configure = Configuring(
+        "{node.id}.configure",
+        "is configured",
+        "configure",
+        [unconfigured, away],
+        [inactive, configured],
+    )
+    activate = Activating("{node.id}.activate", "is activated", "activate", [inactive], [active])
+
+
+class L1ConfigureFails(Rule):
+    """Configuring may fail, where the model says so."""
+
+    node = Node(sym.NodeNet)
+    life = Node(sym.Lifecycle, of=node.lifecycle, configureFails=True)
+    unconfigured = Made(L1.unconfigured, of=node)
+
+    fails = Configuring(
+        "{node.id}.configure.fails",
+        "fails to be configured",
+        "configure.fails",
+        [unconfigured],
+        [unconfigured],
+    )
+
+
+class L1ActivateFails(Rule):
+    """Activating may fail, where the model says so."""
+
+    node = Node(sym.NodeNet)
+    life = Node(sym.Lifecycle, of=node.lifecycle, activateFails=True)
+    inactive = Made(L1.inactive, of=node)
+
+    fails = Activating(
+        "{node.id}.activate.fails", "fails to be activated", "activate.fails", [inactive], [inactive]
+    )
+
+
+class L1Deactivate(Rule):
+    """A managed node may be deactivated, where the model says so."""
+
+    node = Node(sym.NodeNet)
+    life = Node(sym.Lifecycle, of=node.lifecycle, deactivates=True)
+    inactive = Made(L1.inactive, of=node)
+    active = Made(L1.active, of=node)
+
+    deactivate = StateChange("{node.id}.deactivate", "is deactivated", "deactivate", [active], [inactive])
+
+
+class L1Cleanup(Rule):
+    """It may be cleaned up."""
+
+    node = Node(sym.NodeNet)
+    life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
+    unconfigured = Made(L1.unconfigured, of=node)
+    inactive = Made(L1.inactive, of=node)
+    configured = Made(L1.configured, of=node)
+    away = Made(L1.away, of=node)
+
+    cleanup = StateChange(
+        "{node.id}.cleanup",
+        "is cleaned up",
+        "cleanup",
+        [inactive, configured],
+        [unconfigured, away],
+    )
+
+
+class L1Shutdown(Rule):
+    """It may be shut down, in any state, for ever."""
+
+    node = Node(sym.NodeNet)
+    life = Node(sym.Lifecycle, of=node.lifecycle, shutsDown=True)
+    unconfigured = Made(L1.unconfigured, of=node)
+    inactive = Made(L1.inactive, of=node)
+    active = Made(L1.active, of=node)
+    finalized = Made(L1.finalized, of=node)
+    configured = Made(L1.configured, of=node)
+    away = Made(L1.away, of=node)
+
+    existing = _state("{node.id}.existing", "is not finalized", 1, "existing")
+    at_once = StateChange(
+        "{node.id}.shutdown.unconfigured",
+        "is shut down",
+        "shutdown",
+        [unconfigured, existing],
+        [finalized],
+    )
+    while_inactive = StateChange(
+        "{node.id}.shutdown.inactive",
+        "is shut down",
+        "shutdown",
+        [inactive, existing, configured],
+        [finalized, away],
+    )
+    while_active = StateChange(
+        "{node.id}.shutdown.active",
+        "is shut down",
+        "shutdown",
+        [active, existing, configured],
+        [finalized, away],
+    )
+
+
+class L1Configured(Rule):
+    """A node is configured after those that an earlier step of the start order configures."""
+
+    node = Node(sym.NodeNet)
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+    other = Node(sym.NodeNet)
+    earlier = Node(sym.Lifecycle, of=other.lifecycle)
+    change = Made(Configuring, of=node)
+    configured = Made(L1.configured, of=other)
+
+    waits = read(configured, change.move)
+
+    where = [earlier.configureStep > 0, earlier.configureStep < life.configureStep]
+
+
+class L1ConfiguredActive(Rule):
+    """A node is configured after those that an earlier step activates."""
+
+    node = Node(sym.NodeNet)
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+    other = Node(sym.NodeNet)
+    earlier = Node(sym.Lifecycle, of=other.lifecycle)
+    change = Made(Configuring, of=node)
+    active = Made(L1.active, of=other)
+
+    waits = read(active, change.move)
+
+    where = [other != node, earlier.activateStep > 0, earlier.activateStep < life.configureStep]
+
+
+class L1Activated(Rule):
+    """A node is activated after those that an earlier step configures."""
+
+    node = Node(sym.NodeNet)
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+    other = Node(sym.NodeNet)
+    earlier = Node(sym.Lifecycle, of=other.lifecycle)
+    change = Made(Activating, of=node)
+    configured = Made(L1.configured, of=other)
+
+    waits = read(configured, change.move)
+
+    where = [other != node, earlier.configureStep > 0, earlier.configureStep < life.activateStep]
+
+
+class L1ActivatedActive(Rule):
+    """A node is activated after those that an earlier step activates."""
+
+    node = Node(sym.NodeNet)
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+    other = Node(sym.NodeNet)
+    earlier = Node(sym.Lifecycle, of=other.lifecycle)
+    change = Made(Activating, of=node)
+    active = Made(L1.active, of=other)
+
+    waits = read(active, change.move)
+
+    where = [earlier.activateStep > 0, earlier.activateStep < life.activateStep]
+
+
+class L1Thread(Rule):
+    """A change of state is a request that a thread of the executor serves."""
+
+    node = Node(sym.NodeNet)
+    change = Made(StateChange, of=node)
+    threads = Made(E1.threads, of=node)
+
+    needs_thread = read(threads, change.move)
+
+
+class L1Exclusive(Rule):
+    """It is served while no callback of the node's default group runs."""
+
+    node = Node(sym.NodeNet)
+    change = Made(StateChange, of=node)
+    lock = Made(Lock, of=node)
+
+    needs_lock = read(lock.lock, change.move)
+
+
+class L2(Rule):
+    """A node publishes while it is active; what it publishes while it is inactive is lost."""
+
+    channel = Node(sym.TopicChannel)
+    writer = Node(sym.PublisherPort, channel=channel)
+    publication = Made(Publication, of=writer)
+    source = Node(pn.Place, of=publication.source)
+    node = Node(sym.NodeNet, of=Home(writer.place))
+    active = Made(L1.active, of=node)
+    inactive = Made(L1.inactive, of=node)
+
+    discard = transition(
+        "{channel.id}.publisher.{source.id}.discard",
+        Meaning(
+            "a message of {publisher} on topic {topic} is lost: node net {writing} is inactive",
+            step=Drop,
+            queue="publisher",
+            part="discard",
+        ),
+    )
+    arcs = [
+        read(active, publication.publish),
+        arc(source, discard),
+        read(inactive, discard),
+    ]
+
+
+class L3(Rule):
+    """Nothing of a node's net happens before it is configured, or active where it pauses."""
+
+    move = Node(pn.Transition)
+    node = Node(sym.NodeNet, execution="net", of=ancestor(move, sym.NodeNet))
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+    active = Made(L1.active, of=node)
+    configured = Made(L1.configured, of=node)
+    works = Node(pn.Place, of=Working(life, active, configured))
+
+    waits = read(works, move)
+
+
+class L3Begin(Rule):
+    """Of a node that runs callbacks, no timer's callback begins."""
+
+    page = Node(sym.CallbackPage)
+    node = Node(sym.NodeNet, execution="callbacks", of=ancestor(page, sym.NodeNet))
+    move = Node(pn.Transition, of=Beginnings(page))
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+    active = Made(L1.active, of=node)
+    configured = Made(L1.configured, of=node)
+    works = Node(pn.Place, of=Working(life, active, configured))
+
+    waits = read(works, move)
+
+
+class L3Outside(Rule):
+    """Nor does anything happen outside of its callbacks."""
+
+    move = Node(pn.Transition)
+    node = Node(sym.NodeNet, execution="callbacks", of=ancestor(move, sym.NodeNet))
+    life = Node(sym.Lifecycle, of=node.lifecycle)
+    active = Made(L1.active, of=node)
+    configured = Made(L1.configured, of=node)
+    works = Node(pn.Place, of=Working(life, active, configured))
+    page = Node(sym.CallbackPage, of=Callback(move))
+
+    waits = read(works, move)
+
+    absent = [Absent(page)]
+
+
+class L3Tick(Rule):
+    """No timer of it ticks."""
+
+    page = Node(sym.CallbackPage, kind="timer")
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    tick = Made(C1.tick, of=page)
+    configured = Made(L1.configured, of=node)
+
+    waits = read(configured, tick)
+
+
+class L3Take(Rule):
+    """It takes no message."""
+
+    reader = Node(sym.SubscriberPort)
+    node = Node(sym.NodeNet, of=ancestor(reader.place, sym.NodeNet))
+    queue = Made(R3.queue, of=reader)
+    configured = Made(L1.configured, of=node)
+
+    waits = read(configured, queue.leave)
+
+
+class L3Serve(Rule):
+    """It serves no request: the client waits for its service."""
+
+    service = Node(sym.ServiceChannel)
+    client = Node(sym.ClientPort, channel=service)
+    instance = Index(upto=instances(service))
+    copy = Made(S4.page, of=[service, instance])
+    node = Node(sym.NodeNet, of=ancestor(copy, sym.NodeNet))
+    t_call = Made(S2.t_call, of=[client, instance])
+    t_return = Made(S2.t_return, of=[client, instance])
+    configured = Made(L1.configured, of=node)
+
+    waits = [read(configured, t_call), read(configured, t_return)]
+
+
+class L3Late(Rule):
+    """Nor one whose client has given up."""
+
+    service = Node(sym.ServiceChannel)
+    instance = Index(upto=instances(service))
+    copy = Made(S4.page, of=[service, instance])
+    node = Node(sym.NodeNet, of=ancestor(copy, sym.NodeNet))
+    t_call = Made(R6Instance.t_call, of=[service, instance])
+    t_return = Made(R6Instance.t_return, of=[service, instance])
+    configured = Made(L1.configured, of=node)
+
+    waits = [read(configured, t_call), read(configured, t_return)]
+
+
+class L3Ask(Rule):
+    """It asks for nothing, and takes no response."""
+
+    client = Node(sym.ClientPort)
+    node = Node(sym.NodeNet, of=ancestor(client.request, sym.NodeNet))
+    t_req = Made(S1.t_req, of=client)
+    t_res = Made(S1.t_res, of=client)
+    configured = Made(L1.configured, of=node)
+
+    waits = [read(configured, t_req), read(configured, t_res)]
+
+
+class L3GiveUp(Rule):
+    """Nor does it give anything up."""
+
+    client = Node(sym.ClientPort)
+    node = Node(sym.NodeNet, of=ancestor(client.request, sym.NodeNet))
+    given = Made(GiveUp, of=client)
+    configured = Made(L1.configured, of=node)
+
+    waits = read(configured, given.give_up)
