@@ -25,7 +25,14 @@ from dineros.metamodel.clauses.expressions import (
 )
 from dineros.metamodel.clauses.normal_form import MAX_DISJUNCTIONS, NormalForm, SignalLiteral, to_cnf
 from dineros.metamodel.clauses.parser import MAX_DEPTH, MAX_LENGTH, parse, signal_names
-from dineros.metamodel.clauses.stored import cnf_text, complete_clause, evaluate, remove_clause, set_clause
+from dineros.metamodel.clauses.stored import (
+    cnf_text,
+    complete_clause,
+    evaluate,
+    remove_clause,
+    set_clause,
+    signals_of_clause,
+)
 
 __all__ = [
     "MAX_DEPTH",
@@ -48,5 +55,6 @@ __all__ = [
     "remove_clause",
     "set_clause",
     "signal_names",
+    "signals_of_clause",
     "to_cnf",
 ]

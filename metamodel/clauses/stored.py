@@ -43,7 +43,14 @@ def complete_clause(clause: sym.InputClause) -> None:
     clause.disjunctions.extend(_normal_form(clause.transition, clause.text or ""))
 
 
-def _normal_form(transition: sym.Transition, text: str) -> list[sym.Disjunction]:
+def signals_of_clause(transition: sym.Transition, text: str) -> list[list[tuple[sym.InputSignal, bool]]]:
+    """Return the conjunctive normal form of a text: for each disjunction its signals, and which are negated.
+
+    Raises
+    ------
+    ClauseError
+        As for `set_clause`.
+    """
     try:
         signals = _signals(transition)
         for used in signal_names(text):
@@ -54,13 +61,15 @@ def _normal_form(transition: sym.Transition, text: str) -> list[sym.Disjunction]
         error.element = transition.id
         error.location = error.location or location_of(transition)
         raise
+    return [[(signals[literal.signal], literal.negated) for literal in literals] for literals in form]
+
+
+def _normal_form(transition: sym.Transition, text: str) -> list[sym.Disjunction]:
     return [
         sym.Disjunction(
-            literals=[
-                sym.Literal(signal=signals[literal.signal], negated=literal.negated) for literal in literals
-            ]
+            literals=[sym.Literal(signal=signal, negated=negated) for signal, negated in literals]
         )
-        for literals in form
+        for literals in signals_of_clause(transition, text)
     ]
 
 

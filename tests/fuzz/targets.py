@@ -14,6 +14,7 @@ from random import Random
 
 from dineros.analysis.evidence.certificate import sealed
 from tests.fuzz import mutators, seeds
+from tests.fuzz.editing_targets import editor, editors_journal
 from tests.fuzz.judging import REFUSED, Outcome, refused_or, run_command
 from tests.fuzz.running_targets import announcement, journal, live_page, message, mqtt, payload, rest_request
 
@@ -376,5 +377,7 @@ KINDS = {
     "MQTT": Kind(mqtt, mutators.mutate_words, share=10),
     "request": Kind(rest_request, mutators.mutate_words),
     "live page": Kind(live_page, mutators.mutate_words),
+    "editor": Kind(editor, mutators.mutate_json),
+    "editor's journal": Kind(editors_journal, mutators.mutate_json_lines, share=200),
 }
 """All kinds, by name."""

@@ -48,6 +48,7 @@ FOLDERS = {
         "records",
         "settings",
         "constraints",
+        "editing",
     ],
     "metamodel/files": [
         *("reading", "xml", "atomic", "confined", "watching", "schema"),
@@ -108,7 +109,7 @@ FOLDERS = {
         *("models", "rule_files", "outputs", "orders", "quick_start"),
         *("analysing", "running", "presentation", "asking", "stored_properties", "commands", "main"),
     ],
-    "views": ["policy", "javascript", "nets", "traces", "reports", "exports", "live"],
+    "views": ["policy", "javascript", "nets", "traces", "reports", "exports", "serving", "live", "editing"],
     "views/nets": ["contents", "placement", "differences", "drawing"],
     "analysis/logic": ["language", "automata", "verdicts", "kernels", "graphs", "ltl", "ctl"],
 }

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from dineros.metamodel.files import load
-from dineros.views.live import LiveHandle
 from dineros.views.nets import save_picture, view_of
 from dineros.views.reports.check_report import CheckContent, check_page
+from dineros.views.serving.handle import PageHandle
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.net_pane import net_content
 from dineros.views.traces.page import trace_page
@@ -77,7 +77,7 @@ def test_files_run_nothing_else(
 
 
 def test_the_live_page_runs_nothing_else(
-    visit: Callable[..., Visit], tmp_path: Path, serve: Callable[..., LiveHandle]
+    visit: Callable[..., Visit], tmp_path: Path, serve: Callable[..., PageHandle]
 ) -> None:
     handle = serve(save_run(tmp_path / "run"))
     one = visit()

@@ -20,8 +20,15 @@ if TYPE_CHECKING:
 __all__ = ["pnml_bytes", "read_pnml", "write_pnml"]
 
 
-def read_pnml(path: Path | str) -> pn.Net:
+def read_pnml(path: Path | str, content: bytes | None = None) -> pn.Net:
     """Return the net in a PNML file.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    content : bytes, optional
+        What it holds; read from the file unless given.
 
     Raises
     ------
@@ -35,12 +42,13 @@ def read_pnml(path: Path | str) -> pn.Net:
     from dineros.metamodel.files.pnml.read import read_records
     from dineros.metamodel.files.pnml.source import Source
     from dineros.metamodel.files.reading import collector_paused
-    from dineros.metamodel.files.xml import parse
+    from dineros.metamodel.files.xml import parse, parse_bytes
     from dineros.metamodel.positions import remember_file
 
     source = Source(path)
     with collector_paused():
-        records = read_records(parse(path).getroot(), source)
+        tree = parse(path) if content is None else parse_bytes(content, path)
+        records = read_records(tree.getroot(), source)
         normalise(records, source)
         net = Builder(records, source).build()
     remember_file(net, Path(path))

@@ -23,7 +23,7 @@ from dineros.metamodel.positions import remember_file
 __all__ = ["read_xmi", "write_xmi", "xmi_bytes"]
 
 
-def read_xmi(path: Path | str, models: Iterable[EObject] = ()) -> EObject:
+def read_xmi(path: Path | str, models: Iterable[EObject] = (), content: bytes | None = None) -> EObject:
     """Return the root of a model file.
 
     Parameters
@@ -32,6 +32,8 @@ def read_xmi(path: Path | str, models: Iterable[EObject] = ()) -> EObject:
         The file.
     models : iterable of EObject
         Roots that were loaded or saved before: references into their files lead to their very objects.
+    content : bytes, optional
+        What the file holds; read from it unless given.
 
     Raises
     ------
@@ -39,7 +41,7 @@ def read_xmi(path: Path | str, models: Iterable[EObject] = ()) -> EObject:
         The file, or one it refers to, cannot be read or holds no valid model; with line and near matches.
     """
     with collector_paused():
-        return XmiReader(models).read(Path(path))
+        return XmiReader(models).read(Path(path), content)
 
 
 def write_xmi(root: EObject, path: Path | str) -> None:

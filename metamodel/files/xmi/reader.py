@@ -40,15 +40,15 @@ class XmiReader:
             if file is not None:
                 self._documents[file] = _index(Document(file), root)
 
-    def read(self, path: Path) -> EObject:
-        """Return the root of the model in a file.
+    def read(self, path: Path, content: bytes | None = None) -> EObject:
+        """Return the root of the model in a file, whose content may be known.
 
         Raises
         ------
         ModelFileError
             See `read_xmi`. `CollectedModelFileError` where more than one thing is wrong.
         """
-        document = Document(path)
+        document = Document(path, content=content)
         self._documents[real_path(path)] = document
         self._waiting.append(document)
         while self._waiting:

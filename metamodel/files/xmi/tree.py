@@ -21,7 +21,7 @@ from dineros.metamodel.files.schema import (
     shortened,
 )
 from dineros.metamodel.files.xmi.writer import XMI, XSI
-from dineros.metamodel.files.xml import Tree, attributes_of, line_of, parse
+from dineros.metamodel.files.xml import Tree, attributes_of, line_of, parse, parse_bytes
 from dineros.metamodel.positions import location_of, remember, remember_file
 
 _TYPES = (f"{{{XSI}}}type", f"{{{XMI}}}type")
@@ -41,6 +41,7 @@ class Document:
 
     path: Path
     root: EObject | None = None
+    content: bytes | None = None
     ids: dict[str, EObject] = field(default_factory=dict)
     xmi_ids: dict[str, EObject] = field(default_factory=dict)
     made: list[EObject] = field(default_factory=list)
@@ -96,7 +97,8 @@ class TreeReader:
         ModelFileError
             There is no root to begin with.
         """
-        tree = parse(self._document.path)
+        path, content = self._document.path, self._document.content
+        tree = parse(path) if content is None else parse_bytes(content, path)
         self._collect_prefixes(tree)
         node = self._root_node(tree)
         uri, name = _split(node.tag)

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from dineros.views.live import LiveHandle, serve_live
+from dineros.views.live import serve_live
+from dineros.views.serving.handle import PageHandle
 
-Serve = Callable[..., LiveHandle]
+Serve = Callable[..., PageHandle]
 
 
 @pytest.fixture(autouse=True)
@@ -19,9 +20,9 @@ def own_state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def serve() -> Iterator[Serve]:
-    handles: list[LiveHandle] = []
+    handles: list[PageHandle] = []
 
-    def start(*arguments: object, **options: object) -> LiveHandle:
+    def start(*arguments: object, **options: object) -> PageHandle:
         handles.append(serve_live(*arguments, **options))  # type: ignore[arg-type]
         return handles[-1]
 

@@ -15,6 +15,8 @@ from dineros.metamodel.files import watching
 from dineros.metamodel.records import Record
 from dineros.views.live import serving
 from dineros.views.live.following import LiveTrace
+from dineros.views.serving.entrance import Entrance
+from dineros.views.serving.handle import changed
 from tests.views.live.test_live_page import script
 
 
@@ -76,7 +78,7 @@ def test_files_are_looked_at_when_they_have_changed(tmp_path: Path, monkeypatch:
             looked.put_nowait(None)
             return super().poll()
 
-    live = serving._Live(Counting(Feed(), None, "run"), "token", 1, tmp_path)
+    live = serving._Live(Counting(Feed(), None, "run"), tmp_path, Entrance("token", 1))
 
     async def follow() -> None:
         following = asyncio.create_task(live._follow())
@@ -98,7 +100,7 @@ def test_it_can_be_stopped_while_it_is_told_of_a_change(tmp_path: Path, turns: i
 
     async def follow() -> None:
         with watching.FolderWatch(tmp_path) as files:
-            waiting = asyncio.create_task(serving._changed(files))
+            waiting = asyncio.create_task(changed(files))
             await asyncio.sleep(0.01)
             (tmp_path / "arm.jsonl").write_text("{")
             for _ in range(turns):

@@ -9,14 +9,14 @@ from playwright.sync_api import Browser, Page
 
 from dineros.metamodel.files import load
 from dineros.metamodel.records import Record
-from dineros.views.live import LiveHandle
+from dineros.views.serving.handle import PageHandle
 from tests.views.browser import Visit, wait_until
 from tests.views.live.test_live_page import append, script, steps, wait_for_steps
 from tests.views.samples import CASE_STUDY
 from tests.views.traces.test_breakpoints import add, hits, listed
 
 NewVisit = Callable[..., Visit]
-Serve = Callable[..., LiveHandle]
+Serve = Callable[..., PageHandle]
 
 
 def parts(folder: Path) -> tuple[list[Record], list[Record]]:

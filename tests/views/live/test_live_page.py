@@ -19,13 +19,13 @@ from playwright.sync_api import Page
 
 from dineros.metamodel.files import load
 from dineros.metamodel.records import Record, encode_record
-from dineros.views.live import LiveHandle
+from dineros.views.serving.handle import PageHandle
 from dineros.views.traces.merging import merge
 from tests.views.browser import Visit, wait_until
 from tests.views.samples import CASE_STUDY, run, save_run
 
 NewVisit = Callable[..., Visit]
-Serve = Callable[..., LiveHandle]
+Serve = Callable[..., PageHandle]
 
 
 def script() -> list[Record]:

@@ -1,4 +1,4 @@
-"""Port and token of a live page, remembered so that an open page finds the server again after it restarts."""
+"""Port and token of a page, remembered so that an open page finds its server again after that restarts."""
 
 from __future__ import annotations
 

@@ -1,0 +1,48 @@
+"""``dineros edit``: a model drawn and changed in the browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from dineros.cli.console import say, summarise, working
+from dineros.cli.options import ModelPath, command
+from dineros.metamodel.errors import counted
+
+
+@command("dineros edit sorting.sym.xmi", "dineros edit new.sym.xmi --no-browser --port 8400")
+@click.argument("model", type=ModelPath())
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="The port; that of last time, or any.")
+@click.option("--no-browser", is_flag=True, help="Only print the address.")
+def edit(model: Path, port: int, no_browser: bool) -> int:
+    """Draw a model in the browser: a new one, or that of an .xmi or .pnml file.
+
+    The page is served on this machine only, to those who know the address that is printed. What is done
+    there is kept in a journal beside the model until it is saved. Ctrl-C ends it; the exit status is 0 then.
+    """
+    from dineros.metamodel.editing import Document
+    from dineros.views.editing import serve_editor
+
+    with working(f"Reading {model}"):
+        document = Document(model)
+    try:
+        handle = serve_editor(document, port)
+        try:
+            if document.recovered:
+                say(f"{counted(document.recovered, 'change')} that were not saved came out of the journal")
+            say(f"editing {model}: {handle.url}")
+            if not no_browser:
+                import webbrowser
+
+                webbrowser.open(handle.url)
+            handle.wait()
+        except KeyboardInterrupt:
+            pass
+        finally:
+            handle.stop()
+        is_kept = not document.is_saved and document.undo_label is not None
+    finally:
+        document.close()
+    summarise(f"{model}: not saved; the journal keeps what was done" if is_kept else f"{model}: saved")
+    return 0

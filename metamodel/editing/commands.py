@@ -1,0 +1,274 @@
+"""The commands that change a model, and how they are read from what a stranger may have sent.
+
+A command names objects by their handles (`handles`), or by a name that begins with ``$`` for what an earlier
+command of the same group made. Groups are done as a whole or not at all.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, TypeAlias
+
+from dineros.metamodel.errors import DinerosError, near_matches
+
+MOST_COMMANDS = 5_000
+"""Of one group."""
+
+LONGEST_TEXT = 65_536
+"""Characters of a name, a value, or the text of a clause."""
+
+MOST_POINTS = 200
+"""Bend points of one arc."""
+
+Value: TypeAlias = str | int | float | bool | None
+"""Of a feature: an attribute's value, the name of a literal, a handle, or None for none."""
+
+
+class CommandError(DinerosError):
+    """A command that cannot be done; the model is as it was."""
+
+
+@dataclass(frozen=True)
+class Create:
+    """Make an object in a containment of another.
+
+    Attributes
+    ----------
+    owner : str
+        The object that gets it.
+    feature : str
+        The containment.
+    type : str
+        The class, such as ``sym.Place``.
+    values : mapping of str to value
+        Its attributes and single references; an id that is not given is made of the class's name.
+    index : int or None
+        Where in the containment; None: at the end.
+    called : str or None
+        A name such as ``$p`` by which later commands of the group call it.
+    """
+
+    kind: ClassVar[str] = "create"
+    owner: str
+    feature: str
+    type: str
+    values: Mapping[str, Value] = field(default_factory=dict)
+    index: int | None = None
+    called: str | None = None
+
+
+@dataclass(frozen=True)
+class Delete:
+    """Take objects away, with their parts and with what cannot be without them, such as a place's arcs."""
+
+    kind: ClassVar[str] = "delete"
+    elements: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Set:
+    """Give an attribute or a single reference a value; None stands for its default, or for none.
+
+    A new name or id of a signal or token field is changed wherever it is used, clauses included.
+    """
+
+    kind: ClassVar[str] = "set"
+    element: str
+    feature: str
+    value: Value
+
+
+@dataclass(frozen=True)
+class Add:
+    """Let a reference to several objects lead to another one; `index` None: at the end."""
+
+    kind: ClassVar[str] = "add"
+    element: str
+    feature: str
+    target: str
+    index: int | None = None
+
+
+@dataclass(frozen=True)
+class Remove:
+    """Let a reference to several objects lead to one of them no more."""
+
+    kind: ClassVar[str] = "remove"
+    element: str
+    feature: str
+    target: str
+
+
+@dataclass(frozen=True)
+class Place:
+    """Move an object into another containment, or to another position in its own.
+
+    `index` counts without the object itself; None: at the end.
+    """
+
+    kind: ClassVar[str] = "place"
+    element: str
+    owner: str
+    feature: str
+    index: int | None = None
+
+
+@dataclass(frozen=True)
+class Move:
+    """Put the centre of an element at a point of the sheet it stands on."""
+
+    kind: ClassVar[str] = "move"
+    element: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Bend:
+    """Lead an arc over these points; none: straight on."""
+
+    kind: ClassVar[str] = "bend"
+    element: str
+    points: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Clause:
+    """Guard a transition by a boolean expression over the signals of its node net; None: by none."""
+
+    kind: ClassVar[str] = "clause"
+    element: str
+    text: str | None
+
+
+Command: TypeAlias = Create | Delete | Set | Add | Remove | Place | Move | Bend | Clause
+
+KINDS: dict[str, type[Command]] = {
+    each.kind: each for each in (Create, Delete, Set, Add, Remove, Place, Move, Bend, Clause)
+}
+"""All commands, by what they are called in messages."""
+
+
+def decode_commands(found: object) -> list[Command]:
+    """Read a group of commands from JSON values, such as ``[{"kind": "move", "element": "e3", ...}]``.
+
+    Raises
+    ------
+    CommandError
+        It is no list of commands, or too long; the message names the command and the field.
+    """
+    if not isinstance(found, list):
+        raise CommandError("a group is a list of commands")
+    if not 0 < len(found) <= MOST_COMMANDS:
+        raise CommandError(f"a group has 1 to {MOST_COMMANDS} commands, not {len(found)}")
+    return [_decoded(each, number) for number, each in enumerate(found, 1)]
+
+
+def encode_command(command: Command) -> dict[str, Any]:
+    """Return a command as JSON values."""
+    values = {each.name: getattr(command, each.name) for each in dataclasses.fields(command)}
+    return {"kind": command.kind, **{name: _plain(value) for name, value in values.items()}}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return dict(value)
+    return [_plain(each) for each in value] if isinstance(value, tuple) else value
+
+
+def _decoded(found: object, number: int) -> Command:
+    if not isinstance(found, dict):
+        raise CommandError(f"command {number} is no object")
+    name = found.get("kind")
+    kind = KINDS.get(name) if isinstance(name, str) else None
+    if kind is None:
+        hint = near_matches(name, KINDS) if isinstance(name, str) else None
+        raise CommandError(f"command {number} is of no known kind", hint=hint or f"kinds: {', '.join(KINDS)}")
+    fields = {each.name: each for each in dataclasses.fields(kind)}
+    for given in found:
+        if given != "kind" and given not in fields:
+            known = near_matches(given[:100], fields)
+            raise CommandError(f"{kind.kind} has no field {given[:100]!r}", hint=known)
+    values: dict[str, Any] = {}
+    for each in fields.values():
+        if each.name not in found:
+            if each.default is dataclasses.MISSING and each.default_factory is dataclasses.MISSING:
+                raise CommandError(f"{kind.kind} needs {each.name}")
+            continue
+        read = _READ[str(each.type)]
+        try:
+            values[each.name] = read(found[each.name])
+        except ValueError as error:
+            raise CommandError(f"{each.name} of {kind.kind} {error}") from None
+    return kind(**values)
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str):
+        raise ValueError("is a text")
+    if len(value) > LONGEST_TEXT:
+        raise ValueError(f"has more than {LONGEST_TEXT} characters")
+    return value
+
+
+def _texts(value: object) -> tuple[str, ...]:
+    if not isinstance(value, list) or not 0 < len(value) <= MOST_COMMANDS:
+        raise ValueError(f"is a list of 1 to {MOST_COMMANDS} texts")
+    return tuple(map(_text, value))
+
+
+def _number(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError("is a number")
+    if not math.isfinite(value) or abs(value) > 1e9:
+        raise ValueError("is a number of at most 1e9")
+    return float(value)
+
+
+def _index(value: object) -> int | None:
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**31:
+        raise ValueError("is a number from 0 on")
+    return value
+
+
+def _value(value: object) -> Value:
+    if isinstance(value, str):
+        return _text(value)
+    if value is None or isinstance(value, bool | int | float):
+        return value
+    raise ValueError("is a text, a number, true, false or null")
+
+
+def _values(value: object) -> dict[str, Value]:
+    if not isinstance(value, dict):
+        raise ValueError("is an object")
+    return {name: _value(each) for name, each in value.items()}
+
+
+def _points(value: object) -> tuple[tuple[float, float], ...]:
+    if not isinstance(value, list) or len(value) > MOST_POINTS:
+        raise ValueError(f"is a list of at most {MOST_POINTS} points")
+    if any(not isinstance(each, list) or len(each) != 2 for each in value):
+        raise ValueError("is a list of pairs of numbers")
+    return tuple((_number(x), _number(y)) for x, y in value)
+
+
+def _or_none(read: Callable[[object], str]) -> Callable[[object], str | None]:
+    return lambda value: None if value is None else read(value)
+
+
+_READ: dict[str, Callable[[object], object]] = {
+    "str": _text,
+    "str | None": _or_none(_text),
+    "tuple[str, ...]": _texts,
+    "float": _number,
+    "int | None": _index,
+    "Value": _value,
+    "Mapping[str, Value]": _values,
+    "tuple[tuple[float, float], ...]": _points,
+}

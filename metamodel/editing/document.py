@@ -1,0 +1,400 @@
+"""A model file that is being edited: commands, undo and redo, its journal, saving, what others do to it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+from dineros.metamodel import pn
+from dineros.metamodel.base import EObject
+from dineros.metamodel.constraints import Violation, validate
+from dineros.metamodel.editing.changes import Change, redo, touched, undo
+from dineros.metamodel.editing.commands import Command, CommandError, decode_commands, encode_command
+from dineros.metamodel.editing.editor import Editor, Performed
+from dineros.metamodel.editing.handles import Handles
+from dineros.metamodel.editing.journal import Journal, JournalError, digest, journal_of
+from dineros.metamodel.editing.storing import SUFFIXES, Content, Form, new_net, read_content
+from dineros.metamodel.errors import DinerosError, Location, ModelFileError, near_matches
+from dineros.metamodel.files.atomic import write_atomically
+from dineros.metamodel.files.reading import read_bytes
+from dineros.metamodel.positions import remember_file
+
+LARGE_JOURNAL = 16 * 1024 * 1024
+"""Bytes of a journal that begins anew when the model is saved; what was done before is not undone then."""
+
+MOST_SENDERS = 64
+"""Whose last number is remembered."""
+
+Disk: TypeAlias = Literal["same", "changed", "gone", "new"]
+"""What others did to the file since it was read or saved; ``new``: it was never there."""
+
+By: TypeAlias = tuple[str, int]
+"""Who sent a group of commands, and its number among those of the sender: what comes twice is done once."""
+
+
+@dataclass(frozen=True)
+class Done:
+    """What was done.
+
+    Attributes
+    ----------
+    revision : int
+        The number of the state of the model that it led to.
+    touched : list of EObject
+        Objects that look different now; some of them may be gone.
+    made : dict of str
+        Handles of what was made, by the names that the commands use.
+    """
+
+    revision: int
+    touched: list[EObject]
+    made: dict[str, str]
+
+
+@dataclass(frozen=True)
+class _Group:
+    label: str
+    changes: list[Change]
+
+
+class Document:
+    """A model file that is being edited, by nobody else.
+
+    Parameters
+    ----------
+    path : Path
+        The file; where there is none, a new system model begins.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    epoch : str
+        By which content of the file handles are counted: commands that were made for another one mean
+        other elements. It is the same again after a process was killed.
+    revision : int
+        The number of the model's present state.
+    recovered : int
+        How many groups came out of the journal of a process that was killed.
+
+    Raises
+    ------
+    ModelFileError
+        The file cannot be read, or is of a format that is not edited.
+    JournalError
+        Another process edits it, or its journal cannot be read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        if path.suffix.lower() not in SUFFIXES:
+            raise ModelFileError(
+                f"{path.suffix!r} is no suffix of a model that can be edited",
+                location=Location(path),
+                hint=near_matches(path.suffix, SUFFIXES) or f"dineros convert makes {', '.join(SUFFIXES)}",
+            )
+        self.path = path
+        content = self._read()
+        if content is not None:
+            read_content(content, path)  # so that no journal stays beside a file that is no model
+        self._journal = Journal(journal_of(path))
+        try:
+            if self._journal.entries:
+                self._recover(content)
+            else:
+                self._begin(content)
+                self._journal.begin(content)
+        except BaseException:
+            self._journal.close(remove=not self._journal.entries)
+            raise
+
+    def _begin(self, content: bytes | None) -> None:
+        net = new_net(self.path) if content is None else read_content(content, self.path)
+        remember_file(net, self.path)
+        self.epoch = (digest(content) or "new")[:16]
+        self.revision = 0
+        self.recovered = 0
+        self._editor = Editor(net)
+        self._form = Form(self.path, content, net)
+        self._undo: list[_Group] = []
+        self._redo: list[_Group] = []
+        self._saved: _Group | None = None
+        self._known = digest(content)
+        self._seen: tuple[tuple[int, ...], str | None] | None = None
+        self._last: dict[str, tuple[int, Done]] = {}
+
+    def _recover(self, content: bytes | None) -> None:
+        """Do again what the journal says."""
+        self._begin(self._journal.base())
+        for number, entry in enumerate(self._journal.entries[1:], 2):
+            try:
+                self._replay(entry)
+            except DinerosError as error:
+                raise JournalError(
+                    f"holds what cannot be done again: {error.message}",
+                    location=Location(self._journal.path, number),
+                    hint="move it away to go on without what it holds",
+                ) from error
+        if digest(content) != self._known and content is not None:
+            # Killed between writing the file and noting it.
+            try:
+                is_ours = content == self._form.content(self.root).data
+            except DinerosError:
+                is_ours = False
+            if is_ours:
+                self._note_saved(content)
+
+    def _replay(self, entry: Mapping[str, Any]) -> None:
+        by = _sender(entry.get("by"))
+        if "do" in entry:
+            commands = decode_commands(entry["do"])
+            self._finish(self._editor.perform(commands), str(entry.get("label", "")), by)
+            self.recovered += 1
+        elif entry.get("undo") or entry.get("redo"):
+            self._turn(bool(entry.get("undo")), by)
+            self.recovered += 1
+        elif isinstance(entry.get("saved"), str):
+            self._mark_saved(entry["saved"])
+        else:
+            raise CommandError("an entry of no known kind")
+
+    # ------------------------------------------------------------------------------------ looking
+
+    @property
+    def root(self) -> pn.Net:
+        """The model; only commands may change it."""
+        return self._editor.root
+
+    @property
+    def handles(self) -> Handles:
+        """The handles of its objects."""
+        return self._editor.handles
+
+    @property
+    def undo_label(self) -> str | None:
+        """What would be undone; None: nothing."""
+        return self._undo[-1].label if self._undo else None
+
+    @property
+    def redo_label(self) -> str | None:
+        """What would be done again; None: nothing."""
+        return self._redo[-1].label if self._redo else None
+
+    @property
+    def is_saved(self) -> bool:
+        """Whether the file holds the model as it is."""
+        at = self._undo[-1] if self._undo else None
+        return at is self._saved and self._known is not None
+
+    def violations(self) -> list[Violation]:
+        """Check the model against all constraints."""
+        return validate(self.root)
+
+    def content(self) -> Content:
+        """Return what the file would hold if it were saved now.
+
+        Raises
+        ------
+        ModelFileError
+            The format cannot hold the model.
+        """
+        return self._form.content(self.root)
+
+    def _read(self) -> bytes | None:
+        return read_bytes(self.path) if self.path.exists() else None
+
+    def disk(self) -> Disk:
+        """Tell what others did to the file since it was read or saved."""
+        try:
+            now = self._digest_now()
+        except DinerosError:
+            return "changed"
+        if now == self._known:
+            return "same" if now is not None else "new"
+        return "gone" if now is None else "changed"
+
+    def _digest_now(self) -> str | None:
+        """Return by what the file is known now; it is read only where it may be another than last time."""
+        try:
+            status = self.path.stat()
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            raise ModelFileError(f"cannot be read: {error.strerror}", location=Location(self.path)) from error
+        signature = (status.st_ino, status.st_mtime_ns, status.st_ctime_ns, status.st_size)
+        # One that was written in this moment may be written again within the same tick of its clock.
+        if self._seen is None or self._seen[0] != signature or time.time_ns() - status.st_mtime_ns < 10**9:
+            self._seen = signature, digest(read_bytes(self.path))
+        return self._seen[1]
+
+    def on_disk(self) -> pn.Net:
+        """Return the model that the file holds now, for a comparison.
+
+        Raises
+        ------
+        ModelFileError
+            It holds none.
+        """
+        return read_content(read_bytes(self.path), self.path)
+
+    # ------------------------------------------------------------------------------------ changing
+
+    def do(self, commands: Sequence[Command], label: str = "", by: By | None = None) -> Done:
+        """Do a group of commands; it is in the journal when this returns.
+
+        Parameters
+        ----------
+        commands : sequence of Command
+            What to do, as a whole or not at all.
+        label : str
+            What it is in words, for who wants to undo it.
+        by : tuple of str and int, optional
+            Who wants it, and which of its groups this is; what was done already is not done again.
+
+        Raises
+        ------
+        CommandError, ClauseError
+            It cannot be done; nothing changed.
+        JournalError
+            The journal cannot be written; nothing changed.
+        """
+        if (done := self._done_before(by)) is not None:
+            return done
+        count = len(self.handles)
+        performed = self._editor.perform(commands)
+        if not performed.changes:  # it is as it is wanted
+            return Done(self.revision, [], performed.made)
+        entry = {"do": [encode_command(each) for each in commands], "label": label[:200]}
+        try:
+            self._journal.append(_signed(entry, by))
+        except BaseException:
+            undo(performed.changes)
+            self.handles.forget_from(count)
+            raise
+        return self._finish(performed, label[:200], by)
+
+    def _finish(self, performed: Performed, label: str, by: By | None) -> Done:
+        self._undo.append(_Group(label, performed.changes))
+        self._redo.clear()
+        return self._answer(performed.changes, performed.made, by)
+
+    def undo(self, by: By | None = None) -> Done:
+        """Take back the last group of commands.
+
+        Raises
+        ------
+        CommandError
+            There is none.
+        JournalError
+            The journal cannot be written; nothing changed.
+        """
+        return self._done_before(by) or self._turned(True, by)
+
+    def redo(self, by: By | None = None) -> Done:
+        """Do again what was taken back last; raises as `undo`."""
+        return self._done_before(by) or self._turned(False, by)
+
+    def _turned(self, back: bool, by: By | None) -> Done:
+        if not (self._undo if back else self._redo):
+            raise CommandError("there is nothing to undo" if back else "there is nothing to do again")
+        self._journal.append(_signed({"undo" if back else "redo": True}, by))
+        return self._turn(back, by)
+
+    def _turn(self, back: bool, by: By | None) -> Done:
+        source, target = (self._undo, self._redo) if back else (self._redo, self._undo)
+        if not source:
+            raise CommandError("there is nothing to undo or do again")
+        group = source.pop()
+        (undo if back else redo)(group.changes)
+        target.append(group)
+        return self._answer(group.changes, {}, by)
+
+    def _answer(self, changes: list[Change], made: dict[str, str], by: By | None) -> Done:
+        self.revision += 1
+        done = Done(self.revision, touched(changes), made)
+        if by is not None:
+            self._last.pop(by[0], None)
+            self._last[by[0]] = (by[1], done)
+            if len(self._last) > MOST_SENDERS:
+                del self._last[next(iter(self._last))]
+        return done
+
+    def _done_before(self, by: By | None) -> Done | None:
+        if by is None or by[0] not in self._last:
+            return None
+        number, done = self._last[by[0]]
+        if by[1] > number:
+            return None
+        if by[1] < number:
+            raise CommandError(f"number {by[1]} came after number {number}")
+        return Done(done.revision, [], done.made)
+
+    # ------------------------------------------------------------------------------------ saving
+
+    def save(self, *, over: bool = False) -> Content:
+        """Write the model into its file, atomically.
+
+        Parameters
+        ----------
+        over : bool
+            Whether to write although others have changed the file.
+
+        Raises
+        ------
+        ModelFileError
+            Others have changed the file, it cannot be written, or its format cannot hold the model.
+        """
+        if not over and self.disk() == "changed":
+            raise ModelFileError(
+                "was changed by somebody else", location=Location(self.path), hint="compare, then choose one"
+            )
+        content = self.content()
+        write_atomically(self.path, content.data)
+        self._note_saved(content.data)
+        if self._journal.size > LARGE_JOURNAL:
+            self.reload()
+        return content
+
+    def _note_saved(self, content: bytes) -> None:
+        self._journal.append({"saved": digest(content)})
+        self._mark_saved(str(digest(content)))
+
+    def _mark_saved(self, known: str) -> None:
+        self._known = known
+        self._saved = self._undo[-1] if self._undo else None
+
+    def reload(self) -> None:
+        """Begin anew with what the file holds; what was not saved is gone, and nothing can be undone.
+
+        Raises
+        ------
+        ModelFileError
+            The file holds no model; nothing changed.
+        """
+        content = read_bytes(self.path)
+        read_content(content, self.path)
+        self._journal.begin(content)
+        self._begin(content)
+
+    def close(self) -> None:
+        """End; what is not saved stays in the journal, for the next time."""
+        self._journal.close(
+            remove=self.is_saved or (self._known is None and not self._undo and not self._redo)
+        )
+
+
+def _sender(found: object) -> By | None:
+    if (
+        isinstance(found, list)
+        and len(found) == 2
+        and isinstance(found[0], str)
+        and isinstance(found[1], int)
+    ):
+        return found[0], found[1]
+    return None
+
+
+def _signed(entry: dict[str, Any], by: By | None) -> dict[str, Any]:
+    return entry if by is None else {**entry, "by": list(by)}

@@ -1,0 +1,432 @@
+"""Doing commands: each group as a whole or not at all, and every change recorded with its inverse."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject, features_of
+from dineros.metamodel.clauses import signals_of_clause
+from dineros.metamodel.constraints.wording import describe
+from dineros.metamodel.editing import commands as c
+from dineros.metamodel.editing.changes import Change, Inserted, Removed, Valued, touched, undo
+from dineros.metamodel.editing.handles import Handles, is_within, subtree
+from dineros.metamodel.editing.offered import class_to_make, follows_from_text, name_of
+from dineros.metamodel.editing.removing import closure
+from dineros.metamodel.editing.renaming import rewritings
+from dineros.metamodel.editing.values import checked
+from dineros.metamodel.errors import near_matches
+from dineros.metamodel.files.schema import Kind, class_of
+
+DEEPEST = 100
+"""Objects inside each other; files may have some more."""
+
+MOST_OBJECTS = 400_000
+"""Of one model, those that were deleted included."""
+
+
+@dataclass
+class Performed:
+    """A group of commands that was done.
+
+    Attributes
+    ----------
+    changes : list of Change
+        What it did to the model.
+    made : dict of str
+        Handles of what it made, by the names that its commands use.
+    """
+
+    changes: list[Change] = field(default_factory=list)
+    made: dict[str, str] = field(default_factory=dict)
+
+
+class Editor:
+    """Changes one model.
+
+    Parameters
+    ----------
+    root : pn.Net
+        The model, which nobody else may change meanwhile.
+    """
+
+    def __init__(self, root: pn.Net) -> None:
+        self.root = root
+        self.handles = Handles(root)
+        self._now = Performed()
+
+    def perform(self, group: Sequence[c.Command]) -> Performed:
+        """Do commands in their order.
+
+        Raises
+        ------
+        CommandError, ClauseError
+            One of them cannot be done, or the model would lack something afterwards that it cannot be
+            without; the model is as it was.
+        """
+        count = len(self.handles)
+        self._now = Performed()
+        try:
+            for command in group:
+                self._DO[type(command)](self, command)
+            self._check(group)
+        except BaseException:
+            undo(self._now.changes)
+            self.handles.forget_from(count)
+            raise
+        return self._now
+
+    # ------------------------------------------------------------------------------------ finding, checking
+
+    def find(self, name: str) -> EObject:
+        """Return the object with a handle, or with a name of this group.
+
+        Raises
+        ------
+        CommandError
+            There is none, or it was deleted.
+        """
+        handle = name
+        if name.startswith("$"):
+            if name not in self._now.made:
+                raise c.CommandError(f"nothing in this group is called {name[:40]!r}")
+            handle = self._now.made[name]
+        element = self.handles.find(handle)
+        if not is_within(element, self.root):
+            raise c.CommandError(f"{describe(element)} was deleted")
+        return element
+
+    def _feature(self, element: EObject, name: str, *kinds: Kind) -> Any:
+        feature = features_of(type(element)).get(name)
+        if feature is None:
+            hint = near_matches(name[:100], features_of(type(element)))
+            raise c.CommandError(f"{name_of(type(element))} has no feature {name[:100]!r}", hint=hint)
+        if class_of(element).features[name].kind not in kinds:
+            raise c.CommandError(f"{name} of {describe(element)} is not changed in this way")
+        if follows_from_text(element):
+            raise c.CommandError(f"{describe(element)} follows from a text", hint="use the command clause")
+        return feature
+
+    def _check(self, group: Sequence[c.Command]) -> None:
+        for element in touched(self._now.changes):
+            if not is_within(element, self.root):
+                continue
+            for feature in class_of(element).required:
+                value = getattr(element, feature.name)
+                if value is None or (feature.many and not len(value)):
+                    raise c.CommandError(f"{describe(element)} needs {feature.name}")
+        if any(
+            isinstance(each, c.Create) or (isinstance(each, c.Set) and each.feature == "id") for each in group
+        ):
+            self._check_ids()
+
+    def _check_ids(self) -> None:
+        known: dict[str, EObject] = {}
+        changed = set(touched(self._now.changes))
+        for element in subtree(self.root):
+            identifier = getattr(element, "id", None) if isinstance(element, pn.Element) else None
+            other = known.setdefault(identifier, element) if identifier else element
+            if other is not element and (other in changed or element in changed):
+                raise c.CommandError(f"the id {identifier!r} is that of {describe(other)} already")
+
+    def _do(self, change: Change) -> None:
+        change.do()
+        self._now.changes.append(change)
+
+    # ---------------------------------------------------------------------------------- making and deleting
+
+    def _create(self, command: c.Create) -> None:
+        owner = self.find(command.owner)
+        feature = self._feature(owner, command.feature, Kind.CONTAINMENT)
+        cls = class_to_make(self.root, command.type)
+        if command.called is not None and (command.called[:1] != "$" or command.called in self._now.made):
+            raise c.CommandError(f"{command.called[:40]!r} is no new name that begins with '$'")
+        if len(self.handles) >= MOST_OBJECTS:
+            raise c.CommandError("the model is too large", hint="save it and open it anew")
+        element = cls()
+        identifier = class_of(element).identifier
+        if identifier and command.values.get(identifier) is None:
+            element.id = self._new_id(cls)  # type: ignore[attr-defined]
+        references = self._attributes(element, command.values)
+        self._attach(element, owner, feature, command.index)
+        if command.called is not None:
+            self._now.made[command.called] = cast(str, self.handles.of(element))
+        for name, value in references.items():
+            self._refer(element, features_of(cls)[name], value)
+
+    def _attributes(self, element: EObject, values: Mapping[str, c.Value]) -> dict[str, c.Value]:
+        """Set the attributes of a new object; return the references."""
+        references: dict[str, c.Value] = {}
+        for name, value in values.items():
+            feature = self._feature(element, name, Kind.ATTRIBUTE, Kind.REFERENCE)
+            if feature.many:
+                raise c.CommandError(f"{name} leads to several elements", hint="use the command add")
+            if feature.is_reference:
+                references[name] = value
+            elif value is not None:
+                setattr(element, name, checked(feature, value))
+        return references
+
+    def _new_id(self, cls: type[EObject]) -> str:
+        used = {each.id for each in subtree(self.root) if isinstance(each, pn.Element)}
+        stem = cls.__name__
+        return next(name for number in itertools.count(1) if (name := f"{stem}{number}") not in used)
+
+    def _attach(self, element: EObject, owner: EObject, feature: Any, index: int | None) -> None:
+        """Put an object without a container into one."""
+        if not isinstance(element, class_of(owner).features[feature.name].type):
+            raise c.CommandError(
+                f"{feature.name} of {describe(owner)} cannot hold a {name_of(type(element))}"
+            )
+        depth = 0
+        above: EObject | None = owner
+        while above is not None:
+            depth, above = depth + 1, above.eContainer()
+        if depth + _height(element) > DEEPEST:
+            raise c.CommandError(f"more than {DEEPEST} elements inside each other")
+        if feature.many:
+            count = len(getattr(owner, feature.name))
+            at = count if index is None else index
+            if at > count:
+                raise c.CommandError(
+                    f"{feature.name} of {describe(owner)} has {count} elements, no place {at}"
+                )
+            self._do(Inserted(owner, feature.name, at, element))
+        else:
+            if getattr(owner, feature.name) is not None:
+                raise c.CommandError(f"{describe(owner)} has its {feature.name} already")
+            self._do(Valued(owner, feature.name, None, element))
+        for part in subtree(element):
+            if self.handles.of(part) is None:
+                self.handles.number(part)
+
+    def _detach(self, element: EObject) -> None:
+        """Take an object out of its container."""
+        owner = element.eContainer()
+        if owner is None:
+            raise c.CommandError("the model itself stays where it is")
+        feature = element.eContainmentFeature()
+        if feature.many:
+            index = getattr(owner, feature.name).index(element)
+            self._do(Removed(owner, feature.name, index, element))
+        else:
+            self._do(Valued(owner, feature.name, element, None))
+
+    def _delete(self, command: c.Delete) -> None:
+        chosen = [self.find(name) for name in command.elements]
+        if any(follows_from_text(element) for element in chosen):
+            raise c.CommandError("what follows from a text is not deleted", hint="use the command clause")
+        self._take_away(closure(self.root, chosen))
+
+    def _take_away(self, outermost: list[EObject]) -> None:
+        gone = {part for element in outermost for part in subtree(element)}
+        for element in subtree(self.root):
+            if element in gone:
+                self._unlink(element, gone)
+            else:
+                self._forget(element, gone)
+        for element in outermost:
+            self._detach(element)
+
+    def _unlink(self, element: EObject, gone: set[EObject]) -> None:
+        """Take an object that goes out of the lists, by which objects that stay know it."""
+        for name, feature in class_of(element).features.items():
+            if feature.kind is Kind.REFERENCE and not feature.many:
+                opposite, target = features_of(type(element))[name].eOpposite, getattr(element, name)
+                if opposite is not None and opposite.many and target is not None and target not in gone:
+                    index = getattr(target, opposite.name).index(element)
+                    self._do(Removed(target, opposite.name, index, element))
+
+    def _forget(self, element: EObject, gone: set[EObject]) -> None:
+        """Let the references of an object that stays lead no more to what goes."""
+        for name, feature in class_of(element).features.items():
+            if feature.kind is not Kind.REFERENCE or not element.eIsSet(name):
+                continue
+            value = getattr(element, name)
+            if feature.many:
+                for target in [each for each in value if each in gone]:
+                    self._do(Removed(element, name, getattr(element, name).index(target), target))
+            elif value in gone:
+                self._relink(element, features_of(type(element))[name], None)
+
+    def _place(self, command: c.Place) -> None:
+        element, owner = self.find(command.element), self.find(command.owner)
+        feature = self._feature(owner, command.feature, Kind.CONTAINMENT)
+        if follows_from_text(element) or isinstance(element, sym.InputClause):
+            raise c.CommandError(
+                f"{describe(element)} belongs to its transition", hint="use the command clause"
+            )
+        if is_within(owner, element):
+            raise c.CommandError(f"{describe(element)} cannot be put into itself")
+        self._detach(element)
+        self._attach(element, owner, feature, command.index)
+
+    # -------------------------------------------------------------------------------- features
+
+    def _set(self, command: c.Set) -> None:
+        element = self.find(command.element)
+        feature = self._feature(element, command.feature, Kind.ATTRIBUTE, Kind.REFERENCE)
+        if feature.is_reference:
+            if feature.many:
+                raise c.CommandError(f"{feature.name} leads to several elements", hint="use add and remove")
+            self._refer(element, feature, command.value)
+            return
+        value = checked(feature, command.value)
+        if isinstance(element, sym.InputClause) and feature.name == "text":
+            assert element.transition is not None
+            self._set_clause(element.transition, value)
+            return
+        others = rewritings(self.root, element, feature.name, value)
+        self._assign(element, feature.name, value)
+        for each in others:
+            self._assign(each.element, each.feature, each.text)
+
+    def _assign(self, element: EObject, name: str, value: Any) -> None:
+        before = getattr(element, name)
+        if value != before or type(value) is not type(before):
+            self._do(Valued(element, name, before, value))
+
+    def _refer(self, element: EObject, feature: Any, value: c.Value) -> None:
+        if value is None:
+            if class_of(element).features[feature.name].required:
+                raise c.CommandError(f"{feature.name} of {describe(element)} must lead somewhere")
+            self._relink(element, feature, None)
+            return
+        if not isinstance(value, str):
+            raise c.CommandError(f"{feature.name} is the handle of an element")
+        self._relink(element, feature, self._target(element, feature, value))
+
+    def _target(self, element: EObject, feature: Any, name: str) -> EObject:
+        target = self.find(name)
+        expected: type[EObject] = class_of(element).features[feature.name].type
+        if not isinstance(target, expected):
+            wanted = expected.eClass.name
+            raise c.CommandError(f"{feature.name} leads to a {wanted}, not to {describe(target)}")
+        return target
+
+    def _relink(self, element: EObject, feature: Any, target: EObject | None) -> None:
+        before = getattr(element, feature.name)
+        if before is target:
+            return
+        opposite = feature.eOpposite
+        if opposite is None or not opposite.many:
+            self._do(Valued(element, feature.name, before, target))
+            return
+        if before is not None:
+            index = getattr(before, opposite.name).index(element)
+            self._do(Removed(before, opposite.name, index, element))
+        if target is not None:
+            self._do(Inserted(target, opposite.name, len(getattr(target, opposite.name)), element))
+
+    def _add(self, command: c.Add) -> None:
+        element = self.find(command.element)
+        feature = self._feature(element, command.feature, Kind.REFERENCE)
+        if not feature.many:
+            raise c.CommandError(f"{feature.name} leads to one element", hint="use set")
+        target, values = self._target(element, feature, command.target), getattr(element, feature.name)
+        if target in values:
+            raise c.CommandError(f"{feature.name} of {describe(element)} leads to {describe(target)} already")
+        index = len(values) if command.index is None else command.index
+        if index > len(values):
+            raise c.CommandError(f"{feature.name} of {describe(element)} has {len(values)} elements only")
+        self._do(Inserted(element, feature.name, index, target))
+
+    def _remove(self, command: c.Remove) -> None:
+        element, target = self.find(command.element), self.find(command.target)
+        feature = self._feature(element, command.feature, Kind.REFERENCE)
+        values = getattr(element, feature.name) if feature.many else ()
+        if target not in values:
+            raise c.CommandError(
+                f"{command.feature} of {describe(element)} has no {describe(target)} in a list"
+            )
+        self._do(Removed(element, feature.name, values.index(target), target))
+
+    # -------------------------------------------------------------------------------- where things are drawn
+
+    def _graphics(self, element: EObject) -> pn.Graphics:
+        assert isinstance(element, pn.Element)
+        if element.graphics is None:
+            self._attach(pn.Graphics(), element, features_of(type(element))["graphics"], None)
+        return cast(pn.Graphics, element.graphics)
+
+    def _move(self, command: c.Move) -> None:
+        element = self.find(command.element)
+        if not isinstance(element, (pn.PageObject, sym.Channel)):
+            raise c.CommandError(f"{describe(element)} stands at no point", hint="arcs have bend points")
+        graphics = self._graphics(element)
+        if len(graphics.positions):
+            self._assign(graphics.positions[0], "x", command.x)
+            self._assign(graphics.positions[0], "y", command.y)
+        else:
+            self._attach_point(graphics, command.x, command.y)
+
+    def _attach_point(self, graphics: pn.Graphics, x: float, y: float) -> None:
+        self._attach(pn.Point(x=x, y=y), graphics, features_of(pn.Graphics)["positions"], None)
+
+    def _bend(self, command: c.Bend) -> None:
+        element = self.find(command.element)
+        if not isinstance(element, pn.Arc):
+            raise c.CommandError(f"{describe(element)} has no bend points")
+        if element.graphics is None and not command.points:
+            return
+        graphics = self._graphics(element)
+        for point in list(graphics.positions)[::-1]:
+            self._detach(point)
+        for x, y in command.points:
+            self._attach_point(graphics, x, y)
+        if not command.points and all(
+            getattr(graphics, name) is None for name in ("offset", "dimension", "style")
+        ):
+            self._detach(graphics)
+
+    # -------------------------------------------------------------------------------- clauses
+
+    def _clause(self, command: c.Clause) -> None:
+        element = self.find(command.element)
+        if not isinstance(element, sym.Transition):
+            raise c.CommandError(f"{describe(element)} has no clause")
+        if command.text is None:
+            if element.clause is not None:
+                self._take_away([element.clause])
+            return
+        text = checked(features_of(sym.InputClause)["text"], command.text)
+        if element.clause is None or element.clause.text != text:
+            self._set_clause(element, text)
+
+    def _set_clause(self, transition: sym.Transition, text: str) -> None:
+        form = signals_of_clause(transition, text)
+        former = transition.clause
+        clause = sym.InputClause(text=text, name=former.name if former is not None else None)
+        clause.disjunctions.extend(
+            sym.Disjunction(literals=[sym.Literal(negated=negated) for _, negated in each]) for each in form
+        )
+        if former is not None:
+            self._take_away([former])
+        self._attach(clause, transition, features_of(sym.Transition)["clause"], None)
+        for disjunction, each in zip(clause.disjunctions, form, strict=True):
+            for literal, (signal, _) in zip(disjunction.literals, each, strict=True):
+                self._do(Inserted(signal, "literals", len(signal.literals), literal))
+
+    _DO: Mapping[type[c.Command], Any] = {
+        c.Create: _create,
+        c.Delete: _delete,
+        c.Set: _set,
+        c.Add: _add,
+        c.Remove: _remove,
+        c.Place: _place,
+        c.Move: _move,
+        c.Bend: _bend,
+        c.Clause: _clause,
+    }
+
+
+def _height(element: EObject) -> int:
+    """Return how many objects stand inside each other in one."""
+    level, height = [element], 0
+    while level:
+        height += 1
+        level = [part for each in level for part in each.eContents]
+    return height

@@ -1,0 +1,79 @@
+"""Handles: how commands name the objects of a model, those without an id too.
+
+Objects are numbered when a model is opened, in the order of the metamodel, and then as they are made. So the
+same file and the same commands always give the same handles, and a journal can be replayed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from dineros.metamodel.base import EObject
+from dineros.metamodel.constraints.shape import shape_of
+from dineros.metamodel.editing.commands import CommandError
+
+
+class Handles:
+    """The handles of one model; objects that are deleted keep theirs, for the case that they come back.
+
+    Parameters
+    ----------
+    root : EObject
+        The model.
+    """
+
+    def __init__(self, root: EObject) -> None:
+        self._objects: list[EObject] = []
+        self._numbers: dict[EObject, int] = {}
+        for element in subtree(root):
+            self.number(element)
+
+    def __len__(self) -> int:
+        return len(self._objects)
+
+    def number(self, element: EObject) -> str:
+        """Give a new object its handle."""
+        self._numbers[element] = len(self._objects)
+        self._objects.append(element)
+        return f"e{self._numbers[element]}"
+
+    def forget_from(self, count: int) -> None:
+        """Take back the handles of objects beyond the first `count`, which nothing refers to."""
+        for element in self._objects[count:]:
+            del self._numbers[element]
+        del self._objects[count:]
+
+    def of(self, element: EObject) -> str | None:
+        """Return the handle of an object; None: it is of another model."""
+        number = self._numbers.get(element)
+        return None if number is None else f"e{number}"
+
+    def find(self, handle: str) -> EObject:
+        """Return the object with a handle.
+
+        Raises
+        ------
+        CommandError
+            There never was one.
+        """
+        digits = handle[1:]
+        known = handle[:1] == "e" and 0 < len(digits) < 10 and digits.isascii() and digits.isdigit()
+        if not known or int(digits) >= len(self._objects) or (len(digits) > 1 and digits[0] == "0"):
+            raise CommandError(f"no element has the handle {handle[:40]!r}")
+        return self._objects[int(digits)]
+
+
+def subtree(element: EObject) -> Iterator[EObject]:
+    """Yield an object and all its parts, outer ones first, in the order of the metamodel."""
+    stack = [element]
+    while stack:
+        each = stack.pop()
+        yield each
+        stack.extend(reversed(shape_of(each).children(each)))
+
+
+def is_within(element: EObject | None, root: EObject) -> bool:
+    """Tell whether an object is part of another, itself included."""
+    while element is not None and element is not root:
+        element = element.eContainer()
+    return element is root

@@ -1,0 +1,70 @@
+"""Which classes a model can be made of: those of its own metamodel, and of those that it extends."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dineros.metamodel import pn, pnm, rtm, sym
+from dineros.metamodel.base import EObject
+from dineros.metamodel.editing.commands import CommandError
+from dineros.metamodel.errors import near_matches
+
+_PACKAGES: dict[type[EObject], tuple[Any, ...]] = {
+    pn.Net: (pn,),
+    sym.SystemModel: (pn, sym),
+    rtm.RuntimeModel: (pn, sym, rtm),
+    pnm.PetriNetModel: (pn, sym, pnm),
+}
+_FOLLOWS = (sym.InputClause, sym.Disjunction, sym.Literal)
+"""What follows from the text of a clause, and is made with it."""
+
+
+def name_of(cls: type[EObject]) -> str:
+    """Return the name of a class as commands write it, such as ``sym.Place``."""
+    return f"{cls.eClass.ePackage.nsPrefix}.{cls.eClass.name}"
+
+
+def classes_for(root: type[EObject]) -> dict[str, type[EObject]]:
+    """Return the classes whose objects a model of this class can have, by name.
+
+    Of two classes with one name, one in a metamodel that extends the other's, only the extended one is there.
+    """
+    if root in _CLASSES:
+        return _CLASSES[root]
+    found: dict[str, type[EObject]] = {}
+    value: Any
+    for package in _PACKAGES.get(root, (pn,)):
+        for value in package.eClassifiers.values():
+            if not isinstance(value, type) or not issubclass(value, EObject) or issubclass(value, pn.Net):
+                continue  # an enumeration, or another model
+            if not value.eClass.abstract:
+                found[value.__name__] = value
+    return _CLASSES.setdefault(root, {name_of(cls): cls for cls in found.values()})
+
+
+_CLASSES: dict[type[EObject], dict[str, type[EObject]]] = {}
+
+
+def class_to_make(root: EObject, name: str) -> type[EObject]:
+    """Return the class that a command names.
+
+    Raises
+    ------
+    CommandError
+        There is none, or its objects are made by other commands.
+    """
+    known = classes_for(type(root))
+    cls = known.get(name)
+    if cls is None:
+        shown = name[:100]
+        raise CommandError(
+            f"nothing of the class {shown!r} can be made here", hint=near_matches(shown, known)
+        )
+    if issubclass(cls, _FOLLOWS):
+        raise CommandError(f"a {name} follows from the text of a clause", hint="use the command clause")
+    return cls
+
+
+def follows_from_text(element: EObject) -> bool:
+    """Tell whether an object belongs to the normal form of a clause."""
+    return isinstance(element, (sym.Disjunction, sym.Literal))

@@ -1,0 +1,211 @@
+"""The server of the editor: a page, a stream in both directions for each tab, a comparison with the file."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import re
+from collections.abc import AsyncIterator
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from dineros.metamodel.editing import Document
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.files.watching import FolderWatch
+from dineros.views.editing.arranging import positions, sheet_view
+from dineros.views.editing.page import editor_page
+from dineros.views.editing.session import LONGEST_MESSAGE, QUICK, Session
+from dineros.views.nets import compare, to_html, view_of
+from dineros.views.serving.entrance import Entrance, guarded
+from dineros.views.serving.handle import PageHandle, changed, serve_page
+
+if TYPE_CHECKING:
+    from starlette.applications import Starlette
+    from starlette.requests import Request
+    from starlette.responses import Response
+    from starlette.types import ASGIApp
+    from starlette.websockets import WebSocket
+
+PAUSE = 0.15
+"""Seconds without a change after which a model is checked that takes long to check."""
+
+MOST_WAITING = 2_000
+"""Messages that a page has not taken yet; one that has more is told to begin anew."""
+
+BEHIND = 4408
+"""Code that closes the stream to a page that takes nothing any more."""
+
+MOST_PAGES = 16
+"""At a time."""
+
+_TAB = re.compile(r"[0-9a-z]{8,40}")
+
+
+def serve_editor(document: Document, port: int = 0) -> PageHandle:
+    """Serve the pages that edit a document.
+
+    Parameters
+    ----------
+    document : Document
+        The document; the server's thread alone may use it until the server ends.
+    port : int
+        The port; 0 for that of the last time, or any.
+
+    Raises
+    ------
+    DinerosError
+        Something that the server needs is not installed, or the port is taken.
+    """
+    make = partial(application, document)
+    return serve_page(make, document.path, port, what="the editor", longest_message=LONGEST_MESSAGE)
+
+
+def application(document: Document, entrance: Entrance) -> ASGIApp:
+    """Return the application that serves a document to those whom the entrance lets in."""
+    from starlette.applications import Starlette
+    from starlette.routing import Route, WebSocketRoute
+
+    editor = _Editor(Session(document), entrance)
+    routes = [
+        Route("/", editor.page, methods=["GET"]),
+        Route("/compare", editor.comparison, methods=["GET"]),
+        Route("/arrange", editor.arrangement, methods=["GET"]),
+        WebSocketRoute("/commands", editor.commands),
+    ]
+    return guarded(Starlette(routes=routes, lifespan=editor.lifespan))
+
+
+class _Editor:
+    """Who gets which message."""
+
+    def __init__(self, session: Session, entrance: Entrance) -> None:
+        self._session, self._entrance = session, entrance
+        self._pages: dict[asyncio.Queue[str | None], None] = {}
+        self._checks: asyncio.Event | None = None
+
+    @contextlib.asynccontextmanager
+    async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
+        self._checks = asyncio.Event()
+        tasks = [asyncio.create_task(self._watch()), asyncio.create_task(self._check())]
+        try:
+            yield
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _watch(self) -> None:
+        """Tell pages when somebody else changes the file."""
+        with FolderWatch(self._session.document.path.absolute().parent) as files:
+            while True:
+                files.forget()
+                self._tell(self._session.looked_at_file())
+                await asyncio.sleep(0.15)
+                await changed(files)
+
+    async def _check(self) -> None:
+        """Check models that take long in a pause."""
+        assert self._checks is not None
+        while True:
+            await self._checks.wait()
+            self._checks.clear()
+            if self._session.checking_took > QUICK:
+                await asyncio.sleep(PAUSE)
+                if self._checks.is_set():
+                    continue
+            self._tell(self._session.new_marks())
+
+    def _tell(self, *messages: str | None) -> None:
+        for message in messages:
+            if message is None:
+                continue
+            for page in list(self._pages):
+                if page.qsize() < MOST_WAITING:
+                    page.put_nowait(message)
+                else:
+                    self._pages.pop(page, None)
+                    page.put_nowait(None)
+
+    async def page(self, request: Request) -> Response:
+        if not self._entrance.lets_in(request):
+            return self._entrance.page(request, None)
+        made = editor_page(self._session.document.path.name, f"{self._entrance.streams} 'self'")
+        return self._entrance.page(request, made)
+
+    async def comparison(self, request: Request) -> Response:
+        """Answer with a picture of what the file says and the model does not, and the other way round."""
+        from starlette.responses import PlainTextResponse
+
+        if not self._entrance.lets_in(request):
+            return self._entrance.page(request, None)
+        document = self._session.document
+        try:
+            view = compare(view_of(document.on_disk()), view_of(document.root))
+            text = await asyncio.to_thread(to_html, view)
+        except DinerosError as error:
+            return PlainTextResponse(f"{error}\n", 409, {"Cache-Control": "no-store"})
+        # The page says itself what may run on it: it is that of a file.
+        return self._entrance.page(request, (text, "base-uri 'none'"))
+
+    async def arrangement(self, request: Request) -> Response:
+        """Answer with where what stands on a sheet could be put."""
+        from starlette.responses import JSONResponse
+
+        if not self._entrance.lets_in(request):
+            return self._entrance.page(request, None)
+        document = self._session.document
+        try:
+            view = sheet_view(document, request.query_params.get("sheet", ""))
+            found = await asyncio.to_thread(positions, document, view)
+        except DinerosError as error:
+            return JSONResponse({"reason": error.message}, 409, {"Cache-Control": "no-store"})
+        return JSONResponse({"positions": found}, headers={"Cache-Control": "no-store"})
+
+    async def commands(self, socket: WebSocket) -> None:
+        from starlette.websockets import WebSocketDisconnect
+
+        if not await self._entrance.lets_in_stream(socket):
+            return
+        tab = socket.query_params.get("tab", "")
+        await socket.accept()
+        if not _TAB.fullmatch(tab) or len(self._pages) >= MOST_PAGES:
+            await socket.close(BEHIND, "a tab has a name, and there are not too many of them")
+            return
+        queue: asyncio.Queue[str | None] = asyncio.Queue()
+        queue.put_nowait(self._session.greeting())
+        self._pages[queue] = None
+        hearing = asyncio.create_task(self._hear(socket, tab, queue))
+        try:
+            while True:
+                getting = asyncio.create_task(queue.get())
+                await asyncio.wait({getting, hearing}, return_when=asyncio.FIRST_COMPLETED)
+                if not getting.done():
+                    getting.cancel()
+                    break
+                message = getting.result()
+                if message is None:
+                    await socket.close(BEHIND)
+                    break
+                await socket.send_text(message)
+        except (WebSocketDisconnect, RuntimeError):
+            pass  # it is gone
+        finally:
+            self._pages.pop(queue, None)
+            hearing.cancel()
+
+    async def _hear(self, socket: WebSocket, tab: str, queue: asyncio.Queue[str | None]) -> None:
+        """Do what a page asks until it is gone, one thing after the other."""
+        while True:
+            received: dict[str, Any] = dict(await socket.receive())
+            if received["type"] == "websocket.disconnect":
+                return
+            answer = self._session.hear(received.get("text") or received.get("bytes") or "", tab)
+            self._tell(*answer.all)
+            for message in answer.own:
+                queue.put_nowait(message)
+            if answer.all and self._checks is not None:
+                self._checks.set()
+            if queue.qsize() > MOST_WAITING:
+                queue.put_nowait(None)
+                return
+            await asyncio.sleep(0)  # others have their turn

@@ -1,0 +1,214 @@
+"""What pages say to a document and what they are told, as texts of JSON; without any network.
+
+A page is greeted with a snapshot, and then gets a message for everything that changes, whoever changed it.
+What it asks has a number, of which it is told that it is done, or refused and why.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import time
+from dataclasses import dataclass, field
+from typing import Any
+
+from dineros.metamodel.editing import CommandError, Document, Done, decode_commands
+from dineros.metamodel.errors import ClauseError, DinerosError, without_middle
+from dineros.metamodel.json_text import decode_json
+from dineros.views.editing.contents import changed_json, marks_json, model_json
+from dineros.views.editing.description import description_for
+
+LOG = logging.getLogger("dineros.views.editing")
+
+LONGEST_MESSAGE = 1 << 20
+"""Bytes of what a page may say at once."""
+
+QUICK = 0.1
+"""Seconds of processor time that checking may take after every change; else it waits for a pause."""
+
+_FIELDS = {
+    "do": {"commands", "label", "epoch"},
+    "undo": {"epoch"},
+    "redo": {"epoch"},
+    "save": {"over"},
+    "reload": set(),
+}
+"""What pages can ask, and what they say with it."""
+
+
+@dataclass
+class Answer:
+    """What comes of what a page said.
+
+    Attributes
+    ----------
+    own : list of str
+        Messages for this page.
+    all : list of str
+        Messages for all pages, this one included, before its own.
+    """
+
+    own: list[str] = field(default_factory=list)
+    all: list[str] = field(default_factory=list)
+
+
+class Session:
+    """One document and all its pages.
+
+    Parameters
+    ----------
+    document : Document
+        The document.
+    """
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.checking_took = 0.0
+        self._marks_of: tuple[str, int] | None = None
+        self._marks: dict[str, Any] = {}
+        self._file: dict[str, Any] = {}
+
+    def greeting(self) -> str:
+        """Return everything, for a page that has just been opened."""
+        document = self.document
+        said = {
+            "type": "snapshot",
+            "epoch": document.epoch,
+            "revision": document.revision,
+            "metamodel": description_for(document.root),
+            "model": model_json(document),
+            "marks": self.check(),
+            "state": self._state(),
+            "recovered": document.recovered,
+        }
+        return _text(said)
+
+    def check(self) -> dict[str, Any]:
+        """Return the marks of the model as it is now."""
+        now = (self.document.epoch, self.document.revision)
+        if self._marks_of != now:
+            begun = time.thread_time()
+            self._marks = marks_json(self.document, self.document.violations())
+            self.checking_took = time.thread_time() - begun
+            self._marks_of = now
+        return self._marks
+
+    def new_marks(self) -> str | None:
+        """Return a message with the marks, if those that were made last are of an earlier state."""
+        if self._marks_of == (self.document.epoch, self.document.revision):
+            return None
+        return _text({"type": "marks", "revision": self.document.revision, "marks": self.check()})
+
+    def looked_at_file(self) -> str | None:
+        """Return a message where the file is in another state than pages know."""
+        known = self._file
+        state = self._state()
+        return _text({"type": "state", "state": state}) if state != known else None
+
+    def _state(self) -> dict[str, Any]:
+        document = self.document
+        self._file = {
+            "file": document.path.name,
+            "disk": document.disk(),
+            "saved": document.is_saved,
+            "undo": document.undo_label,
+            "redo": document.redo_label,
+        }
+        return self._file
+
+    def hear(self, text: str | bytes, page: str) -> Answer:
+        """Do what a page asks, if it can be done.
+
+        Parameters
+        ----------
+        text : str or bytes
+            What the page said.
+        page : str
+            By what the page is known, for as long as it is open.
+        """
+        number: int | None = None
+        try:
+            said = decode_json(text, limit=LONGEST_MESSAGE)
+            if not isinstance(said, dict):
+                raise CommandError("a message is an object")
+            number = _number(said.get("number"))
+            return self._answer(said, number, page)
+        except DinerosError as error:
+            return Answer(own=[_refusal(number, error)])
+        except Exception as error:  # a mistake of ours must not end the page, nor pass unseen
+            found = DinerosError(f"unexpected {type(error).__name__}: {error}", hint="please report it")
+            LOG.error("a command failed: %s", found)
+            LOG.debug("where it failed", exc_info=True)
+            return Answer(own=[_refusal(number, found)])
+
+    def _answer(self, said: dict[str, Any], number: int, page: str) -> Answer:
+        ask = said.get("ask")
+        fields = _FIELDS.get(ask) if isinstance(ask, str) else None
+        if fields is None:
+            raise CommandError(f"what is asked is one of {', '.join(_FIELDS)}")
+        for name in said:
+            if name not in fields | {"ask", "number"}:
+                raise CommandError(f"{ask} has no field {name[:100]!r}")
+        document, by = self.document, (page, number)
+        if said.get("epoch", document.epoch) != document.epoch:
+            raise CommandError("the model was read anew meanwhile", hint="look at it, then do it again")
+        if ask == "do":
+            label = said.get("label", "")
+            if not isinstance(label, str):
+                raise CommandError("label is a text")
+            return self._told(document.do(decode_commands(said.get("commands")), label, by), by)
+        if ask in ("undo", "redo"):
+            return self._told(document.undo(by) if ask == "undo" else document.redo(by), by)
+        if ask == "save":
+            over = said.get("over", False)
+            if not isinstance(over, bool):
+                raise CommandError("over is true or false")
+            epoch = document.epoch
+            content = document.save(over=over)
+            everybody = self._told_file() if document.epoch == epoch else [self.greeting()]
+            return Answer([_done(number, {"keepsForm": content.keeps_form})], everybody)
+        document.reload()
+        return Answer([_done(number, {})], [self.greeting()])
+
+    def _told(self, done: Done, by: tuple[str, int]) -> Answer:
+        own = [_done(by[1], {"revision": done.revision, "made": done.made})]
+        if not done.touched:
+            return Answer(own)
+        change = {
+            "type": "change",
+            "epoch": self.document.epoch,
+            "revision": done.revision,
+            "objects": changed_json(self.document, done.touched),
+            "state": self._state(),
+            "by": list(by),
+        }
+        answer = Answer(own, [_text(change)])
+        if self.checking_took <= QUICK and (marks := self.new_marks()) is not None:
+            answer.all.append(marks)
+        return answer
+
+    def _told_file(self) -> list[str]:
+        return [_text({"type": "state", "state": self._state()})]
+
+
+def _number(found: object) -> int:
+    if isinstance(found, bool) or not isinstance(found, int) or not 0 < found < 2**53:
+        raise CommandError("a message has a number from 1 on")
+    return found
+
+
+def _done(number: int, more: dict[str, Any]) -> str:
+    return _text({"type": "done", "number": number, **more})
+
+
+def _refusal(number: int | None, error: DinerosError) -> str:
+    said: dict[str, Any] = {"type": "refused", "number": number, "reason": without_middle(error.message)}
+    if error.hint:
+        said["hint"] = without_middle(error.hint)
+    if isinstance(error, ClauseError) and error.column is not None:
+        said["column"] = error.column
+    return _text(said)
+
+
+def _text(said: dict[str, Any]) -> str:
+    return json.dumps(said, ensure_ascii=False, separators=(",", ":"))

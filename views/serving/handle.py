@@ -1,0 +1,113 @@
+"""Starting the server of a page in a thread of its own, and ending it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import secrets
+import socket
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.files.watching import FolderWatch
+from dineros.views.serving.addresses import HOST, bind, open_address
+from dineros.views.serving.entrance import Entrance
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp
+
+
+class PageHandle:
+    """A page that is served.
+
+    Attributes
+    ----------
+    url : str
+        Where it is, token included.
+    """
+
+    def __init__(self, url: str, server: Any, thread: threading.Thread) -> None:
+        self.url = url
+        self._server, self._thread = server, thread
+
+    def stop(self) -> None:
+        """End the server; returns when it has ended."""
+        self._server.should_exit = True
+        self._thread.join()
+
+    def wait(self) -> None:
+        """Wait until the server ends, or the user interrupts."""
+        while self._thread.is_alive():
+            self._thread.join(0.5)
+
+
+def serve_page(
+    make: Callable[[Entrance], ASGIApp], path: Path | None, port: int, *, what: str, longest_message: int
+) -> PageHandle:
+    """Serve a page on this machine only.
+
+    Parameters
+    ----------
+    make : callable
+        Makes the application, given the door that it lets people in by.
+    path : Path or None
+        What the page shows: port and token are those of the last time; None: new ones.
+    port : int
+        The port; 0 for that of the last time, or any.
+    what : str
+        What it is called in messages.
+    longest_message : int
+        Bytes of what a page may send at once.
+
+    Raises
+    ------
+    DinerosError
+        Something that the server needs is not installed, or the port is taken.
+    """
+    try:
+        import uvicorn
+        import websockets  # noqa: F401  # uvicorn needs it
+        from starlette.applications import Starlette  # noqa: F401
+    except ImportError:
+        raise DinerosError(f"{what} needs a web server", hint="pip install 'dineros[view]'") from None
+    listening, token = _address(path, port)
+    bound = listening.getsockname()[1]
+    config = uvicorn.Config(
+        make(Entrance(token, bound)),
+        log_level="critical",  # what goes wrong with a request is told by `guarded`
+        access_log=False,
+        timeout_graceful_shutdown=2,
+        ws_max_size=longest_message,
+    )
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=server.run, args=([listening],), name=f"dineros {what}", daemon=True)
+    thread.start()
+    return PageHandle(f"http://{HOST}:{bound}/?token={token}", server, thread)
+
+
+def _address(path: Path | None, port: int) -> tuple[socket.socket, str]:
+    try:
+        if path is not None:
+            return open_address(path, port)
+        return bind(port), secrets.token_urlsafe(24)
+    except OSError as error:
+        raise DinerosError(f"port {port} cannot be used: {error.strerror}", hint="leave --port out") from None
+
+
+async def changed(files: FolderWatch) -> None:
+    """Wait until files have changed, or may have without that anybody told."""
+    loop = asyncio.get_running_loop()
+    told = asyncio.Event()
+    for descriptor in files.descriptors:
+        loop.add_reader(descriptor, told.set)
+    try:
+        # Not `wait_for`, which forgets in Python 3.11 that it is cancelled when what it waits for comes then.
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(files.longest):
+                await told.wait()
+    finally:
+        for descriptor in files.descriptors:
+            loop.remove_reader(descriptor)

@@ -1,0 +1,43 @@
+// What keys do; the help of the page lists them.
+
+import { byId, isInField } from "../elements.js";
+import { toolsFor } from "./tools.js";
+
+/** @import { Editor } from "./page.js" */
+
+/** Does what a key stands for. @type {(event: KeyboardEvent, editor: Editor) => void} */
+export function heed(event, editor) {
+  const { key, ctrlKey, metaKey, shiftKey, altKey } = event;
+  const isCommand = ctrlKey || metaKey;
+  if (isCommand && key.toLowerCase() === "s") used(event, () => editor.save(false));
+  if (document.querySelector("dialog[open]")) return;
+  if (isInField(event)) {
+    if (key === "Escape" && document.activeElement instanceof HTMLElement) document.activeElement.blur();
+    return;
+  }
+  const lower = key.toLowerCase();
+  if (isCommand && lower === "z") used(event, () => editor.turn(shiftKey ? "redo" : "undo"));
+  else if (isCommand && lower === "y") used(event, () => editor.turn("redo"));
+  else if (altKey && key === "ArrowUp") used(event, () => editor.up());
+  else if (isCommand || altKey) return;
+  else if (key === "Escape") used(event, () => editor.putDown());
+  else if (key === "Delete" || key === "Backspace") used(event, () => editor.remove());
+  else if (key === "F2") used(event, () => editor.looked !== null && editor.rename(editor.looked));
+  else if (key.startsWith("Arrow") && editor.canvas.chosen().length > 0)
+    used(event, () => editor.push(key, shiftKey));
+  else if (key === "Enter") editor.enter(event);
+  else if (key === "0") used(event, () => editor.canvas.fit());
+  else if (key === "a") used(event, () => editor.beginArc());
+  else if (key === "l") used(event, () => editor.canvas.diagram.get("lassoTool").toggle());
+  else if (key === "?") used(event, () => byId("help", HTMLDialogElement).showModal());
+  else if (/^[1-9]$/.test(key)) {
+    const tool = toolsFor(editor.model, editor.canvas.sheet)[Number(key) - 1];
+    if (tool) used(event, () => editor.take(tool, false));
+  }
+}
+
+/** @type {(event: KeyboardEvent, action: () => unknown) => void} */
+function used(event, action) {
+  event.preventDefault();
+  action();
+}

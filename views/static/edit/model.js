@@ -1,0 +1,121 @@
+// What the page knows of the model: objects by handle, as Python tells them. Only Python changes them.
+
+/** @import { Feature, FileState, Marks, Message, Metamodel, ModelClass, ModelObject, Snapshot, Target } from "./types.js" */
+
+export class Model {
+  /** @type {Map<string, ModelObject>} */
+  objects = new Map();
+  root = "";
+  /** Of which content of the file handles are those. */
+  epoch = "";
+  revision = -1;
+  /** @type {Metamodel} */
+  metamodel = { classes: {}, enumerations: {} };
+  /** @type {Marks} */
+  marks = { errors: 0, warnings: 0, marks: [] };
+  /** @type {FileState} */
+  state = { file: "", disk: "same", saved: true, undo: null, redo: null };
+
+  /** @type {(snapshot: Snapshot) => void} */
+  begin({ metamodel, model, marks, state, revision, epoch }) {
+    Object.assign(this, { metamodel, marks, state, revision, epoch, root: model.root });
+    this.objects = new Map(Object.entries(model.objects));
+  }
+
+  /** Takes a message in. @type {(message: Message) => void} */
+  told(message) {
+    if (message.type === "snapshot") this.begin(message);
+    if (message.type === "change") {
+      this.revision = message.revision;
+      this.state = message.state;
+      for (const [handle, object] of Object.entries(message.objects)) {
+        if (object === null) this.objects.delete(handle);
+        else this.objects.set(handle, object);
+      }
+    }
+    if (message.type === "marks") this.marks = message.marks;
+    if (message.type === "state") this.state = message.state;
+  }
+
+  /** @type {(handle: string) => ModelObject} */
+  get(handle) {
+    const found = this.objects.get(handle);
+    if (found === undefined) throw new Error(`no object has the handle ${handle}`);
+    return found;
+  }
+
+  /** @type {(type: string) => ModelClass} */
+  classOf(type) {
+    return this.metamodel.classes[type];
+  }
+
+  /** @type {(handle: string) => ModelClass} */
+  kind(handle) {
+    return this.classOf(this.get(handle).type);
+  }
+
+  /** Whether a class is another one or extends it. @type {(type: string, other: string) => boolean} */
+  isA(type, other) {
+    return type === other || (this.classOf(type)?.supers ?? []).includes(other);
+  }
+
+  /** The value of an attribute, its default where it has none. @type {(handle: string, name: string) => string | number | boolean | null} */
+  value(handle, name) {
+    const given = this.get(handle).values?.[name];
+    return given ?? this.feature(handle, name)?.default ?? null;
+  }
+
+  /** @type {(handle: string, name: string) => Feature | undefined} */
+  feature(handle, name) {
+    return this.kind(handle).features.find((each) => each.name === name);
+  }
+
+  /** Handles that a feature leads to. @type {(handle: string, name: string) => string[]} */
+  links(handle, name) {
+    /** @type {Target | Target[]} */
+    const found = this.get(handle).links?.[name] ?? [];
+    return (Array.isArray(found) ? found : [found]).filter((each) => typeof each === "string");
+  }
+
+  /** @type {(handle: string, name: string) => string | null} */
+  link(handle, name) {
+    return this.links(handle, name)[0] ?? null;
+  }
+
+  /** What people read: name or id; of parts that have neither, what they are. @type {(handle: string) => string} */
+  label(handle) {
+    const object = this.get(handle);
+    const said =
+      object.values?.name ?? object.values?.id ?? object.values?.client ?? object.values?.messageField;
+    if (said !== undefined) return String(said);
+    const leads = this.kind(handle).features.find((each) => each.kind === "reference" && each.required);
+    const target = leads === undefined ? null : this.link(handle, leads.name);
+    const words = this.kind(handle).words;
+    return target === null ? words : `${words} ${this.label(target)}`;
+  }
+
+  /** All objects of a class, in the order they were made. @type {(type: string) => string[]} */
+  all(type) {
+    const found = [...this.objects]
+      .filter(([, object]) => this.isA(object.type, type))
+      .map(([handle]) => handle);
+    return found.sort((one, other) => Number(one.slice(1)) - Number(other.slice(1)));
+  }
+
+  /** Whether an object has a sheet of its own. @type {(handle: string) => boolean} */
+  isSheet(handle) {
+    const { type } = this.get(handle);
+    return this.isA(type, "pn.Net") || this.isA(type, "pn.Page");
+  }
+
+  /** The sheet that an object stands on; of parts, that of what they belong to. @type {(handle: string) => string} */
+  sheetOf(handle) {
+    let at = handle;
+    while (this.kind(at).shape === undefined) {
+      const above = this.get(at).in;
+      if (above === undefined) return at;
+      at = above;
+    }
+    return this.link(at, "canvas") ?? this.get(at).in ?? at;
+  }
+}

@@ -1,0 +1,404 @@
+// The page of the editor: what people do becomes commands, what Python says becomes what they see.
+
+import { byId } from "../elements.js";
+import { showMarks, showPath, showState } from "./around.js";
+import { Canvas } from "./canvas.js";
+import { Connection } from "./connection.js";
+import { showForm } from "./form.js";
+import { heed } from "./keys.js";
+import { askFor } from "./making.js";
+import { Model } from "./model.js";
+import { ARC, CHOOSE, showTools, toolsFor } from "./tools.js";
+
+/** @import { Command, Done, Message, Point, Refused } from "./types.js" */
+/** @import { Tool } from "./tools.js" */
+
+export class Editor {
+  model = new Model();
+  canvas = new Canvas(byId("canvas", HTMLElement), this.model, {
+    act: (commands, label) => this.act(commands, label),
+    chosen: (element) => this.look(element),
+    clicked: (element, at) => this.clicked(element, at),
+    opened: (element) => this.open(element),
+  });
+  /** The tool that is used. */
+  tool = CHOOSE;
+  /** Where an arc begins. @type {string | null} */
+  source = null;
+  /** What the form shows; null: the sheet. @type {string | null} */
+  looked = null;
+  /** What has been asked where to put, by sheet. @type {Map<string, string>} */
+  arranged = new Map();
+  connection = new Connection(
+    (message) => this.hear(message),
+    (state) => this.connected(state),
+  );
+
+  constructor() {
+    byId("undo", HTMLElement).onclick = () => this.turn("undo");
+    byId("redo", HTMLElement).onclick = () => this.turn("redo");
+    byId("save", HTMLElement).onclick = () => this.save(false);
+    byId("fit", HTMLElement).onclick = () => this.canvas.fit();
+    byId("arrange", HTMLElement).onclick = () => this.arrange();
+    byId("keys", HTMLElement).onclick = () => byId("help", HTMLDialogElement).showModal();
+    const theme = byId("theme", HTMLSelectElement);
+    const dark = matchMedia("(prefers-color-scheme: dark)");
+    const paint = () => {
+      const asked = theme.value === "auto" ? (dark.matches ? "dark" : "light") : theme.value;
+      document.body.dataset.theme = asked;
+    };
+    theme.onchange = paint;
+    dark.onchange = paint;
+    paint();
+    document.addEventListener("keydown", (event) => heed(event, this));
+    addEventListener("beforeunload", (event) => {
+      if (this.connection.waiting.size > 0) event.preventDefault();
+    });
+  }
+
+  // ---------------------------------------------------------------------------------- what Python says
+
+  /** @type {(message: Message) => void} */
+  hear(message) {
+    const before = this.canvas.sheet;
+    if (message.type === "change" && message.revision !== this.model.revision + 1) {
+      this.connection.socket?.close(); // something was missed: it comes back with everything
+      return;
+    }
+    this.model.told(message);
+    if (message.type === "snapshot") {
+      this.canvas.computed.clear();
+      this.arranged.clear();
+      const count = message.recovered;
+      if (count) this.say(`${count} changes that were not saved came out of the journal`);
+    }
+    if (message.type === "state") {
+      this.showState();
+      return;
+    }
+    const still = before && this.model.objects.has(before) ? before : this.firstSheet();
+    if (this.looked !== null && !this.model.objects.has(this.looked)) this.looked = null;
+    if (this.source !== null && !this.model.objects.has(this.source)) this.source = null;
+    this.show(still);
+    document.body.dataset.revision = String(this.model.revision);
+  }
+
+  /** The model's own sheet; where that has one page alone, that of the page. */
+  firstSheet() {
+    const { root } = this.model;
+    const pages = this.model.links(root, "pages");
+    const isAlone = pages.length === 1 && this.model.links(root, "channels").length === 0;
+    return isAlone && this.model.get(pages[0]).type === "pn.Page" ? pages[0] : root;
+  }
+
+  /** @type {(state: "live" | "lost" | "refused") => void} */
+  connected(state) {
+    document.body.dataset.connection = state;
+    if (state === "live") this.say("");
+    if (state === "lost") this.say("the connection is lost: what you do now is done when it is back", true);
+    if (state === "refused") this.say("open the address that was printed, token included", true);
+  }
+
+  // ---------------------------------------------------------------------------------- what is seen
+
+  /** @type {(sheet: string) => void} */
+  show(sheet) {
+    if (sheet !== this.canvas.sheet) {
+      this.tool = CHOOSE;
+      this.source = null;
+    }
+    this.canvas.show(sheet);
+    showPath(this.model, sheet, (element) => this.go(element));
+    this.showTools();
+    this.showState();
+    showMarks(this.model, (element) => this.go(element));
+    this.showForm();
+    this.findPlaces(sheet);
+  }
+
+  showState() {
+    const reload = () => this.reload();
+    showState(this.model, reload, () => this.save(true));
+  }
+
+  showTools() {
+    const tools = toolsFor(this.model, this.canvas.sheet);
+    showTools(byId("tools", HTMLElement), tools, this.tool, (tool, byKey) => this.take(tool, byKey));
+    byId("canvas", HTMLElement).classList.toggle("making", this.tool !== CHOOSE);
+  }
+
+  showForm() {
+    showForm(byId("form", HTMLElement), this.model, this.looked ?? this.canvas.sheet, {
+      act: (commands, label) => this.act(commands, label),
+      go: (element) => this.go(element),
+      make: (owner, feature, type, given) => this.make(owner, feature, type, given ?? null),
+    });
+  }
+
+  /** @type {(text: string, isRefused?: boolean) => void} */
+  say(text, isRefused = false) {
+    const said = byId("said", HTMLElement);
+    said.textContent = text;
+    said.classList.toggle("refused", isRefused);
+  }
+
+  /** @type {(element: string | null) => void} */
+  look(element) {
+    this.looked = element;
+    this.showForm();
+  }
+
+  /** Shows an element: its sheet, and its form. @type {(element: string) => void} */
+  go(element) {
+    if (this.model.isSheet(element)) {
+      this.looked = null;
+      this.show(element);
+      return;
+    }
+    this.show(this.model.sheetOf(element));
+    this.canvas.choose(element, true);
+    this.look(element);
+  }
+
+  /** @type {(element: string) => void} */
+  open(element) {
+    if (this.model.isSheet(element)) this.go(element);
+    else this.rename(element);
+  }
+
+  // ---------------------------------------------------------------------------------- what people do
+
+  /**
+   * Does something to the model.
+   *
+   * @param {Command[]} commands
+   * @param {string} label
+   * @returns {Promise<string | null>} why not, or null
+   */
+  async act(commands, label) {
+    if (commands.length === 0) return null;
+    const answer = await this.connection.ask("do", { commands, label, epoch: this.model.epoch });
+    return this.answered(answer);
+  }
+
+  /** @type {(answer: Done | Refused) => string | null} */
+  answered(answer) {
+    if (answer.type === "done") {
+      this.say("");
+      return null;
+    }
+    const where = answer.column === undefined ? "" : `column ${answer.column}: `;
+    const text = `${where}${answer.reason}${answer.hint ? ` (${answer.hint})` : ""}`;
+    this.say(text, true);
+    this.canvas.draw(); // what was dragged goes back
+    return text;
+  }
+
+  /** @type {(way: "undo" | "redo") => Promise<void>} */
+  async turn(way) {
+    this.answered(await this.connection.ask(way, { epoch: this.model.epoch }));
+  }
+
+  /** @type {(over: boolean) => Promise<void>} */
+  async save(over) {
+    const answer = await this.connection.ask("save", { over });
+    if (this.answered(answer) !== null || answer.type !== "done") return;
+    this.say(answer.keepsForm ? "saved" : "saved; the file is written in our own form now");
+  }
+
+  async reload() {
+    this.answered(await this.connection.ask("reload"));
+  }
+
+  /** @type {(tool: Tool, byKey: boolean) => void} */
+  take(tool, byKey) {
+    this.tool = tool.name;
+    this.source = null;
+    this.showTools();
+    if (tool.name === ARC) this.say("click where the arc begins");
+    else if (tool.name === CHOOSE) this.say("");
+    else if (byKey) this.put(tool, this.canvas.free(this.canvas.centre()));
+    else this.say(`click where the ${tool.words} goes`);
+  }
+
+  /** @type {(element: string | null, at: Point) => boolean} */
+  clicked(element, at) {
+    const tool = toolsFor(this.model, this.canvas.sheet).find(({ name }) => name === this.tool);
+    if (tool === undefined || tool.name === CHOOSE) return false;
+    if (tool.name !== ARC) {
+      if (element !== null) return false;
+      this.put(tool, { x: Math.round(at.x), y: Math.round(at.y) });
+      return true;
+    }
+    if (element === null) return false;
+    if (this.source === null) {
+      this.source = element;
+      this.say(`from ${this.model.label(element)}: click where the arc ends`);
+    } else {
+      this.arc(tool, this.source, element);
+    }
+    return true;
+  }
+
+  /** @type {(tool: Tool, source: string, target: string) => Promise<void>} */
+  async arc({ feature, type }, source, target) {
+    this.source = null;
+    const values = { source, target };
+    const command = { kind: "create", owner: this.canvas.sheet, feature, type, values };
+    await this.act([command], `arc from ${this.model.label(source)} to ${this.model.label(target)}`);
+  }
+
+  /** Makes what a tool makes, at a point. @type {(tool: Tool, at: Point) => Promise<void>} */
+  async put({ feature, type, words }, at) {
+    const sheet = this.canvas.sheet;
+    const commands = await askFor(byId("dialog", HTMLDialogElement), this.model, {
+      owner: sheet,
+      feature,
+      type,
+    });
+    this.tool = CHOOSE;
+    this.showTools();
+    if (commands === null) return;
+    const others = this.canvas.moves([], { x: 0, y: 0 });
+    await this.made([...others, ...commands, { kind: "move", element: "$new", ...at }], `new ${words}`);
+  }
+
+  /** @type {(owner: string, feature: string, type: string, given: string | null) => Promise<void>} */
+  async make(owner, feature, type, given) {
+    const commands = await askFor(byId("dialog", HTMLDialogElement), this.model, {
+      owner,
+      feature,
+      type,
+      given,
+    });
+    if (commands !== null) await this.made(commands, `new ${this.model.classOf(type).words}`);
+  }
+
+  /** Does what makes an element, and shows that. @type {(commands: Command[], label: string) => Promise<void>} */
+  async made(commands, label) {
+    const answer = await this.connection.ask("do", { commands, label, epoch: this.model.epoch });
+    const handle = answer.type === "done" ? answer.made?.$new : undefined;
+    if (this.answered(answer) !== null || handle === undefined || !this.model.objects.has(handle)) return;
+    if (this.model.kind(handle).shape === undefined) {
+      this.look(handle);
+    } else {
+      this.canvas.choose(handle, true);
+      this.look(handle);
+    }
+  }
+
+  /** @type {(element: string) => void} */
+  rename(element) {
+    this.look(element);
+    const name = this.model.get(element).values?.name === undefined ? "id" : "name";
+    const field = document.getElementById(`field-${name}`);
+    if (field instanceof HTMLInputElement) {
+      field.focus();
+      field.select();
+    }
+  }
+
+  // ---------------------------------------------------------------------------------- where things go
+
+  /** What of a sheet nobody has put anywhere. @returns {string[]} */
+  unplaced() {
+    return this.canvas.moves([], { x: 0, y: 0 }).map(({ element }) => String(element));
+  }
+
+  /** @type {(sheet: string) => Promise<Map<string, Point> | null>} */
+  async positions(sheet) {
+    const query = new URLSearchParams(location.search);
+    query.set("sheet", sheet);
+    const answer = await fetch(`/arrange?${query}`);
+    if (!answer.ok) return null;
+    /** @type {Record<string, [number, number]>} */
+    const found = (await answer.json()).positions;
+    return new Map(Object.entries(found).map(([handle, [x, y]]) => [handle, { x, y }]));
+  }
+
+  /** Asks where to put what nobody has put anywhere. @type {(sheet: string) => Promise<void>} */
+  async findPlaces(sheet) {
+    const missing = this.unplaced().filter((each) => !this.canvas.computed.get(sheet)?.has(each));
+    const key = missing.join(" ");
+    if (missing.length === 0 || this.arranged.get(sheet) === key) return;
+    this.arranged.set(sheet, key);
+    document.body.dataset.busy = "arranging";
+    const found = await this.positions(sheet);
+    delete document.body.dataset.busy;
+    if (found === null) return;
+    this.canvas.computed.set(sheet, found);
+    if (this.canvas.sheet === sheet) {
+      this.canvas.draw();
+      this.canvas.fit();
+    }
+  }
+
+  /** Puts everything on the sheet where it can be read. */
+  async arrange() {
+    const sheet = this.canvas.sheet;
+    const found = await this.positions(sheet);
+    if (found === null) {
+      this.say("this sheet cannot be laid out", true);
+      return;
+    }
+    /** @type {Command[]} */
+    const commands = [...found].map(([element, { x, y }]) => ({ kind: "move", element, x, y }));
+    const bent = this.canvas.registry.filter((each) => each.business?.bends.length > 0);
+    commands.push(...bent.map(({ business }) => ({ kind: "bend", element: business.element, points: [] })));
+    await this.act(commands, "arrange");
+    this.canvas.fit();
+  }
+
+  // ---------------------------------------------------------------------------------- keys
+
+  up() {
+    const above = this.model.get(this.canvas.sheet).in;
+    if (above !== undefined) this.go(above);
+  }
+
+  putDown() {
+    this.canvas.diagram.get("dragging").cancel();
+    this.tool = CHOOSE;
+    this.source = null;
+    this.showTools();
+    this.canvas.choose(null);
+    this.say("");
+  }
+
+  remove() {
+    const elements = [...new Set(this.canvas.chosen())];
+    if (elements.length === 0) return;
+    const label = elements.length === 1 ? this.model.label(elements[0]) : `${elements.length} elements`;
+    this.act([{ kind: "delete", elements }], `delete ${label}`);
+  }
+
+  /** @type {(key: string, isFine: boolean) => void} */
+  push(key, isFine) {
+    const step = isFine ? 1 : 10;
+    const x = key === "ArrowLeft" ? -step : key === "ArrowRight" ? step : 0;
+    const y = key === "ArrowUp" ? -step : key === "ArrowDown" ? step : 0;
+    const shapes = this.canvas.selection.get().filter((each) => each.waypoints === undefined);
+    this.act(this.canvas.moves(shapes, { x, y }), "move");
+  }
+
+  /** @type {(event: KeyboardEvent) => void} */
+  enter(event) {
+    const focused =
+      document.activeElement instanceof SVGElement ? document.activeElement.dataset.element : undefined;
+    if (focused === undefined) return;
+    event.preventDefault();
+    if (this.clicked(focused, { x: 0, y: 0 })) return;
+    if (this.looked === focused && this.model.isSheet(focused)) this.open(focused);
+    else this.canvas.choose(focused, true);
+  }
+
+  beginArc() {
+    const tool = toolsFor(this.model, this.canvas.sheet).find(({ name }) => name === ARC);
+    const [source] = this.canvas.chosen();
+    if (tool === undefined) return;
+    this.take(tool, false);
+    if (source !== undefined) this.clicked(source, { x: 0, y: 0 });
+  }
+}
+
+Object.assign(globalThis, { dinerosEditor: new Editor() });

@@ -1,0 +1,217 @@
+// What the editor's pages get from Python (views/editing), and what they use of diagram-js.
+
+/** An attribute's value. */
+export type Value = string | number | boolean | null;
+
+/** A handle, or an element of another file. */
+export type Target = string | { elsewhere: string | null };
+
+export interface ModelObject {
+  type: string;
+  in?: string;
+  as?: string;
+  values?: Record<string, string | number | boolean>;
+  links?: Record<string, Target | Target[]>;
+}
+
+export interface Feature {
+  name: string;
+  says: string;
+  kind: "attribute" | "part" | "reference";
+  type: string;
+  many?: boolean;
+  required?: boolean;
+  default?: string | number | boolean;
+}
+
+export interface Line {
+  from: string;
+  to: string;
+  kind: string;
+}
+
+export interface ModelClass {
+  words: string;
+  says: string;
+  supers: string[];
+  made: boolean;
+  rules: string[];
+  features: Feature[];
+  shape?: string;
+  lines?: Line[];
+}
+
+export interface Metamodel {
+  classes: Record<string, ModelClass>;
+  enumerations: Record<string, { name: string; says: string }[]>;
+}
+
+export interface Mark {
+  element: string | null;
+  at: string | null;
+  what: string;
+  constraint: string;
+  severity: "error" | "warning";
+  message: string;
+  fix: string;
+}
+
+export interface Marks {
+  errors: number;
+  warnings: number;
+  marks: Mark[];
+}
+
+export interface FileState {
+  file: string;
+  disk: "same" | "changed" | "gone" | "new";
+  saved: boolean;
+  undo: string | null;
+  redo: string | null;
+}
+
+export interface Snapshot {
+  type: "snapshot";
+  epoch: string;
+  revision: number;
+  metamodel: Metamodel;
+  model: { root: string; objects: Record<string, ModelObject> };
+  marks: Marks;
+  state: FileState;
+  recovered: number;
+}
+
+export interface Done {
+  type: "done";
+  number: number;
+  made?: Record<string, string>;
+  keepsForm?: boolean;
+}
+
+export interface Refused {
+  type: "refused";
+  number: number | null;
+  reason: string;
+  hint?: string;
+  column?: number;
+}
+
+export type Message =
+  | Snapshot
+  | Done
+  | Refused
+  | { type: "change"; revision: number; objects: Record<string, ModelObject | null>; state: FileState }
+  | { type: "marks"; revision: number; marks: Marks }
+  | { type: "state"; state: FileState };
+
+/** A command, as dineros.metamodel.editing.commands describes it. */
+export interface Command {
+  kind: string;
+  [field: string]: Value | Record<string, Value> | string[] | number[][];
+}
+
+export interface Point {
+  x: number;
+  y: number;
+}
+
+/** A shape or a line of the canvas; `business` is what it stands for. */
+export interface CanvasElement extends Point {
+  id: string;
+  width: number;
+  height: number;
+  waypoints: Point[];
+  source: CanvasElement;
+  target: CanvasElement;
+  parent: CanvasElement | null;
+  business: Drawn;
+}
+
+/** What a sheet shows. */
+export interface Drawn {
+  id: string;
+  element: string;
+  kind: string;
+  title: string;
+  lines: string[];
+  tokens: number;
+  weight: number;
+  at: Point | null;
+  size: { width: number; height: number };
+  from: string;
+  to: string;
+  bends: Point[];
+  isOwn: boolean;
+}
+
+export interface Box extends Point {
+  width: number;
+  height: number;
+}
+
+export interface DiagramEvent {
+  element: CanvasElement;
+  originalEvent: MouseEvent;
+  newSelection: CanvasElement[];
+}
+
+interface Services {
+  canvas: {
+    setRootElement(root: CanvasElement): void;
+    getRootElement(): CanvasElement;
+    addShape(shape: CanvasElement, parent: CanvasElement): CanvasElement;
+    addConnection(line: CanvasElement, parent: CanvasElement): CanvasElement;
+    removeShape(shape: CanvasElement): void;
+    removeConnection(line: CanvasElement): void;
+    viewbox(): Box & { scale: number };
+    viewbox(box: Box): void;
+    zoom(level: number | "fit-viewport", center?: "auto" | Point): number;
+    scrollToElement(element: CanvasElement): void;
+    addMarker(element: CanvasElement, name: string): void;
+    removeMarker(element: CanvasElement, name: string): void;
+    getGraphics(element: CanvasElement): SVGGElement;
+    getContainer(): HTMLElement;
+  };
+  elementFactory: {
+    createRoot(values: object): CanvasElement;
+    createShape(values: object): CanvasElement;
+    createConnection(values: object): CanvasElement;
+  };
+  elementRegistry: {
+    get(id: string): CanvasElement | undefined;
+    filter(wanted: (element: CanvasElement) => boolean): CanvasElement[];
+  };
+  eventBus: {
+    on(name: string, heard: (event: DiagramEvent) => unknown): void;
+    on(name: string, priority: number, heard: (event: DiagramEvent) => unknown): void;
+    fire(name: string, event: object): void;
+  };
+  selection: {
+    get(): CanvasElement[];
+    select(elements: CanvasElement | CanvasElement[] | null, add?: boolean): void;
+  };
+  lassoTool: { toggle(): void; isActive(): boolean };
+  dragging: { cancel(): void };
+}
+
+export interface DiagramInstance {
+  get<K extends keyof Services>(name: K): Services[K];
+  clear(): void;
+}
+
+type Module = object;
+
+declare global {
+  const DiagramJS: {
+    Diagram: new (options: { canvas: { container: HTMLElement }; modules: Module[] }) => DiagramInstance;
+    BaseRenderer: new (eventBus: Services["eventBus"], priority: number) => object;
+    BendpointsModule: Module;
+    ChangeSupportModule: Module;
+    LassoToolModule: Module;
+    MoveModule: Module;
+    MoveCanvasModule: Module;
+    OutlineModule: Module;
+    SnappingModule: Module;
+    ZoomScrollModule: Module;
+  };
+}
