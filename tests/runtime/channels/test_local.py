@@ -20,6 +20,7 @@ from dineros.runtime.nets.ports import Message
 from dineros.transformations.flattening.split import split
 from tests.runtime.nets.reference_rule import references
 from tests.runtime.tiny import case_study, events
+from tests.support.ovens import oven
 from tests.support.small_systems import small_system_models
 
 
@@ -323,3 +324,38 @@ def test_stepped_with_asynchronous_handlers() -> None:
 
     with application:
         assert application.run(lambda each: each.count("client", "done") == 3, timeout=60) == "reached"
+
+
+class Taken:
+    """A server, as the network sees it, that has taken some requests before."""
+
+    def __init__(self, known: set[str]) -> None:
+        self.known, self.came = known, list[str]()
+
+    def knows_request(self, port: object, message_id: str) -> bool:
+        return message_id in self.known
+
+    def request_arrived(self, port: object, message: Message, answer: object) -> None:
+        self.came.append(message.id)
+
+    def requests_wait(self, port: object) -> None: ...
+
+
+@pytest.mark.parametrize("is_late", [False, True], ids=["server first", "clients first"])
+def test_a_request_that_the_server_has_takes_no_room_when_it_comes_again(is_late: bool) -> None:
+    """After a restart, all clients ask again: one of them what is being baked, in a history of one."""
+    nodes = {str(part.node.id): Net(part).structure.ports for part in split(oven(2, depth=1))}
+    network, server = LocalNetwork(seed=1), Taken({"baker0/Ask0/1"})
+    ports = nodes.pop("oven")
+    if not is_late:
+        network.join(ports, server)  # type: ignore[arg-type]
+    for name, each in reversed(nodes.items()):
+        network.request(each.clients[0], Message(f"{name}/Ask{name[-1]}/1", {}))
+    if is_late:
+        network.join(ports, server)  # type: ignore[arg-type]
+    for _ in range(9):
+        network.step()
+    assert server.came == ["baker0/Ask0/1"]
+    assert network.lost_requests(ports.servers[0]) == []
+    taken = network.take_request(ports.servers[0])
+    assert taken is not None and taken[0].id == "baker1/Ask1/1"
