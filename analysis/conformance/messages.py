@@ -217,7 +217,7 @@ class Messages:
         if others >= depth or self.stages.has_begun_within(record.channel):
             return None
         return Waiting(
-            f"the request history was not full: at most {others} other requests were waiting in its {depth}",
+            f"it is lost from a request history with room: {others} others wait in its {depth} at most",
             asking,
         )
 
