@@ -47,7 +47,7 @@ PARTS = {
     "sym": {
         "nodes": (
             "TB",
-            "SystemModel NodeNet Execution Executor CallbackGroup CallbackGroupKind "
+            "SystemModel NodeNet Lifecycle Execution Executor CallbackGroup CallbackGroupKind "
             "CallbackPage CallbackKind",
         ),
         "tokens": ("LR", "SystemModel TokenType TokenField FieldKind Place PlaceKind BalloonToken"),

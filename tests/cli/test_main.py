@@ -15,9 +15,13 @@ import pytest
 
 from dineros.cli.main import main
 from dineros.cli.options import ExampleCommand
+from dineros.metamodel import sym
+from dineros.metamodel.elements import node_nets
 from dineros.metamodel.files import save
 from tests.cli.conftest import Run
+from tests.support.door import door
 from tests.support.layouter import without_line
+from tests.support.managed_systems import camera
 from tests.support.system_packages import require_for
 from tests.support.talker import talker
 from tests.support.warm_commands import program
@@ -66,6 +70,14 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "robot.sym.xmi").write_bytes(
         (ROOT / "docs/examples/callbacks/sensor_mended.sym.xmi").read_bytes()
     )
+    managed = camera()
+    for step, node in enumerate(reversed(node_nets(managed)), 1):  # those who listen come up first
+        assert node.lifecycle is not None
+        node.lifecycle.configureStep, node.lifecycle.activateStep = step, 3 + step
+    save(managed, folder / "camera.sym.xmi")
+    model = door()
+    model.properties.append(sym.Property(id="Closes", text="fired(Close) only after fired(Open)"))
+    save(model, folder / "door.sym.xmi")
     (folder / "our_templates").mkdir()
     for command in (
         "find sorting.sym.xmi --enabled TPick -o pick.jsonl",

@@ -22,7 +22,11 @@ from hypothesis import strategies as st
 from lxml import etree
 from markdown_it import MarkdownIt
 from pyecore.ecore import EAttribute
-from rosidl_adapter.parser import parse_message_string, parse_service_string  # type: ignore[import-untyped]
+from rosidl_adapter.parser import (  # type: ignore[import-untyped]
+    parse_action_string,
+    parse_message_string,
+    parse_service_string,
+)
 
 from dineros.generators import Options
 from dineros.generators.workspace.planning import plan
@@ -33,6 +37,7 @@ from dineros.metamodel.elements import find
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files import load, save
 from tests.generators.models import kitchen
+from tests.support.deliveries import deliveries
 
 EVIL = (
     'x"""\nopen("MARK", "w")\n"""\r'
@@ -66,6 +71,15 @@ def rich() -> sym.SystemModel:
     pn.ReferenceTransition(id="TCook@Kitchen", target=find(model, "TCook", pn.Transition), page=kitchen_page)
     find(model, "board", sym.NodeNet).objects.append(pn.Page(id="Empty"))
     find(model, "board", sym.NodeNet).callbackGroups.append(sym.CallbackGroup(id="Group"))
+    model.properties.append(sym.Property(id="Fed", name="All eat", text="Served >= 2 stays possible"))
+    model.assumptions.append(sym.Fairness(id="Fair", of="all"))
+    signals = [sym.InputSignal(id=id, name=id) for id in ("Lit", "Dark")]
+    find(model, "board", sym.NodeNet).signals.extend(signals)
+    model.assumptions.append(sym.ExclusiveSignals(id="Apart", signals=signals))
+    model.middleware = "ros2"  # type: ignore[assignment]
+    outside = deliveries()
+    model.pages.extend(list(outside.pages))
+    model.channels.extend(list(outside.channels))
     return model
 
 
@@ -162,6 +176,9 @@ def outline(path: str, content: bytes) -> object:
             return [(str(field.type), str(field.default_value)) for field in message.fields]
         case "srv":
             return len(parse_service_string("p", "S", text).request.fields)
+        case "action":
+            action = parse_action_string("p", "A", text)
+            return [len(part.fields) for part in (action.goal, action.result, action.feedback)]
         case "cfg":
             parser = configparser.ConfigParser()
             parser.read_string(text)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 @search_command(
     "dineros verify sorting.sym.xmi --signals none --ctl 'AG EF (Shown >= 3)'",
     "dineros verify sorting.sym.xmi --signals none --ltl 'G F fired(TSense)'",
-    "dineros verify robot.sym.xmi EveryPickIsAnswered",
+    "dineros verify door.sym.xmi Closes",
     "dineros verify sorting.sym.xmi --ctl 'AG EF (Shown >= 3)' --write-properties questions.xml",
 )
 @model_argument()

@@ -23,6 +23,12 @@ from tests.support.commands import is_one_line_of_wrong_use
 from tests.support.talker import talker
 from tests.views.editing.pages import Tab
 
+PROGRAM = (
+    "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    "from dineros.cli.main import main; main()"
+)
+"""The command line; what runs in the background of a shell would not hear of an interruption."""
+
 Start = Callable[..., tuple["subprocess.Popen[str]", PageHandle]]
 
 
@@ -39,7 +45,7 @@ def start(tmp_path: Path) -> Iterator[Start]:
 
     def begin(*arguments: str) -> tuple[subprocess.Popen[str], PageHandle]:
         process = subprocess.Popen(
-            [sys.executable, "-m", "dineros.cli.main", "edit", *arguments, "--no-browser"],
+            [sys.executable, "-c", PROGRAM, "edit", *arguments, "--no-browser"],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,

@@ -6,6 +6,8 @@ import asyncio
 import contextlib
 import json
 import sys
+from collections.abc import Coroutine
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,12 @@ from dineros.views.live.following import LiveTrace
 from dineros.views.serving.entrance import Entrance
 from dineros.views.serving.handle import changed
 from tests.views.live.test_live_page import script
+
+
+def run_apart(work: Coroutine[Any, Any, None]) -> None:
+    """Run something in a thread of its own: browsers of other tests have a loop in this one."""
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(asyncio.run, work).result()
 
 
 class Feed:
@@ -91,7 +99,7 @@ def test_files_are_looked_at_when_they_have_changed(tmp_path: Path, monkeypatch:
         with contextlib.suppress(asyncio.CancelledError):
             await following
 
-    asyncio.run(follow())
+    run_apart(follow())
 
 
 @pytest.mark.parametrize("turns", range(8))
@@ -109,4 +117,4 @@ def test_it_can_be_stopped_while_it_is_told_of_a_change(tmp_path: Path, turns: i
                 with pytest.raises(asyncio.CancelledError):
                     await waiting
 
-    asyncio.run(follow())
+    run_apart(follow())
