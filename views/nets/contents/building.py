@@ -104,7 +104,7 @@ def _box(page: pn.Page, outer: pn.Page | None) -> Box:
     if isinstance(page, sym.NodeNet):
         box.kind = "node"
         threads = f", {page.threads} threads" if page.executor == sym.Executor.multi else ""
-        box.subtitle = f"ROS node{threads}"
+        box.subtitle = f"{'managed ' if page.lifecycle is not None else ''}ROS node{threads}"
         box.signals = [Signal(signal.id, label(signal), bool(signal.initial)) for signal in page.signals]
         box.detail = {"ROS package": page.package or label(page)}
         if page.namespace:
@@ -113,6 +113,8 @@ def _box(page: pn.Page, outer: pn.Page | None) -> Box:
         box.kind, box.subtitle = _CALLBACKS[str(page.kind)]
         if page.timer is not None:
             box.subtitle += f" every {page.timer:g} s"
+        if page.awaits:
+            box.subtitle += ", awaits"
         if page.group is not None:
             box.detail["Callback group"] = f"{label(page.group)} ({page.group.kind})"
         if page.priority:

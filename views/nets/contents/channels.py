@@ -41,9 +41,7 @@ def draw_ports(model: rtm.RuntimeModel, view: ViewModel) -> None:
                 _line(view, "subscribe", node.id, place.id, queues)
             elif isinstance(port, rtm.ClientPort):
                 node = _channel(view, port.channel, "service", port.service, "service", port.type)
-                _line(view, "request", place.id, node.id, port.client)
-                for response in filter(None, [port.response]):
-                    _line(view, "response", node.id, response.id, port.client)
+                _asks(view, port, place, node.id)
             elif isinstance(port, rtm.ActionClientPort):
                 node = _channel(view, port.channel, "service", port.action, "action", port.type)
                 _goals(view, port, place, node.id)
@@ -82,11 +80,27 @@ def _service(channel: sym.ServiceChannel, view: ViewModel, instances: int | None
     if channel.service != node.label:
         node.detail["Service"] = channel.service
     for client in channel.clients:
-        _join(view, "request", client.request, channel, client.client)
-        _join(view, "response", channel, client.response, client.client)
+        _asks(view, client, client.request, channel.id)
     for server in filter(None, [channel.server]):
         _join(view, "call", channel, server.entry, "")
         _join(view, "return", server.exit, channel, "")
+
+
+def _asks(
+    view: ViewModel, port: sym.ClientPort | rtm.ClientPort, request: pn.Place | None, channel: str
+) -> None:
+    """Draw what a client sends and gets, and where it learns that it has given up."""
+    several = f", {port.outstanding} at a time" if port.outstanding > 1 else ""
+    gives_up = "" if port.timeout is None else f"gives up after {port.timeout:g} s"
+    told = port.timedOut if gives_up else None
+    asked = f"{port.client}{several}" + (f", {gives_up}" if gives_up and told is None else "")
+    if request is not None:
+        _line(view, "request", request.id, channel, asked)
+    if port.response is not None:
+        also = f", or {gives_up}" if told is port.response else ""
+        _line(view, "response", channel, port.response.id, f"{port.client}{also}")
+    if told is not None and told is not port.response:
+        _line(view, "response", channel, told.id, f"{port.client} {gives_up}")
 
 
 def _action(channel: sym.ActionChannel, view: ViewModel, slots: int | None) -> None:
@@ -153,7 +167,13 @@ def _join(
 
 
 def _line(view: ViewModel, kind: EdgeKind, source: str, target: str, text: str) -> None:
-    view.edges.append(Edge(f"{kind} {source} {target}", source, target, kind, text))
+    """Add a line; what is there already, as clients may share a place, says both."""
+    id = f"{kind} {source} {target}"
+    there = next((edge for edge in view.edges if edge.id == id), None)
+    if there is None:
+        view.edges.append(Edge(id, source, target, kind, text))
+    else:
+        there.label = ", ".join(filter(None, [there.label, text]))
 
 
 def _queue(port: sym.TopicPort | rtm.PublisherPort | rtm.SubscriberPort, histories: bool) -> str:

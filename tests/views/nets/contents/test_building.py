@@ -11,6 +11,8 @@ from dineros.transformations.flattening.flatten import flatten
 from dineros.transformations.flattening.split import split
 from dineros.views.nets import ViewModel, view_of
 from tests.support.bakery import bakery
+from tests.support.managed_systems import camera
+from tests.support.ovens import oven
 from tests.support.talker import talker
 from tests.views.nets.samples import case_study, every_sign, models
 
@@ -54,6 +56,32 @@ def test_channels_from_a_server_page_join_its_places_and_count_its_instances() -
     ask, answer = (sym.Place(id=id, page=bake.server.page) for id in ("Ask", "Answer"))
     order.clients.append(sym.ClientPort(client="oven", request=ask, response=answer))
     assert view_of(circle).node("Bake").captions[0].text == "service"  # not valid, and shown
+
+
+def test_what_a_client_does_about_answers_that_take_long() -> None:
+    def lines(model: sym.SystemModel) -> dict[tuple[str, str, str], str]:
+        return {(edge.kind, edge.source, edge.target): edge.label for edge in view_of(model).edges}
+
+    told = lines(oven(1, outstanding=2, timeout=0.5, tells=True))
+    assert told["request", "Ask0", "Oven"] == "baker0, 2 at a time"
+    assert told["response", "Oven", "Late0"] == "baker0 gives up after 0.5 s"
+    assert lines(oven(1, timeout=2.0))["request", "Ask0", "Oven"] == "baker0, gives up after 2 s"
+    shared = oven(2, timeout=1.0, tells=True)
+    (channel,) = shared.channels
+    assert isinstance(channel, sym.ServiceChannel)
+    first, second = channel.clients
+    second.timedOut, first.timedOut = first.timedOut, first.response
+    found = lines(shared)
+    assert found["response", "Oven", "Got0"] == "baker0, or gives up after 1 s"
+    assert found["response", "Oven", "Late0"] == "baker1 gives up after 1 s"
+    first.timedOut = second.timedOut
+    assert (
+        lines(shared)["response", "Oven", "Late0"] == "baker0 gives up after 1 s, baker1 gives up after 1 s"
+    )
+
+
+def test_a_managed_node_says_so() -> None:
+    assert [box.subtitle for box in view_of(camera()).boxes if box.kind == "node"] == ["managed ROS node"] * 3
 
 
 def test_limits_that_differ_are_shown() -> None:
