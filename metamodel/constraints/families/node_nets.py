@@ -237,3 +237,19 @@ def start_steps_positive(lifecycle: sym.Lifecycle, index: Index) -> Outcome:
 def configured_before_active(lifecycle: sym.Lifecycle, index: Index) -> Outcome:
     """The start order configures a node before it activates it."""
     return lifecycle.configureStep < lifecycle.activateStep
+
+
+@constraint(
+    "{it} is managed, and {found} as if its node were always active",
+    fix="let another node net have the action, or leave the lifecycle out",
+    guard=lambda node_net, index: node_net.lifecycle is not None,
+    severity="warning",
+)
+def managed_node_has_no_action(node_net: sym.NodeNet, index: Index) -> Outcome:
+    """No rule says what becomes of the goals of a node that is not active."""
+    ports = [*index.all(sym.ActionServerPort), *index.all(sym.ActionClientPort)]
+    for port in ports:
+        place = port.entry if isinstance(port, sym.ActionServerPort) else port.goal
+        if place is not None and index.node_net_of(place) is node_net:
+            return f"{describe(port)} is in the net"
+    return True
