@@ -227,12 +227,12 @@ def _explicit(net: CompiledNet, budget: Budget, began: float, order: Order) -> S
 
 
 def _tina(net: CompiledNet, budget: Budget, began: float) -> StateSpace:
-    from dineros.analysis.tina import TinaTimeoutError, count
+    from dineros.analysis.tina import TinaBudgetError, count
 
     try:
         counts = count(net, budget)
-    except TinaTimeoutError:
-        return _nothing(net, "tina", RAN_OUT["time"], began)
+    except TinaBudgetError as limit:
+        return _nothing(net, "tina", limit.why, began)
     if not counts.is_bounded:
         return _nothing(net, "tina", "unbounded", began)
     return figures_of(net, (counts.states, counts.arcs, counts.deadlocks), (None, None), "tina", "", began)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import resource
 import shutil
 import signal
@@ -13,7 +14,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel.errors import DinerosError
 
@@ -25,8 +26,28 @@ class TinaError(DinerosError):
     """TINA is not there, failed, or printed what cannot be read."""
 
 
-class TinaTimeoutError(TinaError):
+class TinaBudgetError(TinaError):
+    """A program of TINA took more than it may: why the answer is not known, as reports say it."""
+
+    why = ""
+
+
+class TinaTimeoutError(TinaBudgetError):
     """A program of TINA took longer than it may."""
+
+    why = RAN_OUT["time"]
+
+
+class TinaMemoryError(TinaBudgetError):
+    """A program of TINA says that it got too little memory."""
+
+    why = RAN_OUT["memory"]
+
+
+_NO_MEMORY = re.compile(
+    "failed to map segment|allocate memory|out of memory|bad_alloc|Out_of_memory|MemoryError"
+)
+"""What loaders, the C library and run-time systems say."""
 
 
 def tool(name: str = "tina") -> Path:
@@ -89,6 +110,8 @@ class Workplace:
         ------
         TinaTimeoutError
             It took too long.
+        TinaMemoryError
+            It says that it got too little memory, of which there is a limit.
         TinaError
             It is not there, does not run, or failed.
         """
@@ -125,6 +148,8 @@ class Workplace:
             ) from None
         finally:
             _end(process)
+        if process.returncode and self.budget.memory_bytes is not None and _NO_MEMORY.search(errors + output):
+            raise TinaMemoryError(f"{name}: {RAN_OUT['memory']}", hint="give it more, or use another engine")
         if process.returncode:
             raise TinaError(
                 f"{name} failed with exit status {process.returncode}: {_last_line(output, errors)}",

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget
+from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.explicit import Order
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step, all_resolved
@@ -24,7 +24,7 @@ from dineros.analysis.nets.witness import ending_with_one_of
 from dineros.analysis.tina.digest import read_counts
 from dineros.analysis.tina.formulas import PARTIAL, always, fair_text, formula_text, not_
 from dineros.analysis.tina.paths import lasso, read_sequence, to_goal
-from dineros.analysis.tina.programs import Printed, TinaTimeoutError, Workplace, workplace
+from dineros.analysis.tina.programs import Printed, TinaBudgetError, Workplace, workplace
 from dineros.analysis.tina.trial import ask, try_reachability, try_temporal
 
 #: How sift tells at which state it stopped: the manual numbers states, and leaves open how one is told.
@@ -122,8 +122,8 @@ def find_condition(
                     return Outcome("unreachable")
                 return Outcome("unknown", reason="sift stopped before it had seen all markings")
             trace, program = _path(net, place, printed, goal)
-        except TinaTimeoutError:
-            return Outcome("unknown", reason=RAN_OUT["time"])
+        except TinaBudgetError as limit:
+            return Outcome("unknown", reason=limit.why)
     return Outcome("reachable", to_goal(net, trace, is_goal, program))
 
 
@@ -177,8 +177,8 @@ def verify(
             if ask(place, "net.ktz", text):
                 return verdict("holds")
             shown = _counterexample(place, "net.ktz", text)
-        except TinaTimeoutError:
-            return verdict("unknown", reason=RAN_OUT["time"])
+        except TinaBudgetError as limit:
+            return verdict("unknown", reason=limit.why)
     if shown is None:
         return verdict("violated", reason="selt shows no run")
     stem, loop = lasso(net, read_sequence(net, shown, "selt"), tree, atoms, weakly, strongly)

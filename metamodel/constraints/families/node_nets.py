@@ -247,9 +247,11 @@ def configured_before_active(lifecycle: sym.Lifecycle, index: Index) -> Outcome:
 )
 def managed_node_has_no_action(node_net: sym.NodeNet, index: Index) -> Outcome:
     """No rule says what becomes of the goals of a node that is not active."""
-    ports = [*index.all(sym.ActionServerPort), *index.all(sym.ActionClientPort)]
-    for port in ports:
-        place = port.entry if isinstance(port, sym.ActionServerPort) else port.goal
+    ends: list[tuple[EObject, pn.Place | None]] = [
+        *((port, port.entry) for port in index.all(sym.ActionServerPort)),
+        *((port, port.goal) for port in index.all(sym.ActionClientPort)),
+    ]
+    for port, place in ends:
         if place is not None and index.node_net_of(place) is node_net:
             return f"{describe(port)} is in the net"
     return True

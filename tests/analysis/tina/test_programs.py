@@ -9,7 +9,13 @@ import pytest
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.tina.programs import LONGEST_ARGUMENT, TinaError, TinaTimeoutError, workplace
+from dineros.analysis.tina.programs import (
+    LONGEST_ARGUMENT,
+    TinaError,
+    TinaMemoryError,
+    TinaTimeoutError,
+    workplace,
+)
 from dineros.metamodel.files import load
 
 NET = CompiledNet.build({"a": 1}, [("t", {"a": 1})])
@@ -56,6 +62,17 @@ def test_memory_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     program(tmp_path, monkeypatch, "while [ $(ulimit -v) = unlimited ]; do :; done; ulimit -v")
     with workplace(NET, Budget(1 << 30, seconds=20)) as place:
         assert place.run("sift").output == "1048576\n"
+
+
+@pytest.mark.parametrize("limit", [1 << 30, None])
+def test_too_little_memory_is_no_failure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limit: int | None
+) -> None:
+    """It is the end of a budget; without a limit of ours, it is a failure."""
+    program(tmp_path, monkeypatch, "echo 'libc.so.6: failed to map segment from shared object' >&2; exit 127")
+    with workplace(NET, Budget(limit)) as place, pytest.raises(TinaError) as caught:
+        place.run("sift")
+    assert isinstance(caught.value, TinaMemoryError) == (limit is not None)
 
 
 @pytest.mark.parametrize(
