@@ -27,7 +27,7 @@ from tests.support.talker import talker
 
 ROOT = Path(__file__).resolve().parents[3]
 CASE_STUDY = ROOT / "case_study/sorting.sym.xmi"
-FEATURES = Path("/work/shared/models/AcomodiaFeatureSym.pnml")
+FEATURES = Path(__file__).resolve().parents[4] / "shared/models/AcomodiaFeatureSym.pnml"
 
 
 def handle(document: Document, id: str) -> str:

@@ -21,7 +21,7 @@ from tests.views.editing.driving import Hand
 NewVisit = Callable[..., Visit]
 
 ROOT = Path(__file__).resolve().parents[3]
-FEATURES = Path("/work/shared/models/AcomodiaFeatureSym.pnml")
+FEATURES = Path(__file__).resolve().parents[4] / "shared/models/AcomodiaFeatureSym.pnml"
 
 
 @pytest.fixture
