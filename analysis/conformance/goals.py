@@ -10,9 +10,10 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from dineros.analysis.conformance.net import ConformanceNet, Queue
+from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.conformance.reasons import why_not
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
+from dineros.analysis.conformance.topics.parts import Queue
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import node_net_of
 from dineros.metamodel.records import (

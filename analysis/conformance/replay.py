@@ -8,13 +8,14 @@ from typing import Any
 
 from dineros.analysis.conformance.goals import GoalFlow
 from dineros.analysis.conformance.messages import Messages
-from dineros.analysis.conformance.net import ConformanceNet, HistoryTopic
+from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.conformance.reasons import why_not
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.analysis.conformance.services.nameless import is_nameless
 from dineros.analysis.conformance.services.replaying import Calls
 from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.topics.histories import HistoryFlow
+from dineros.analysis.conformance.topics.parts import HistoryTopic
 from dineros.analysis.conformance.topics.queues import TopicFlow
 from dineros.metamodel.records import (
     Checkpoint,

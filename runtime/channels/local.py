@@ -19,6 +19,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.runtime.channels.goals import KnownGoal
 from dineros.runtime.channels.histories import HistoryTopic
 from dineros.runtime.channels.local_actions import LocalAction
+from dineros.runtime.channels.local_services import LocalClient, LocalService
 from dineros.runtime.channels.transport import Answer, Receiver
 from dineros.runtime.nets.ports import (
     ActionClientPort,
@@ -68,45 +69,6 @@ class _Dispatcher:
     history: deque[Message] = field(default_factory=deque)
 
 
-@dataclass
-class _Service:
-    """Requests on their way to a server, and those it has not answered, each with its client.
-
-    Attributes
-    ----------
-    depth : int or None
-        How many may wait, under the rules of ROS 2; None: any number, which are handed on one by one.
-    waiting : deque
-        Those that wait.
-    again : deque
-        Those that come again to a server that has taken them: they take no room.
-    unanswered : dict
-        Those that the server has, for one that comes back.
-    lost : list of str
-        Ids of those that the full history has lost, until the server knows.
-    is_told : bool
-        Whether the server knows of what waits and was lost: it takes that by itself.
-    """
-
-    receiver: Receiver | None = None
-    port: ServerPort | None = None
-    depth: int | None = None
-    lost: list[str] = field(default_factory=list)
-    is_told: bool = True
-    waiting: deque[tuple[str, Message]] = field(default_factory=deque)
-    again: deque[tuple[str, Message]] = field(default_factory=deque)
-    unanswered: dict[tuple[str, str], Message] = field(default_factory=dict)
-
-
-@dataclass
-class _Client:
-    """Where responses to a client go, and those on their way."""
-
-    receiver: Receiver
-    port: ClientPort
-    waiting: deque[Message] = field(default_factory=deque)
-
-
 class LocalNetwork:
     """The channels of one application.
 
@@ -122,8 +84,8 @@ class LocalNetwork:
         self._publishers: dict[str, dict[str, _PublisherQueue]] = {}  # topic -> node/place
         self._dispatchers: dict[str, dict[str, _Dispatcher]] = {}  # topic -> node
         self._topics: dict[str, HistoryTopic] = {}  # those with histories
-        self._services: dict[str, _Service] = {}
-        self._clients: dict[str, _Client] = {}
+        self._services: dict[str, LocalService] = {}
+        self._clients: dict[str, LocalClient] = {}
         self._actions: dict[str, LocalAction] = {}
         self._thread: threading.Thread | None = None
         self._is_ending = False
@@ -154,13 +116,8 @@ class LocalNetwork:
         for with_histories in self._topics.values():
             moves += with_histories.moves()
         for service in self._services.values():
-            if service.receiver is not None and service.again:
-                moves.append(partial(self._call_again, service))
-            if service.receiver is not None and service.depth is not None and not service.is_told:
-                moves.append(partial(self._tell, service))
-            elif service.receiver is not None and service.depth is None and service.waiting:
-                moves.append(partial(self._call, service))
-        moves += [partial(self._respond, client) for client in self._clients.values() if client.waiting]
+            moves += service.moves()
+        moves += [client.respond for client in self._clients.values() if client.waiting]
         for action in self._actions.values():
             moves += action.moves()
         return moves
@@ -185,43 +142,6 @@ class LocalNetwork:
         message = (dispatcher.history or dispatcher.waiting).popleft()
         for port in dispatcher.ports:
             dispatcher.receiver.message_arrived(port, message, 0)
-
-    @staticmethod
-    def _tell(service: _Service) -> None:
-        """Let the server know that it is asked."""
-        assert service.receiver is not None and service.port is not None
-        service.is_told = True
-        service.receiver.requests_wait(service.port)
-
-    def _call(self, service: _Service) -> None:
-        assert service.receiver is not None and service.port is not None
-        service.receiver.request_arrived(service.port, *self._taken(service))
-
-    def _call_again(self, service: _Service) -> None:
-        assert service.receiver is not None and service.port is not None
-        service.receiver.request_arrived(service.port, *self._taken(service, service.again))
-
-    def _taken(
-        self, service: _Service, requests: deque[tuple[str, Message]] | None = None
-    ) -> tuple[Message, Answer]:
-        """Return the oldest request that waits, and what sends its response."""
-        key, message = (service.waiting if requests is None else requests).popleft()
-        service.unanswered[key, message.id] = message
-
-        def answer(response: Message) -> None:
-            with self._changed:
-                if service.unanswered.get((key, message.id)) is message:
-                    del service.unanswered[key, message.id]
-                client = self._clients.get(key)
-                if client is not None:
-                    client.waiting.append(response)
-                self._changed.notify()
-
-        return message, answer
-
-    @staticmethod
-    def _respond(client: _Client) -> None:
-        client.receiver.response_arrived(client.port, client.waiting.popleft())
 
     # A thread that moves.
 
@@ -257,7 +177,7 @@ class LocalNetwork:
         """
         with self._changed:
             for server in ports.servers:
-                if self._services.setdefault(server.channel, _Service()).receiver is not None:
+                if self._service(server.channel).has_server:
                     raise DinerosError(f"two nodes serve {server.service!r}")
             for action in ports.action_servers:
                 if self._action(action.channel).has_server:
@@ -278,22 +198,20 @@ class LocalNetwork:
                     if subscriber.is_kept:
                         dispatcher.history.extend(queue.history)
             for client in ports.clients:
-                self._clients[_client_key(client)] = _Client(receiver, client)
+                self._clients[_client_key(client)] = LocalClient(receiver, client)
             for server in ports.servers:
-                service = self._services[server.channel]
-                service.receiver, service.port = receiver, server
-                again = [(key, message) for (key, _), message in service.unanswered.items()]
-                service.waiting.extendleft(reversed(again))
-                service.unanswered.clear()
-                service.depth = server.depth if ports.middleware == "ros2" else None
-                service.is_told = False
-                self._part(service)
-                self._forget_oldest(service)
+                depth = server.depth if ports.middleware == "ros2" else None
+                self._service(server.channel).serve(receiver, server, depth)
             for action_client in ports.action_clients:
                 self._action(action_client.channel).add_client(receiver, action_client)
             for action in ports.action_servers:
                 self._action(action.channel).add_server(receiver, action)
             self._changed.notify()
+
+    def _service(self, channel: str) -> LocalService:
+        if channel not in self._services:
+            self._services[channel] = LocalService(self.change, self._clients)
+        return self._services[channel]
 
     def _action(self, channel: str) -> LocalAction:
         if channel not in self._actions:
@@ -320,7 +238,7 @@ class LocalNetwork:
             for client in ports.clients:
                 self._clients.pop(_client_key(client), None)
             for server in ports.servers:
-                self._services[server.channel].receiver = None
+                self._service(server.channel).leave()
 
     def publish(self, ports: Ports, port: PublisherPort, message: Message) -> bool:
         """Take a message into the publisher's queue or histories; False: the queue is full."""
@@ -355,15 +273,7 @@ class LocalNetwork:
 
     def request(self, port: ClientPort, message: Message) -> None:
         """Take a request on its way."""
-        with self._changed:
-            service = self._services.setdefault(port.channel, _Service())
-            request = _client_key(port), message
-            if request not in service.waiting:  # one that is sent again takes no more room
-                service.waiting.append(request)
-                self._part(service)
-            service.is_told = False
-            self._forget_oldest(service)
-            self._changed.notify()
+        self.change(lambda: self._service(port.channel).ask(_client_key(port), message))
 
     def action(self, channel: str) -> LocalAction:
         """Return an action, to be changed by `change` only."""
@@ -376,40 +286,20 @@ class LocalNetwork:
             action()
             self._changed.notify()
 
-    @staticmethod
-    def _part(service: _Service) -> None:
-        """Take the requests that a server has taken before out of its history."""
-        if service.receiver is None or service.port is None or service.depth is None:
-            return
-        waiting = list(service.waiting)
-        service.waiting.clear()
-        for request in waiting:
-            is_known = service.receiver.knows_request(service.port, request[1].id)
-            (service.again if is_known else service.waiting).append(request)
-
-    @staticmethod
-    def _forget_oldest(service: _Service) -> None:
-        while service.depth is not None and len(service.waiting) > service.depth:
-            _, message = service.waiting.popleft()
-            service.lost.append(message.id)
-
     def take_request(self, port: ServerPort) -> tuple[Message, Answer] | None:
         """Return the oldest request that waits for a server, and what sends its response."""
         with self._changed:
-            service = self._services[port.channel]
-            return self._taken(service) if service.waiting else None
+            return self._service(port.channel).take()
 
     def lost_requests(self, port: ServerPort) -> list[str]:
         """Return the ids of the requests that a full history has lost since this was asked last."""
         with self._changed:
-            service = self._services[port.channel]
-            lost, service.lost = service.lost, []
-            return lost
+            return self._service(port.channel).lost()
 
     def forget(self, port: ClientPort, message_id: str) -> None:
         """Hand a request that its client has given up to no server that comes back."""
         with self._changed:
-            self._services[port.channel].unanswered.pop((_client_key(port), message_id), None)
+            self._service(port.channel).forget(_client_key(port), message_id)
 
 
 class LocalTransport:

@@ -24,7 +24,7 @@ from dineros.transformations.rules import (
     topics,
 )
 from dineros.transformations.rules.actions import callbacks as served
-from dineros.transformations.rules.actions import feedback, goals, publishing, slots
+from dineros.transformations.rules.actions import ends, feedback, goals, publishing, slots
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,50 @@ class Family:
     rules: tuple[type[Rule], ...]
     about: str = ""
 
+
+_MANAGED = (
+    lifecycle.L1,
+    lifecycle.L1ConfigureFails,
+    lifecycle.L1ActivateFails,
+    lifecycle.L1Deactivate,
+    lifecycle.L1Cleanup,
+    lifecycle.L1Shutdown,
+    lifecycle.L1Configured,
+    lifecycle.L1ConfiguredActive,
+    lifecycle.L1Activated,
+    lifecycle.L1ActivatedActive,
+    lifecycle.L1Thread,
+    lifecycle.L1Exclusive,
+    lifecycle.L2,
+    lifecycle.L3,
+    lifecycle.L3Begin,
+    lifecycle.L3Outside,
+    lifecycle.L3Tick,
+    lifecycle.L3Take,
+    lifecycle.L3Serve,
+    lifecycle.L3Late,
+    lifecycle.L3Ask,
+    lifecycle.L3GiveUp,
+    coming_and_going.L4,
+    coming_and_going.L4Kept,
+    coming_and_going.L4Deliver,
+    coming_and_going.L4Left,
+    coming_and_going.L4LeftKept,
+    coming_and_going.L4Gone,
+    coming_and_going.L4Written,
+    coming_and_going.L4Read,
+    coming_and_going.L4Clear,
+    coming_and_going.L4Cleared,
+    coming_and_going.L5,
+    coming_and_going.L5Replace,
+    coming_and_going.L5ReplaceFinalized,
+    coming_and_going.L5Again,
+    coming_and_going.L5Forget,
+    coming_and_going.L5Left,
+    coming_and_going.L5Drained,
+    coming_and_going.L5Forgotten,
+)
+"""The rules of managed nodes, as they are shown and run."""
 
 FAMILIES = (
     Family(
@@ -154,48 +198,7 @@ FAMILIES = (
         "lifecycle",
         "Managed nodes of ROS 2",
         "",
-        (
-            lifecycle.L1,
-            lifecycle.L1ConfigureFails,
-            lifecycle.L1ActivateFails,
-            lifecycle.L1Deactivate,
-            lifecycle.L1Cleanup,
-            lifecycle.L1Shutdown,
-            lifecycle.L1Configured,
-            lifecycle.L1ConfiguredActive,
-            lifecycle.L1Activated,
-            lifecycle.L1ActivatedActive,
-            lifecycle.L1Thread,
-            lifecycle.L1Exclusive,
-            lifecycle.L2,
-            lifecycle.L3,
-            lifecycle.L3Begin,
-            lifecycle.L3Outside,
-            lifecycle.L3Tick,
-            lifecycle.L3Take,
-            lifecycle.L3Serve,
-            lifecycle.L3Late,
-            lifecycle.L3Ask,
-            lifecycle.L3GiveUp,
-            coming_and_going.L4,
-            coming_and_going.L4Kept,
-            coming_and_going.L4Deliver,
-            coming_and_going.L4Left,
-            coming_and_going.L4LeftKept,
-            coming_and_going.L4Gone,
-            coming_and_going.L4Written,
-            coming_and_going.L4Read,
-            coming_and_going.L4Clear,
-            coming_and_going.L4Cleared,
-            coming_and_going.L5,
-            coming_and_going.L5Replace,
-            coming_and_going.L5ReplaceFinalized,
-            coming_and_going.L5Again,
-            coming_and_going.L5Forget,
-            coming_and_going.L5Left,
-            coming_and_going.L5Drained,
-            coming_and_going.L5Forgotten,
-        ),
+        _MANAGED,
         "They run where the middleware is `ros2`, for node nets that have a lifecycle.",
     ),
     Family(
@@ -205,7 +208,7 @@ FAMILIES = (
         (
             *(goals.A1, goals.A1Result, goals.A1Fetch, goals.A2, goals.A2Reject, goals.A2Tell),
             *(goals.A3, goals.A3Again, goals.A3Nothing, goals.A3Over, goals.A3Hear, goals.A3Refuse),
-            *(goals.A4, goals.A4Late, goals.A4Cancel, goals.A4Unheeded),
+            *(ends.A4, ends.A4Late, ends.A4Cancel, ends.A4Unheeded),
             *(feedback.A5, feedback.A5Tell, feedback.A5Room, feedback.A5First, feedback.A5Hand),
             *(slots.A6, slots.A6Client, slots.A7, slots.A7Ask, slots.A7Cancel),
             *(publishing.R1Slot, publishing.T2SlotHistory, publishing.T2Slot),
@@ -257,7 +260,7 @@ INSTANCE_RULES: dict[type[sym.Channel], tuple[type[Rule], type[Rule]]] = {
 ACTION_RULES: list[type[Rule]] = [
     *(slots.A7, slots.A7Ask, slots.A7Cancel, goals.A1, goals.A1Result, goals.A1Fetch),
     *(goals.A2, goals.A2Reject, goals.A2Tell, goals.A3, goals.A3Again, goals.A3Nothing, goals.A3Over),
-    *(goals.A3Hear, goals.A3Refuse, goals.A4, goals.A4Late, goals.A4Cancel, goals.A4Unheeded),
+    *(goals.A3Hear, goals.A3Refuse, ends.A4, ends.A4Late, ends.A4Cancel, ends.A4Unheeded),
     *(feedback.A5, feedback.A5Tell),
 ]
 TOPIC_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
@@ -284,48 +287,7 @@ CALLBACK_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
 """They run after those of signals, whose places are those of the model."""
 LIFECYCLE_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [],
-    "ros2": [
-        lifecycle.L1,
-        lifecycle.L1ConfigureFails,
-        lifecycle.L1ActivateFails,
-        lifecycle.L1Deactivate,
-        lifecycle.L1Cleanup,
-        lifecycle.L1Shutdown,
-        lifecycle.L1Configured,
-        lifecycle.L1ConfiguredActive,
-        lifecycle.L1Activated,
-        lifecycle.L1ActivatedActive,
-        lifecycle.L1Thread,
-        lifecycle.L1Exclusive,
-        lifecycle.L2,
-        lifecycle.L3,
-        lifecycle.L3Begin,
-        lifecycle.L3Outside,
-        lifecycle.L3Tick,
-        lifecycle.L3Take,
-        lifecycle.L3Serve,
-        lifecycle.L3Late,
-        lifecycle.L3Ask,
-        lifecycle.L3GiveUp,
-        coming_and_going.L4,
-        coming_and_going.L4Kept,
-        coming_and_going.L4Deliver,
-        coming_and_going.L4Left,
-        coming_and_going.L4LeftKept,
-        coming_and_going.L4Gone,
-        coming_and_going.L4Written,
-        coming_and_going.L4Read,
-        coming_and_going.L4Clear,
-        coming_and_going.L4Cleared,
-        coming_and_going.L5,
-        coming_and_going.L5Replace,
-        coming_and_going.L5ReplaceFinalized,
-        coming_and_going.L5Again,
-        coming_and_going.L5Forget,
-        coming_and_going.L5Left,
-        coming_and_going.L5Drained,
-        coming_and_going.L5Forgotten,
-    ],
+    "ros2": list(_MANAGED),
 }
 """They run after all others but those of capacities: they say when what those made may happen."""
 SERVICE_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {

@@ -13,10 +13,11 @@ from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
-from dineros.analysis.conformance.net import ConformanceNet, HistoryTopic, Pair
+from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.conformance.reasons import why_not
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.analysis.conformance.topics.fates import Fates
+from dineros.analysis.conformance.topics.parts import HistoryTopic, Pair
 from dineros.metamodel.records import Drop, Publish, Take
 
 

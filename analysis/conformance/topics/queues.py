@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
-from dineros.analysis.conformance.net import Queue, Topic
+from dineros.analysis.conformance.topics.parts import Queue, Topic
 
 
 class TopicFlow:

@@ -10,7 +10,8 @@ from dineros.metamodel import pn, sym
 from dineros.transformations.language.functions import ancestor
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.language.rule import Rule
-from dineros.transformations.rules.actions.goals import A1, A2, End, Heard, Taken
+from dineros.transformations.rules.actions.ends import End
+from dineros.transformations.rules.actions.goals import A1, A2, Heard, Taken
 from dineros.transformations.rules.actions.slots import A6, slots
 from dineros.transformations.rules.callbacks import (
     BeginsAnswer,

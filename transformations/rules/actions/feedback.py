@@ -13,7 +13,8 @@ from dineros.transformations.language.functions import count, either, greatest
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.language.rule import Rule
-from dineros.transformations.rules.actions.goals import A2, End, Heard
+from dineros.transformations.rules.actions.ends import End
+from dineros.transformations.rules.actions.goals import A2, Heard
 from dineros.transformations.rules.actions.slots import A6, slots
 from dineros.transformations.rules.notation import Bound, OverflowQueue, arc, place, read, transition
 from dineros.transformations.rules.tokens import Heaviest, Lowering

@@ -99,8 +99,13 @@ def _asks(
     if port.response is not None:
         also = f", or {gives_up}" if told is port.response else ""
         _line(view, "response", channel, port.response.id, f"{port.client}{also}")
-    if told is not None and told is not port.response:
-        _line(view, "response", channel, told.id, f"{port.client} {gives_up}")
+    if told is None or told is port.response:
+        return
+    for edge in view.edges:
+        if (edge.kind, edge.source, edge.target) == ("response", channel, told.id):  # clients may share it
+            edge.label += f", {port.client} {gives_up}"
+            return
+    _line(view, "response", channel, told.id, f"{port.client} {gives_up}")
 
 
 def _action(channel: sym.ActionChannel, view: ViewModel, slots: int | None) -> None:
@@ -167,13 +172,7 @@ def _join(
 
 
 def _line(view: ViewModel, kind: EdgeKind, source: str, target: str, text: str) -> None:
-    """Add a line; what is there already, as clients may share a place, says both."""
-    id = f"{kind} {source} {target}"
-    there = next((edge for edge in view.edges if edge.id == id), None)
-    if there is None:
-        view.edges.append(Edge(id, source, target, kind, text))
-    else:
-        there.label = ", ".join(filter(None, [there.label, text]))
+    view.edges.append(Edge(f"{kind} {source} {target}", source, target, kind, text))
 
 
 def _queue(port: sym.TopicPort | rtm.PublisherPort | rtm.SubscriberPort, histories: bool) -> str:

@@ -1,0 +1,106 @@
+"""What a topic channel is in the net: queues, and what is between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Queue:
+    """An overflow queue: its transitions and places, by index in the compiled net.
+
+    Attributes
+    ----------
+    source, load, capacity : int
+        Places: where messages arrive, how many wait, how many more may.
+    enter, leave, drop : int
+        Transitions. The instances of a server page share the queue of a publisher on it: only source, enter
+        and drop are their own.
+    limit : int
+        How many messages may wait.
+    text : str
+        The queue in the words of the model.
+    """
+
+    source: int
+    load: int
+    capacity: int
+    enter: int
+    leave: int
+    drop: int
+    limit: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic channel: its queues, and what is between them.
+
+    Attributes
+    ----------
+    place, transport : int
+        Messages under way, and the transition that delivers one to every subscribing node.
+    publishers : dict of str to Queue
+        By place of the port.
+    dispatchers : dict of str to Queue
+        By node net.
+    subscribers : dict of str to Queue
+        By place of the port.
+    node_of : dict of str to str
+        Node net of each subscriber's place.
+    """
+
+    place: int
+    transport: int
+    publishers: dict[str, Queue]
+    dispatchers: dict[str, Queue]
+    subscribers: dict[str, Queue]
+    node_of: dict[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """A publisher and a subscriber of a topic of ROS 2 that match.
+
+    Attributes
+    ----------
+    publisher, subscriber : str
+        The places of the ports.
+    publishers : tuple of str
+        Where the publisher's messages come from: on a server page, a place of each instance.
+    queue : Queue
+        The writer history.
+    lose : int or None
+        The transition that loses a message on the way; None: it is reliable.
+    miss : int or None
+        The transition that loses a message since the subscriber is not there; None: it always is.
+    """
+
+    publisher: str
+    subscriber: str
+    publishers: tuple[str, ...]
+    queue: Queue
+    lose: int | None
+    miss: int | None = None
+
+
+@dataclass(frozen=True)
+class HistoryTopic:
+    """A topic channel of ROS 2.
+
+    Attributes
+    ----------
+    pairs : tuple of Pair
+        Publishers and subscribers that match.
+    publishers : dict of str to list of Pair
+        By place of the port.
+    subscribers : dict of str to Queue
+        Reader histories, by place of the port.
+    node_of : dict of str to str
+        Node net of each subscriber's place.
+    """
+
+    pairs: tuple[Pair, ...]
+    publishers: dict[str, list[Pair]]
+    subscribers: dict[str, Queue]
+    node_of: dict[str, str]
