@@ -19,7 +19,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 LINKS = Path("build/typed")
-BESIDE = ["benchmarks", "case_study", "docs", "tests", "tools"]
+BESIDE = ["benchmarks", "case_study", "docs", "examples", "tests", "tools"]
 
 
 def link_rooms(root: Path) -> dict[str, str]:

@@ -73,9 +73,9 @@ APPLICATIONS = {
         "Shown",
     ),
     "fleet": Application(
-        ROOT / "docs/examples/fleet/fleet.sym.xmi",
-        ROOT / "docs/examples/fleet/handlers",
-        f"python {ROOT / 'docs/examples/fleet/world.py'}",
+        ROOT / "examples/fleet/fleet.sym.xmi",
+        ROOT / "examples/fleet/handlers",
+        f"python {ROOT / 'examples/fleet/world.py'}",
         ("Orders",),
         "dispatcher",
         "Closed",

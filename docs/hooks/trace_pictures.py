@@ -1,6 +1,6 @@
 """The guide's pictures of traces, drawn by the tool while the guide is built.
 
-The witness in `docs/examples` took a minute to find, so that it is kept; a test replays it.
+The witness in `examples` took a minute to find, so that it is kept; a test replays it.
 The run is recorded anew.
 """
 
@@ -29,7 +29,7 @@ from dineros.views.traces.reading import build, header_of
 
 LOG = logging.getLogger("mkdocs.hooks.trace_pictures")
 ROOT = Path(__file__).resolve().parents[2]
-EXAMPLES = ROOT / "docs" / "examples"
+EXAMPLES = ROOT / "examples"
 MODEL = "case_study/sorting.sym.xmi"
 
 
@@ -84,7 +84,7 @@ def _record(model: sym.SystemModel, folder: Path) -> None:
 
 
 def _table() -> list[dict[str, Any]]:
-    """Return the table of a sweep that was made before: `docs/examples/sorting_sweep.csv`."""
+    """Return the table of a sweep that was made before: `examples/sorting_sweep.csv`."""
     import csv
 
     with (EXAMPLES / "sorting_sweep.csv").open(encoding="utf-8", newline="") as file:

@@ -39,7 +39,7 @@ def check_page(page: Path, tmp_path: Path, warm: Path | None) -> None:
     for suffix in ("*.xmi", "*.pnml"):
         for model in (ROOT / "case_study").glob(suffix):
             shutil.copy(model, tmp_path / "case_study")
-    shutil.copytree(ROOT / "docs/examples", tmp_path / "docs/examples")
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
     for block, command, shown, printed in run_page(page.read_text(encoding="utf-8"), tmp_path, warm):
         assert without_line(printed) == shown, f"{page.name}:{block.line}: {command}"
 

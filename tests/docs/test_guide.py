@@ -132,7 +132,7 @@ def test_the_front_page_shows_the_whole_chain() -> None:
 
 
 def test_nothing_advises_to_clean_the_shared_memory_of_running_systems() -> None:
-    rooms = ("cli", "runtime", "generators", "views", "docs", "case_study")
+    rooms = ("cli", "runtime", "generators", "views", "docs", "examples", "case_study")
     paths = [ROOT / "README.md", *(path for room in rooms for path in sorted((ROOT / room).rglob("*.*")))]
     named = {
         path.relative_to(ROOT).as_posix()

@@ -56,7 +56,7 @@ def test_every_rule_page_is_in_the_navigation() -> None:
 def test_the_guide_shows_the_watchdog_of_the_examples() -> None:
     page = (DOCS / "transformations.md").read_text(encoding="utf-8")
     (shown,) = [block.text for block in blocks(page) if block.title == "watchdog_rules.py"]
-    assert shown == (DOCS / "examples/watchdog_rules.py").read_text(encoding="utf-8")
+    assert shown == (DOCS.parent / "examples/watchdog_rules.py").read_text(encoding="utf-8")
 
 
 def test_the_reference_names_every_word_of_the_language() -> None:

@@ -1,4 +1,4 @@
-"""The fleet of `docs/examples/fleet` through the whole chain: check, generate, build, run."""
+"""The fleet of `examples/fleet` through the whole chain: check, generate, build, run."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from dineros.metamodel.records import read_trace
 from tests.support.type_checker import strict_mypy
 
 ROOT = Path(__file__).resolve().parents[2]
-FLEET = ROOT / "docs/examples/fleet"
+FLEET = ROOT / "examples/fleet"
 PACKAGES = ["fleet_dispatcher", "fleet_ada", "fleet_bob", "fleet_map", "fleet_dock", "fleet_charger"]
 SWITCHED_ON = {
     "map_server": "MapAvailable",

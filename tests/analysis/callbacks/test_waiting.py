@@ -17,7 +17,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.errors import DinerosError
-from docs.examples.callbacks.models import PROGRAMS, asking, node, program, server, service, timer
+from examples.callbacks.models import PROGRAMS, asking, node, program, server, service, timer
 from tests.runtime.ros.test_callbacks import BLOCK, KEEPS, LOSES, RUN
 from tests.support.blocking_callbacks import some_waits_for_ever
 from tests.support.executor_cases import FIGURES, Case, case_model

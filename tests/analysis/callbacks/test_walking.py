@@ -16,7 +16,7 @@ from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.elements import transitions
 from dineros.metamodel.errors import DinerosError
-from docs.examples.callbacks.models import PROGRAMS, program
+from examples.callbacks.models import PROGRAMS, program
 from tests.analysis.callbacks.test_waiting import CIRCLES
 from tests.support.executor_models import executor_models
 

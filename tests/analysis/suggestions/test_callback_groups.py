@@ -18,7 +18,7 @@ from dineros.metamodel.elements import elements, find
 from dineros.metamodel.files import save
 from dineros.metamodel.settings import apply
 from dineros.transformations.language.copying import deep_copy
-from docs.examples.callbacks.models import node, program, timer, topic
+from examples.callbacks.models import node, program, timer, topic
 from tests.runtime.ros.test_callbacks import BLOCK
 from tests.support.blocking_callbacks import some_waits_for_ever
 from tests.support.executor_cases import Case, case_model

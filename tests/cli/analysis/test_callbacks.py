@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from dineros.metamodel.files import save
-from docs.examples.callbacks.models import battery
+from examples.callbacks.models import battery
 from tests.cli.conftest import Run
 from tests.support.commands import is_one_line_of_wrong_use
 

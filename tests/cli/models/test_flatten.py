@@ -16,7 +16,7 @@ from dineros.transformations.flattening.flatten import flatten
 from tests.cli.conftest import Run
 
 ROOT = Path(__file__).resolve().parents[3]
-WATCHDOG = ROOT / "docs/examples/watchdog_rules.py"
+WATCHDOG = ROOT / "examples/watchdog_rules.py"
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from dineros.transformations.rules.catalogue import FAMILIES, name_of
 from tests.cli.conftest import Run
 from tests.support.system_packages import needs
 
-WATCHDOG = Path(__file__).resolve().parents[3] / "docs/examples/watchdog_rules.py"
+WATCHDOG = Path(__file__).resolve().parents[3] / "examples/watchdog_rules.py"
 
 
 def test_the_list_holds_every_rule_by_family(run: Run) -> None:

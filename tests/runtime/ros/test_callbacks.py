@@ -19,7 +19,7 @@ from dineros.runtime.ros.process.environment import ros_environment
 from dineros.runtime.ros.process.memory import remove_abandoned
 
 ROOT = Path(__file__).resolve().parents[3]
-PROGRAMS = ROOT / "docs/examples/callbacks"
+PROGRAMS = ROOT / "examples/callbacks"
 PATIENCE = 60.0
 """Seconds, for machines that are slow; on a good day this takes two."""
 

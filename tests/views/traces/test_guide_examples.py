@@ -22,7 +22,7 @@ from dineros.views.traces.reading import build
 from tests.views.samples import CASE_STUDY
 from tests.views.traces.test_building import marks
 
-EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 WITNESS = EXAMPLES / "sort_red_then_green.jsonl"
 
 

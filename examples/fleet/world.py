@@ -1,6 +1,6 @@
 """What robots and dock sense: a program beside the fleet that sets its signals, again and again.
 
-``python docs/examples/fleet/world.py`` runs until it is told to end. A robot is blocked for a moment on every
+``python examples/fleet/world.py`` runs until it is told to end. A robot is blocked for a moment on every
 way, then at its goal; batteries fill; the dispatcher pauses now and then. Signals are latched, so that a node
 that is started again hears what holds.
 """

@@ -1,6 +1,6 @@
 """A program that knows nothing of DiNeROS: switches the fleet's signals on, and counts arrivals.
 
-``python docs/examples/fleet/watch.py 6`` ends when six missions have arrived.
+``python examples/fleet/watch.py 6`` ends when six missions have arrived.
 """
 
 from __future__ import annotations
