@@ -170,6 +170,11 @@ class Senders:
         """Return whether this number came before, or was lost."""
         return sender in self._numbers and number in self._numbers[sender]
 
+    def skipped(self, sender: str, number: int) -> int:
+        """Return how many numbers lie between one and all known ones of its sender; none of a new sender."""
+        known = self._numbers.get(sender)
+        return max(0, number - known.highest - 1) if known is not None else 0
+
     def lacks(self, sender: str, number: int, count: int) -> int:
         """Return how many of the `count` numbers just below one neither came nor were lost."""
         first = max(1, number - count)
