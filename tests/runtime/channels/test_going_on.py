@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import random
 import threading
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 
-from dineros.analysis.conformance import conform
+from dineros.analysis.conformance import Verdict, conform
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.records import Drop, Take, read_trace, traces_of_runs
@@ -218,6 +219,17 @@ def test_what_was_under_way_and_is_not_sent_again_is_told_as_lost(tmp_path: Path
             draw.choice([ends[0].step, ends[1].step, ends[1].step, network.step])()
         for made in ends:
             made.close()
-    traces = {n: partial(read_trace, files) for n, files in traces_of_runs([tmp_path]).items()}
-    verdict = conform(model, traces)
-    assert verdict.status == "conforms", verdict.violations
+    traces = {n: list(read_trace(files)) for n, files in traces_of_runs([tmp_path]).items()}
+
+    def verdict_on(queue: Literal["subscriber", "restart"], more: int = 0) -> Verdict:
+        """Replay the losses as they are told where only the publisher ended, or by some more at the last."""
+        told = list(traces["listener"])
+        drops = {number: each for number, each in enumerate(told) if isinstance(each, Drop)}
+        for number, each in drops.items():
+            extra = more if number == max(drops) else 0
+            told[number] = replace(each, queue=queue, count=each.count + extra)
+        return conform(model, {"talker": partial(iter, traces["talker"]), "listener": partial(iter, told)})
+
+    assert (verdict_on("subscriber").status, verdict_on("restart").status) == ("conforms", "conforms")
+    (deviation, *_) = verdict_on("restart", 20).violations
+    assert deviation.reason.startswith("the publisher was started again, and had sent more meanwhile")
