@@ -115,6 +115,11 @@ class Numbers:
         """The highest number; 0: there is none."""
         return self._lasts[-1] if self._lasts else 0
 
+    def highest_up_to(self, last: int) -> int:
+        """Return the highest end of a range that is not above a number; 0: there is none."""
+        at = bisect_right(self._lasts, last) - 1
+        return self._lasts[at] if at >= 0 else 0
+
     def count(self, first: int, last: int) -> int:
         """Return how many numbers from `first` to `last` are noted.
 
