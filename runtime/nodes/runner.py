@@ -370,6 +370,10 @@ class Runner:
         """Have requests taken that the transport keeps."""
         self._post(lambda: self.exchange.serve(port))
 
+    def messages_skipped(self, port: SubscriberPort, message: Message) -> int:
+        """Return how many of its publisher's messages before this one are missing; from any thread."""
+        return self.exchange.messages_skipped(port, message)
+
     def knows_request(self, port: ServerPort, message_id: str) -> bool:
         """Return whether an instance serves a request, or its response is kept."""
         return self.exchange.knows_request(port, message_id)
