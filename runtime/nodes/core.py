@@ -17,6 +17,7 @@ from dineros.metamodel.errors import DinerosError, FeatureValueError
 from dineros.metamodel.lifecycles.states import STATE_AFTER, STATES_BEFORE
 from dineros.metamodel.lifecycles.states import State as LifecycleState
 from dineros.runtime.channels.exchange import Exchange, departures_of
+from dineros.runtime.firing.acceptance import Acceptance
 from dineros.runtime.firing.execution import Execution
 from dineros.runtime.firing.handlers import Handlers
 from dineros.runtime.firing.policies import Policy
@@ -61,6 +62,8 @@ class Core:
 
     Attributes
     ----------
+    acceptance : Acceptance
+        What decides about goals.
     exchange : Exchange or None
         What goes in and out, of the node that runs it.
     ended_by : str or None
@@ -91,6 +94,7 @@ class Core:
         self.engine = Engine(structure, self._departures)
         self.execution = Execution(self.engine, self.handlers, self.loop, random.Random(seed), self)
         self.execution.policy = policy
+        self.acceptance = Acceptance(structure.ports.action_servers, self.execution.watchdog, self)
         self.expectations = Expectations(
             self.loop, self, structure.signals, lambda reason: self.execution.halt(reason, logging.ERROR)
         )

@@ -86,6 +86,7 @@ class Runner:
             self.exchange.restore(resume)
         core.exchange = self.exchange
         core.execution.cancel_of = self.exchange.actions.cancel_of
+        self.exchange.actions.accepts = core.acceptance.accepts
         core.obey_state()
         self._loop = core.loop
         self._execution = core.execution
