@@ -1,0 +1,32 @@
+"""What the lidar does: it tells how far it is to what is ahead."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dineros.runtime import Net
+
+from . import firings
+
+FAR = 5.0
+_ahead = FAR
+
+
+def configure(net: Net) -> None:
+    """Listen to the laser; without ROS, the way is free."""
+    if net.ros_node is not None:
+        from std_msgs.msg import Float32  # type: ignore[import-untyped]
+
+        net.ros_node.create_subscription(Float32, "/laser/ahead", measure, 1)
+
+
+def measure(range: Any) -> None:
+    """Keep what the laser says."""
+    global _ahead
+    _ahead = float(range.data)
+
+
+@firings.on("TScan")
+def scan(firing: firings.TScanFiring) -> firings.TScanOutcome:
+    """Nothing -> Ahead."""
+    return {"data": _ahead}
