@@ -1,16 +1,17 @@
 """A mobile robot on its rounds, with a charging dock that it finds by its camera, as a system model.
 
-``python examples/mobile_robot/build.py`` writes `mobile_robot.sym.xmi`, and `mobile_robot_earlier.sym.xmi`: the
-same robot with a mistake that `check` found.
+``python examples/mobile_robot/build.py`` writes `mobile_robot.sym.xmi`, and `mobile_robot_earlier.sym.xmi`,
+the same robot with a mistake that `check` found.
 
-* The **mission** sends the robot from waypoint to waypoint: goals of an action. A goal that fails is tried once
-  more; when the battery is low, the goal is canceled, and the robot goes to its dock.
+* The **mission** sends the robot from waypoint to waypoint: goals of an action. A goal that fails is tried
+  once more; when the battery is low, the goal is canceled, and the robot goes to its dock.
 * The **navigator** drives to one waypoint at a time, tells how far it is, gives up before an obstacle, and
   brakes when its goal is to be canceled. It has a permit for each leg that the battery has charge for.
 * The **lidar** measures what is ahead: a best-effort sensor.
 * The **battery** counts the legs that were driven, warns, and gives permits while it is charged.
 * The **dock** finds itself by what the detector sees, and has the battery charged.
-* The **camera**, a managed node, sends pictures while it is active; the **detector** looks for the dock in them.
+* The **camera**, a managed node, sends pictures while it is active; the **detector** looks for the dock in
+  them.
 """
 
 from __future__ import annotations
@@ -77,8 +78,8 @@ class Robot:
     Parameters
     ----------
     mistake : str
-        What is wrong with it: ``"asks once"``, where the mission asks once to cancel a goal, and minds no more;
-        ``"docks at once"``, where it sends the robot to the dock before that goal is over; or nothing.
+        What is wrong with it: ``"asks once"``, where the mission asks once to cancel a goal, and minds no
+        more; ``"docks at once"``, where it sends the robot to the dock before that goal is over; or nothing.
     """
 
     def __init__(self, mistake: str = "") -> None:
@@ -104,7 +105,9 @@ class Robot:
         waypoints.balloons.extend(
             sym.BalloonToken(data=f'{{"name": "{name}", "x": {x}, "y": {y}}}') for name, x, y in ROUND
         )
-        closed, idle, retries = (self.place(net, id, n) for id, n in (("Closed", 0), ("Idle", 1), ("Retry", 1)))
+        closed, idle, retries = (
+            self.place(net, id, n) for id, n in (("Closed", 0), ("Idle", 1), ("Retry", 1))
+        )
         goal, under_way, recalled, tried, recall, ask = self.some(
             net, "Goal", "UnderWay", "Recalled", "Tried", "Recall", "AskDock"
         )
@@ -177,7 +180,11 @@ class Robot:
         """Count the legs, warn, and give permits while it is charged."""
         net, charge = self.node("battery"), self.types.charge
         spent, permit = self.place(net, "Spent", type=charge), self.place(net, "Permit", type=charge)
-        watching, warned, low = self.place(net, "Watching", 1), self.place(net, "Warned"), self.place(net, "Warning")
+        watching, warned, low = (
+            self.place(net, "Watching", 1),
+            self.place(net, "Warned"),
+            self.place(net, "Warning"),
+        )
         driven = self.place(self.callback(net, "OnLeg"), "Driven", type=charge)
         flow(driven, transition(driven.page, "TCount"), refer(spent, driven.page))
         warn = self.move(net, "TWarn", [watching], [warned, low])
@@ -233,7 +240,14 @@ class Robot:
         self.topic("LowBattery", "/battery/low", "Warning", "Low", 1, LATCHED)
         self.service("Dock", "/dock", "DockServer", "DockEntry", "DockExit", "mission", "AskDock", "Charged")
         self.service(
-            "ChargeBattery", "/battery/charge", "ChargeServer", "ChargeEntry", "ChargeExit", "dock", "AskCharge", "Full"
+            "ChargeBattery",
+            "/battery/charge",
+            "ChargeServer",
+            "ChargeEntry",
+            "ChargeExit",
+            "dock",
+            "AskCharge",
+            "Full",
         )
         places = self.places
         sym.ActionChannel(

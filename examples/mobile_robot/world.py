@@ -1,7 +1,7 @@
-"""The robot's world, a program beside the nodes: wheels, a laser, an eye, and people in the way now and then.
+"""The robot's world, a program beside the nodes: wheels, a laser, an eye, and people in the way at times.
 
-``python examples/mobile_robot/world.py`` runs until it is told to end. It knows nothing of DiNeROS: it listens
-to ``/wheels/target``, tells ``/laser/ahead`` and ``/eye/marker``, and says by the navigator's signals whether
+``python examples/mobile_robot/world.py`` runs until it is told to end. It knows nothing of DiNeROS: it hears
+``/wheels/target``, tells ``/laser/ahead`` and ``/eye/marker``, and says by the navigator's signals whether
 the robot is at its goal. Signals are latched, so that a node that is started again hears what holds.
 """
 
@@ -97,7 +97,10 @@ def main() -> int:
     node: Any = rclpy.create_node("world")
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     at_goal = node.create_publisher(String, "/navigator/signals", latched)
-    laser, eye = node.create_publisher(Float32, "/laser/ahead", 1), node.create_publisher(Bool, "/eye/marker", 1)
+    laser, eye = (
+        node.create_publisher(Float32, "/laser/ahead", 1),
+        node.create_publisher(Bool, "/eye/marker", 1),
+    )
 
     def told(point: Point) -> None:
         with lock:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from dineros.metamodel.errors import DinerosError
 from dineros.runtime import Net
 
 from . import firings
@@ -18,16 +19,18 @@ _change: Callable[[str], bool] = lambda label: True  # noqa: E731
 
 
 def configure(net: Net) -> None:
-    """Connect the wheels and the camera."""
+    """Connect the wheels and the camera; without ROS, there are none."""
     global _come, _change
-    if net.ros_node is None:
+    try:
+        node = net.ros_node
+    except DinerosError:
         return
     from geometry_msgs.msg import Point  # type: ignore[import-untyped]
     from lifecycle_msgs.srv import ChangeState, GetState  # type: ignore[import-untyped]
 
-    publisher = net.ros_node.create_publisher(Point, "/wheels/target", 10)
-    changes = net.ros_node.create_client(ChangeState, "/camera/change_state")
-    states = net.ros_node.create_client(GetState, "/camera/get_state")
+    publisher = node.create_publisher(Point, "/wheels/target", 10)
+    changes = node.create_client(ChangeState, "/camera/change_state")
+    states = node.create_client(GetState, "/camera/get_state")
 
     def come() -> None:
         publisher.publish(Point(x=HOME[0], y=HOME[1], z=1.0))
