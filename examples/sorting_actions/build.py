@@ -132,6 +132,7 @@ def _cell(
             role: place(page, f"{role}{motion}{cell}")
             for role in ("Goal", "Succeeded", "Aborted", "Canceled", "Cancel")
         }
+        own["Cancel"].capacity = 1
         under_way = own["UnderWay"] = place(page, f"UnderWay{motion}{cell}")
         starts = step(page, f"Start{motion}{cell}", [ready[motion], permit], [own["Goal"], under_way])
         inhibit(here(wanted, page), starts)
