@@ -29,7 +29,11 @@ from pathlib import Path
 from benchmarks.endurance.applications import APPLICATIONS, Application
 from dineros.analysis.conformance import conform
 from dineros.metamodel.records import (
+    Accept,
     Drop,
+    Finish,
+    Goal,
+    Outcome,
     Publish,
     Reply,
     Request,
@@ -190,7 +194,11 @@ class Round:
         if dropped:
             raise LostError(f"{dropped} messages were dropped")
         counted: Counter[str] = Counter()
-        for kind, others in ((Publish, (Take,)), (Request, (Serve, Reply, Response))):
+        for kind, others in (
+            (Publish, (Take,)),
+            (Request, (Serve, Reply, Response)),
+            (Goal, (Accept, Finish, Outcome)),
+        ):
             sent = Counter((each.channel, each.message) for each in records if type(each) is kind)
             counted[kind.event] = len(sent)
             for other in others:

@@ -120,7 +120,8 @@ def robot(model: sym.SystemModel, n: int, *, gives_up_waiting: bool) -> tuple[sy
         step(page, f"GiveUp{n}", [waiting, halt], [back])
     else:
         step(page, f"GiveUp{n}", [waiting, ports["EnterRes"], halt], [aback, ports["LeaveReq"]])
-    step(page, f"Cross{n}", [aisle], [across, ports["LeaveReq"]], clause=f"!Blocked{n}")
+    cross = step(page, f"Cross{n}", [aisle], [across, ports["LeaveReq"]], clause=f"!Blocked{n}")
+    inhibit(halt, cross)
     step(page, f"TurnBack{n}", [aisle, halt], [aback, ports["LeaveReq"]])
     step(page, f"Block{n}", [aisle], [stuck, ports["LeaveReq"]], clause=f"Blocked{n}")
     step(page, f"Unload{n}", [across, ports["LeaveRes"]], [done, ports["Told"]])

@@ -122,7 +122,9 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--motion-time", type=float, default=0.4, help="seconds of a motion")
-    parser.add_argument("--visit-every", type=int, default=3, help="a person comes in each such motion; 0: never")
+    parser.add_argument(
+        "--visit-every", type=int, default=3, help="a person comes in each such motion; 0: never"
+    )
     parser.add_argument("--stay", type=float, default=1.0, help="seconds that a person stays")
     options = parser.parse_args()
     ends = threading.Event()

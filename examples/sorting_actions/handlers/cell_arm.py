@@ -16,14 +16,22 @@ COMMANDS = "/cell/arm"
 POLL = 0.01  # seconds between two looks at a signal
 AGAIN = 1.0  # seconds after which a command that shows no effect is sent again: the drive may have been down
 
-_command: Callable[[str, str], None] = lambda motion, piece: None
-_net: Net
+
+class Arm:
+    """The node's net, and where the drive takes commands: a motion and a piece."""
+
+    net: Net
+
+    def command(self, motion: str, piece: str) -> None:
+        """Do nothing: there is no drive yet."""
+
+
+ARM = Arm()
 
 
 def configure(net: Net) -> None:
     """Connect the drive; who is asked to stop does that before anything else."""
-    global _net
-    _net = net
+    ARM.net = net
     net.selection(choose)
     with suppress(DinerosError):  # without ROS, whoever runs the node says so by `use`
         use(_drive(net))
@@ -31,8 +39,7 @@ def configure(net: Net) -> None:
 
 def use(command: Callable[[str, str], None]) -> None:
     """Send commands there."""
-    global _command
-    _command = command
+    ARM.command = command  # type: ignore[method-assign]
 
 
 def choose(candidates: Candidates) -> Enabled | None:
@@ -58,9 +65,9 @@ def _drive(net: Net) -> Callable[[str, str], None]:
 async def _move(motion: str, piece: str) -> None:
     """Start a motion; return when the signals speak of it and of no earlier one."""
     while True:
-        _command(motion, piece)
+        ARM.command(motion, piece)
         for _ in range(round(AGAIN / POLL)):
-            if not _net.signal("AtRest").value:
+            if not ARM.net.signal("AtRest").value:
                 return
             await asyncio.sleep(POLL)
 
@@ -82,14 +89,14 @@ async def move_place(firing: firings.MovePlaceFiring) -> firings.Outcome:
 @firings.on("BrakePick")
 def brake_pick(firing: firings.BrakePickFiring) -> firings.Outcome:
     """PickMoving + PickStop -> PickBraking."""
-    _command("brake", firing.data["name"])
+    ARM.command("brake", firing.data["name"])
     return {}
 
 
 @firings.on("BrakePlace")
 def brake_place(firing: firings.BrakePlaceFiring) -> firings.Outcome:
     """PlaceMoving + PlaceStop -> PlaceBraking."""
-    _command("brake", firing.data["name"])
+    ARM.command("brake", firing.data["name"])
     return {}
 
 

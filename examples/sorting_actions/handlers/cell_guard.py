@@ -10,9 +10,17 @@ from dineros.runtime import Net
 
 from . import firings
 
-GATE = "/cell/gate"
+TOPIC = "/cell/gate"
 
-_set_gate: Callable[[bool], None] = lambda is_open: None
+
+class Gate:
+    """What opens and shuts."""
+
+    def set(self, is_open: bool) -> None:
+        """Do nothing: there is no gate yet."""
+
+
+GATE = Gate()
 
 
 def configure(net: Net) -> None:
@@ -23,8 +31,7 @@ def configure(net: Net) -> None:
 
 def use(set_gate: Callable[[bool], None]) -> None:
     """Open and shut this one."""
-    global _set_gate
-    _set_gate = set_gate
+    GATE.set = set_gate  # type: ignore[method-assign]
 
 
 def _gate(net: Net) -> Callable[[bool], None]:
@@ -33,7 +40,7 @@ def _gate(net: Net) -> Callable[[bool], None]:
 
     # Kept for a gate that is started again; only the last command counts.
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    publisher = net.ros_node.create_publisher(Bool, GATE, latched)
+    publisher = net.ros_node.create_publisher(Bool, TOPIC, latched)
     return lambda is_open: publisher.publish(Bool(data=is_open))
 
 
@@ -46,12 +53,12 @@ def notice(firing: firings.NoticeFiring) -> firings.Outcome:
 @firings.on("OpenGate")
 def open_gate(firing: firings.OpenGateFiring) -> firings.Outcome:
     """HoldRes -> GateOpen: nothing moves, says the controller."""
-    _set_gate(True)
+    GATE.set(True)
     return {}
 
 
 @firings.on("ShutGate")
 def shut_gate(firing: firings.ShutGateFiring) -> firings.Outcome:
     """GateOpen -> GateShutting, while !PersonNear."""
-    _set_gate(False)
+    GATE.set(False)
     return {}
