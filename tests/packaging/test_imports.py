@@ -98,6 +98,8 @@ FOLDERS = {
         "conversion",
         "channels",
         "control",
+        "metrics",
+        "diagnostics",
         "logs",
         "running",
         "managed",
