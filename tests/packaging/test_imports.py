@@ -100,6 +100,7 @@ FOLDERS = {
         "control",
         "metrics",
         "diagnostics",
+        "overview",
         "logs",
         "running",
         "managed",
