@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING, Any
 
+from dineros.cli.console import say_json, warn
+from dineros.cli.running.overviews import listening
 from dineros.runtime.ros.overview import NodeView, Overview, Waiting, circle_of, waits_of
 
 if TYPE_CHECKING:
     from rich.console import Group
+
+    from dineros.runtime.ros.process.environment import Reach
+
+PERIOD = 0.5
+"""Seconds between two pictures."""
+
+NOBODY = 1
+"""Exit status where no node was heard."""
 
 STYLES = {0: "green", 1: "yellow", 2: "bold red"}
 SILENT = 5.0
@@ -108,3 +119,35 @@ def json_of(overview: Overview) -> dict[str, Any]:
         ],
         "circle": circle_of(waits),
     }
+
+
+def show_once(domain: int, reach: Reach, seconds: float, as_json: bool) -> int:
+    """Listen for some seconds, and print what was heard; return the exit status."""
+    from rich.console import Console
+
+    with listening(domain, reach) as overview:
+        time.sleep(seconds)
+        if as_json:
+            say_json(json_of(overview))
+        elif overview.nodes():
+            console = Console(highlight=False, markup=False, emoji=False)
+            console.print(table_of(overview, console.width))
+        else:
+            warn(f"no node is heard on /diagnostics in the domain {domain}, reach {reach}")
+        return 0 if overview.nodes() else NOBODY
+
+
+def show_live(domain: int, reach: Reach) -> int:
+    """Show what is heard until Ctrl-C."""
+    from rich.console import Console
+    from rich.live import Live
+
+    console = Console(highlight=False, markup=False, emoji=False)
+    with listening(domain, reach) as overview:
+        is_terminal = console.is_terminal
+        with Live(
+            table_of(overview, console.width), console=console, screen=is_terminal, auto_refresh=False
+        ) as live:
+            while True:
+                time.sleep(PERIOD)
+                live.update(table_of(overview, console.width), refresh=True)

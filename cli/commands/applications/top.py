@@ -38,7 +38,7 @@ def top(domain: int | None, reach: str, once: bool, seconds: float, as_json: boo
     All of it is what the nodes tell on /diagnostics, once a second. Ctrl-C ends it. With --once, the exit
     status is 1 where no node was heard.
     """
-    from dineros.cli.running.overviews import show_live, show_once
+    from dineros.cli.presentation.overviews import show_live, show_once
     from dineros.cli.running.running import domain_of
     from dineros.metamodel.errors import DinerosError
 

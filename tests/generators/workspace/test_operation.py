@@ -34,7 +34,7 @@ def test_they_are_there_when_asked_for_and_remembered(tmp_path: Path) -> None:
 
 
 def test_the_unit_is_one_and_starts_the_runner(tmp_path: Path) -> None:
-    """What it says to the shell is put together as systemd does, and run with stand-ins for what it sources."""
+    """What it says to the shell is run, with stand-ins for what it sources and starts."""
     unit = configparser.ConfigParser(strict=False, interpolation=None)
     unit.optionxform = str  # type: ignore[assignment, method-assign]
     unit.read_string((made(tmp_path, systemd=True) / UNIT).read_text())
@@ -47,7 +47,9 @@ def test_the_unit_is_one_and_starts_the_runner(tmp_path: Path) -> None:
         "DINEROS_PYTHON": "echo",
         "PATH": "/usr/bin:/bin",
     }
-    done = subprocess.run(["/bin/sh", "-c", script], env=environment, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        ["/bin/sh", "-c", script], env=environment, capture_output=True, text=True, check=True
+    )
     assert done.stdout == "-P -m greeting_bringup.runner --journal %S/greeting_bringup\n"
     setup = (tmp_path / "src/greeting_bringup/setup.py").read_text()
     assert 'files("systemd/*.service")' in setup
