@@ -58,7 +58,7 @@ def needed(wheel: Path, extra: str) -> set[str]:
     found: set[str] = set()
     while todo:
         requirement, asked = todo.pop()
-        name = canonicalize_name(requirement.name)
+        name: str = canonicalize_name(requirement.name)
         if requirement.marker is not None and not requirement.marker.evaluate({"extra": asked}):
             continue
         name = "lark" if name in SHADOWED else name

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from dineros.cli.presentation.overviews import SILENT, json_of, table_of
-from dineros.runtime.ros.overview import Overview, circle_of, waits_of
+from dineros.runtime.ros.overview import KeyValue, Overview, circle_of, waits_of
 from tests.runtime.ros.conftest import Ros
 
 
@@ -25,14 +25,14 @@ class Value:
 @dataclass
 class Status:
     name: str
-    values: list[Value] = field(default_factory=list)
+    values: list[KeyValue] = field(default_factory=list)
     message: str = ""
     level: bytes = b"\0"
     hardware_id: str = "kitchen"
 
 
 def said(name: str, part: str, values: dict[str, str], message: str = "", level: int = 0) -> Status:
-    pairs = [Value(key, value) for key, value in values.items()]
+    pairs: list[KeyValue] = [Value(key, value) for key, value in values.items()]
     return Status(f"{name}: {part}", pairs, message, bytes([level]))
 
 
@@ -52,9 +52,9 @@ def test_nodes_that_wait_for_each_other_are_named() -> None:
     for name, on, serves in (("/a", "/y", "/x"), ("/b", "/x", "/y"), ("/c", "/x", "/z")):
         waits = said(name, "waits", {"client": f"service {on} 1.2 s"})
         overview.take([state(name), waits, said(name, "services", {serves: "1/1 0"})])
-    waits = waits_of(overview.nodes())
-    assert waits["/c"][0].node == "/a"
-    assert set(circle_of(waits)) == {"/a", "/b"}
+    found = waits_of(overview.nodes())
+    assert found["/c"][0].node == "/a"
+    assert set(circle_of(found)) == {"/a", "/b"}
     text = shown(overview)
     assert "wait for each other: /" in text
     assert "/c: client waits for the response of /x, which /a serves, 1.2 s" in text
