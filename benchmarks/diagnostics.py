@@ -39,9 +39,9 @@ rclpy.spin(node)
 """
 
 
-def lamp() -> rtm.RuntimeModel:
-    """Return a node that blinks for ever."""
-    on, off = sym.Place(id="On", tokens=1), sym.Place(id="Off")
+def lamp(tokens: int = 1) -> rtm.RuntimeModel:
+    """Return a node that blinks for ever; without tokens it waits."""
+    on, off = sym.Place(id="On", tokens=tokens), sym.Place(id="Off")
     dim, light = sym.Transition(id="Dim"), sym.Transition(id="Light")
     node = sym.NodeNet(id="lamp", objects=[on, off, dim, light])
     flow(on, dim, off, light, on)
