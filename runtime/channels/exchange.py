@@ -206,6 +206,10 @@ class Exchange:
         """Return whether the place of a port has room for a message; from any thread."""
         return self._engine.has_room(self._subscribers[port].place)
 
+    def messages_skipped(self, port: SubscriberPort, message: Message) -> int:
+        """Return how many of its publisher's messages before this one are missing; from any thread."""
+        return self._subscribers[port].skipped(message)
+
     def knows_request(self, port: ServerPort, message_id: str) -> bool:
         """Return whether a request was taken before; from any thread."""
         return self._servers[port].knows(message_id)

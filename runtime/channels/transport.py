@@ -54,6 +54,9 @@ class Receiver(Protocol):
     def requests_wait(self, port: ServerPort) -> None:
         """Learn that a transport which is `Keeping` has requests, or has lost some."""
 
+    def messages_skipped(self, port: SubscriberPort, message: Message) -> int:
+        """Return how many messages of a publisher before this one are missing; none of a new publisher."""
+
     def knows_request(self, port: ServerPort, message_id: str) -> bool:
         """Return whether a request was taken before: one that comes again waits for no instance."""
 

@@ -18,6 +18,7 @@ from dineros.metamodel.lifecycles.states import STATE_AFTER, STATES_BEFORE
 from dineros.metamodel.lifecycles.states import State as LifecycleState
 from dineros.runtime.channels.arrivals import Arrivals
 from dineros.runtime.channels.exchange import Exchange, departures_of
+from dineros.runtime.firing.acceptance import Acceptance
 from dineros.runtime.firing.execution import Execution
 from dineros.runtime.firing.handlers import Handlers
 from dineros.runtime.firing.policies import Policy
@@ -62,6 +63,8 @@ class Core:
 
     Attributes
     ----------
+    acceptance : Acceptance
+        What decides about goals.
     exchange : Exchange or None
         What goes in and out, of the node that runs it.
     arrivals : Arrivals or None
@@ -96,6 +99,7 @@ class Core:
         self.engine = Engine(structure, self._departures)
         self.execution = Execution(self.engine, self.handlers, self.loop, random.Random(seed), self)
         self.execution.policy = policy
+        self.acceptance = Acceptance(structure.ports.action_servers, self.execution.watchdog, self)
         self.expectations = Expectations(
             self.loop, self, structure.signals, lambda reason: self.execution.halt(reason, logging.ERROR)
         )

@@ -26,6 +26,7 @@ from dineros.metamodel import rtm
 from dineros.metamodel.errors import DinerosError, FeatureValueError, Location, ModelFileError, with_article
 from dineros.metamodel.files import load
 from dineros.metamodel.lifecycles.states import State as LifecycleState
+from dineros.runtime.firing.acceptance import J
 from dineros.runtime.firing.handlers import Handler, HandlerFunction
 from dineros.runtime.firing.policies import Halt, Policy
 from dineros.runtime.firing.selection import SelectionFunction
@@ -239,6 +240,24 @@ class Net:
         self.core.execution.selection = function
         self.core.loop.post(lambda: None)
         return function
+
+    def accepts(self, action: str) -> Callable[[J], J]:
+        """Let the decorated function decide about the goals of an action that may refuse them.
+
+        It gets the data of a goal when it comes, on the node's thread, and returns whether it is accepted.
+        One that it fails for is refused.
+
+        Raises
+        ------
+        HandlerError
+            The node serves no action of this id, or the model does not let it refuse goals.
+        """
+
+        def register(function: J) -> J:
+            self.core.acceptance.register(action, function)
+            return function
+
+        return register
 
     @property
     def policy(self) -> Policy:
