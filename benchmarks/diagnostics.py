@@ -23,6 +23,7 @@ from dineros.metamodel.build import flow
 from dineros.runtime import Net
 from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.process.environment import ros_environment
+from dineros.runtime.ros.process.memory import remove_abandoned
 from dineros.runtime.ros.running import RosNode
 from dineros.transformations.flattening.split import split
 
@@ -72,8 +73,9 @@ def listening(environment: dict[str, str]) -> Iterator[None]:
     try:
         yield
     finally:
-        listener.terminate()
+        listener.kill()
         listener.wait()
+        remove_abandoned()
 
 
 def main() -> None:
