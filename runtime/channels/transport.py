@@ -132,6 +132,14 @@ class Pausing(Protocol):
 
 
 @runtime_checkable
+class Measuring(Protocol):
+    """A transport that can tell how full the histories were from which messages come."""
+
+    def most_waiting(self, port: SubscriberPort) -> int:
+        """Return how many messages of a topic waited at a time, at most, since this was asked last."""
+
+
+@runtime_checkable
 class Ticking(Protocol):
     """A transport that has timers; where it has none, those of a node go by the clock of its loop."""
 

@@ -162,6 +162,7 @@ class Net:
         timeout: float | None = None,
         parallel: int = 1,
         policy: Policy | None = None,
+        budget: float | None = None,
         replace: bool = False,
     ) -> Callable[[F], F]:
         """Register the decorated function as a handler; from any thread, also while the net runs.
@@ -183,6 +184,9 @@ class Net:
             How many firings of a transition may be in flight at a time.
         policy : Policy, optional
             What becomes of its failures; by default what the net says.
+        budget : float, optional
+            Seconds that it declares to take at most. One that takes longer is named in the node's log and its
+            diagnostics, and counts all the same.
         replace : bool
             Whether it takes the place of the handler of the same name.
 
@@ -196,7 +200,7 @@ class Net:
 
         def register(function: F) -> F:
             own = name or getattr(function, "__name__", None) or type(function).__name__
-            handler = Handler(transition, own, function, priority, thread, timeout, parallel, policy)
+            handler = Handler(transition, own, function, priority, thread, timeout, parallel, policy, budget)
             self.core.handlers.add(handler, is_replacing=replace)
             return function
 

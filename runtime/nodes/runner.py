@@ -90,7 +90,7 @@ class Runner:
         core.obey_state()
         self._loop = core.loop
         self._execution = core.execution
-        self._arrivals = Arrivals(self.exchange, core.engine, core.loop, transport)
+        core.arrivals = self._arrivals = Arrivals(self.exchange, core.engine, core.loop, transport)
         self._thread: threading.Thread | None = None
         self._is_open = False
         self._is_ending = False
