@@ -104,6 +104,7 @@ export interface View {
 
 export type PlacedBox = Box & Spot;
 export type PlacedNode = Node & Spot & { /** By how much its caption moves. */ captionAt?: Point };
+export type Placed = PlacedBox | PlacedNode;
 export type PlacedEdge = Edge & { points: Point[]; labelAt?: Point };
 
 export interface Picture extends View {
