@@ -90,5 +90,21 @@ def test_a_report_shows_verdicts_pictures_and_figures(tmp_path: Path, visit: New
     assert "Steps 8 to 9 repeat for ever" in finding.inner_text()
 
 
+def test_pictures_of_both_themes_and_of_all_findings_keep_apart(tmp_path: Path, visit: NewVisit) -> None:
+    file = tmp_path / "report.html"
+    file.write_text(report(), encoding="utf-8")
+    page = visit().page
+    page.goto(file.as_uri())
+    ids = page.eval_on_selector_all("[id]", "found => found.map((one) => one.id)")
+    assert len(ids) == len(set(ids))
+    assert page.locator("svg [id]").count() == 0  # what other pictures could refer to
+    styles = page.eval_on_selector_all("svg style", "found => found.map((one) => one.textContent)")
+    for style in styles:
+        rules = [rule.partition("{")[0] for rule in style.split("}") if rule]
+        theme = rules[0].split()[0]
+        assert all(part.strip().startswith(theme) for rule in rules for part in rule.split(",")), rules
+    assert {style.split()[0] for style in styles} == {".net-light", ".net-dark"}
+
+
 def test_a_finding_about_the_whole_model_has_no_picture_of_a_part() -> None:
     assert report().count('class="net"><figcaption>') == 1

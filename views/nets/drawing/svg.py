@@ -57,7 +57,7 @@ def to_svg(
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" class="net net-{theme}" width="{width}" height="{height}" '
         f'viewBox="0 0 {width} {height}" role="img">'
-        f"<title>{escape(positioned['title'])}</title><style>{stylesheet(theme)}{_STILL}</style>{body}</svg>\n"
+        f"<title>{escape(positioned['title'])}</title><style>{stylesheet(theme)}</style>{body}</svg>\n"
     )
 
 
@@ -90,8 +90,8 @@ def stylesheet(theme: Theme) -> str:
     for block in themes:
         text = text.replace(block, "")
     text = re.sub(r"var\((--net-[\w-]+)\)", lambda found: values[found[1]], text)
-    text = text.replace(".net ", f".net-{theme} ")  # in a page with both, each style is for its own picture
-    return re.sub(r"\s*\n\s*", "", text)
+    # In a page with both, each style is for its own picture.
+    return re.sub(r"\s*\n\s*", "", f"{text}{_STILL}".replace(".net ", f".net-{theme} "))
 
 
 def markup(positioned: Mapping[str, Any], marking: Mapping[str, int]) -> str:

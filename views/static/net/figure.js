@@ -20,7 +20,7 @@ function resolved(style, theme) {
   for (const block of themes.slice(0, theme === "dark" ? 2 : 1))
     for (const [, name, value] of block.matchAll(/(--net-[\w-]+):\s*([^;]+);/g)) values.set(name, value);
   for (const block of themes) text = text.replace(block, "");
-  return text
+  return (text + STILL)
     .replace(/var\((--net-[\w-]+)\)/g, (_, name) => values.get(name) ?? "")
     .replaceAll(".net ", `.net-${theme} `)
     .replace(/\s*\n\s*/g, "");
@@ -32,7 +32,7 @@ export function netFigure(picture, style, theme) {
   return (
     `<svg xmlns="http://www.w3.org/2000/svg" class="net net-${theme}" width="${width}" height="${height}" ` +
     `viewBox="0 0 ${width} ${height}" role="img">` +
-    `<title>${escaped(picture.title)}</title><style>${resolved(style, theme)}${STILL}</style>` +
+    `<title>${escaped(picture.title)}</title><style>${resolved(style, theme)}</style>` +
     `${netMarkup(picture)}</svg>\n`
   );
 }
