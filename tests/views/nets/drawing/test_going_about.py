@@ -1,4 +1,4 @@
-"""Going about on the page of a net: what is seen stays, lines are pointed out, links lead back, files are kept."""
+"""Going about on the page of a net: what is seen stays, lines are marked, links lead back, files are kept."""
 
 from __future__ import annotations
 
