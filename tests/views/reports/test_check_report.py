@@ -83,6 +83,10 @@ def test_a_report_shows_verdicts_pictures_and_figures(tmp_path: Path, visit: New
     paper = "element => getComputedStyle(element).fill"  # each theme has its own style, though both are there
     colours = [finding.locator(f".net .on-{theme} .paper").evaluate(paper) for theme in ("light", "dark")]
     assert colours[0] == "rgb(255, 255, 255)" != colours[1]
+    frames = finding.locator(".trace .on-light svg svg").all()  # of lanes: as wide as the picture says
+    assert frames and all(
+        frame.evaluate("frame => !getComputedStyle(frame).minWidth.includes('800')") for frame in frames
+    )
     one.page.emulate_media(color_scheme="dark")
     assert finding.locator(".trace .on-dark").is_visible()
     one.page.click("summary")

@@ -244,6 +244,17 @@ export class DrawnNet {
     for (const [id, value] of Object.entries(values)) this.groups.get(id)?.classList.toggle("true", value);
   }
 
+  /** Shows the states that managed nodes are in, by id of box and number. @type {(states: Record<string, number>) => void} */
+  setStates(states) {
+    for (const [id, state] of Object.entries(states))
+      this.groups
+        .get(id)
+        ?.querySelectorAll(".life > .state")
+        .forEach((one, number) => {
+          one.classList.toggle("now", number === state);
+        });
+  }
+
   /**
    * Marks elements by id (nodes, boxes, arcs), and unmarks all others.
    *

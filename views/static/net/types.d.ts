@@ -70,6 +70,8 @@ export interface Box extends Shape {
   parent?: string | null;
   collapsed?: boolean;
   signals?: Signal[];
+  /** Of a managed ROS node; it begins in the first. */
+  states?: string[];
   summary?: string;
   header: Size;
   head: string;
