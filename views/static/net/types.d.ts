@@ -97,6 +97,8 @@ export interface View {
   title: string;
   kind: string;
   compared?: boolean;
+  /** Width by height that the layout comes near to; else it is one line from left to right. */
+  aspect?: number;
   boxes: Box[];
   nodes: Node[];
   edges: Edge[];
@@ -240,6 +242,7 @@ export interface Plan {
   /** Ids of sheets, outer ones first. */
   order: string[];
   large: boolean;
+  aspect?: number;
 }
 
 // Where things go on sheets that were arranged: see stored.js.
