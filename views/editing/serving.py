@@ -70,6 +70,7 @@ def application(document: Document, entrance: Entrance) -> ASGIApp:
         Route("/", editor.page, methods=["GET"]),
         Route("/compare", editor.comparison, methods=["GET"]),
         Route("/arrange", editor.arrangement, methods=["GET"]),
+        Route("/trace", editor.trace, methods=["GET"]),
         WebSocketRoute("/commands", editor.commands),
     ]
     return guarded(Starlette(routes=routes, lifespan=editor.lifespan))
@@ -160,6 +161,19 @@ class _Editor:
         except DinerosError as error:
             return JSONResponse({"reason": error.message}, 409, {"Cache-Control": "no-store"})
         return JSONResponse({"positions": found}, headers={"Cache-Control": "no-store"})
+
+    async def trace(self, request: Request) -> Response:
+        """Answer with the token game of a page as a trace, to be kept as a file."""
+        from starlette.responses import PlainTextResponse
+
+        if not self._entrance.lets_in(request):
+            return self._entrance.page(request, None)
+        headers = {"Cache-Control": "no-store", "Content-Disposition": "attachment"}
+        try:
+            text = self._session.playing.trace(request.query_params.get("tab", ""))
+        except DinerosError as error:
+            return PlainTextResponse(f"{error}\n", 409, headers)
+        return PlainTextResponse(text, headers=headers, media_type="application/x-ndjson")
 
     async def commands(self, socket: WebSocket) -> None:
         from starlette.websockets import WebSocketDisconnect

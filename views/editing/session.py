@@ -17,6 +17,7 @@ from dineros.metamodel.errors import ClauseError, DinerosError, without_middle
 from dineros.metamodel.json_text import decode_json
 from dineros.views.editing.contents import changed_json, marks_json, model_json
 from dineros.views.editing.description import description_for
+from dineros.views.editing.playing import PlayingDesk
 
 LOG = logging.getLogger("dineros.views.editing")
 
@@ -32,6 +33,7 @@ _FIELDS = {
     "redo": {"epoch"},
     "save": {"over"},
     "reload": set(),
+    "play": set(PlayingDesk.fields),
 }
 """What pages can ask, and what they say with it."""
 
@@ -63,6 +65,7 @@ class Session:
 
     def __init__(self, document: Document) -> None:
         self.document = document
+        self.playing = PlayingDesk(document)
         self.checking_took = 0.0
         self._marks_of: tuple[str, int] | None = None
         self._marks: dict[str, Any] = {}
@@ -150,6 +153,8 @@ class Session:
             if name not in fields | {"ask", "number"}:
                 raise CommandError(f"{ask} has no field {name[:100]!r}")
         document, by = self.document, (page, number)
+        if ask == "play":
+            return Answer([_done(number, self.playing.hear(said, page))])
         if said.get("epoch", document.epoch) != document.epoch:
             raise CommandError("the model was read anew meanwhile", hint="look at it, then do it again")
         if ask == "do":

@@ -8,6 +8,7 @@ import { showForm } from "./form.js";
 import { heed } from "./keys.js";
 import { askFor } from "./making.js";
 import { Model } from "./model.js";
+import { Player, refusedInGame } from "./play.js";
 import { ARC, CHOOSE, showTools, toolsFor } from "./tools.js";
 
 /** @import { Command, Done, Message, Point, Refused } from "./types.js" */
@@ -33,6 +34,8 @@ export class Editor {
     (message) => this.hear(message),
     (state) => this.connected(state),
   );
+
+  player = new Player(this);
 
   constructor() {
     byId("undo", HTMLElement).onclick = () => this.turn("undo");
@@ -113,6 +116,7 @@ export class Editor {
     this.showState();
     showMarks(this.model, (element) => this.go(element));
     this.showForm();
+    this.player.show();
     this.findPlaces(sheet);
   }
 
@@ -177,8 +181,12 @@ export class Editor {
    */
   async act(commands, label) {
     if (commands.length === 0) return null;
-    const answer = await this.connection.ask("do", { commands, label, epoch: this.model.epoch });
-    return this.answered(answer);
+    return this.answered(await this.change("do", { commands, label, epoch: this.model.epoch }));
+  }
+
+  /** Asks for a change of the model, which is left as it is while it is played. @type {(ask: "do" | "undo" | "redo" | "reload", more?: object) => Promise<Done | Refused>} */
+  async change(ask, more = {}) {
+    return this.player.game === null ? this.connection.ask(ask, more) : refusedInGame(0);
   }
 
   /** @type {(answer: Done | Refused) => string | null} */
@@ -196,7 +204,7 @@ export class Editor {
 
   /** @type {(way: "undo" | "redo") => Promise<void>} */
   async turn(way) {
-    this.answered(await this.connection.ask(way, { epoch: this.model.epoch }));
+    this.answered(await this.change(way, { epoch: this.model.epoch }));
   }
 
   /** @type {(over: boolean) => Promise<void>} */
@@ -207,7 +215,7 @@ export class Editor {
   }
 
   async reload() {
-    this.answered(await this.connection.ask("reload"));
+    this.answered(await this.change("reload"));
   }
 
   /** @type {(tool: Tool, byKey: boolean) => void} */
@@ -223,6 +231,7 @@ export class Editor {
 
   /** @type {(element: string | null, at: Point) => boolean} */
   clicked(element, at) {
+    if (this.player.game !== null) return this.player.clicked(element);
     const tool = toolsFor(this.model, this.canvas.sheet).find(({ name }) => name === this.tool);
     if (tool === undefined || tool.name === CHOOSE) return false;
     if (tool.name !== ARC) {
@@ -276,7 +285,7 @@ export class Editor {
 
   /** Does what makes an element, and shows that. @type {(commands: Command[], label: string) => Promise<void>} */
   async made(commands, label) {
-    const answer = await this.connection.ask("do", { commands, label, epoch: this.model.epoch });
+    const answer = await this.change("do", { commands, label, epoch: this.model.epoch });
     const handle = answer.type === "done" ? answer.made?.$new : undefined;
     if (this.answered(answer) !== null || handle === undefined || !this.model.objects.has(handle)) return;
     if (this.model.kind(handle).shape === undefined) {

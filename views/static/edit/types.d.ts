@@ -86,6 +86,31 @@ export interface Done {
   number: number;
   made?: Record<string, string>;
   keepsForm?: boolean;
+  game?: Game;
+}
+
+/** A transition of the net that is proved: what it is in words, and the elements of the model it is seen at. */
+export interface Firing {
+  id: string;
+  text: string;
+  kind: "fire" | "signal" | "channel" | "loss";
+  elements: string[];
+}
+
+/** A token game, as views/editing/playing/showing.py has it. */
+export interface Game {
+  revision: number;
+  at: number;
+  length: number;
+  loop: number | null;
+  title: string;
+  places: Record<string, number>;
+  queues: Record<string, { text: string; load: number; room: number }[]>;
+  under: Record<string, { text: string; tokens: number }[]>;
+  signals: Record<string, boolean>;
+  firings: Firing[];
+  first: number;
+  steps: Firing[];
 }
 
 export interface Refused {
