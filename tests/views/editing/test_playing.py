@@ -209,7 +209,7 @@ def test_another_model_ends_the_game(player: Player) -> None:
 
 def test_models_with_errors_and_plain_nets(tmp_path: Path) -> None:
     model = talker()
-    model.pages[0].objects[0].tokens = -1
+    model.pages[0].objects[0].tokens = -1  # type: ignore[attr-defined]
     save(model, tmp_path / "wrong.sym.xmi")
     player = Player(tmp_path / "wrong.sym.xmi")
     assert "error" in player.refused(action="begin", signals="fully-enabled")

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from random import Random
 from typing import Any
 
+from dineros.analysis.model.subject import subject_for
 from dineros.metamodel.editing import CommandError, Document
 from dineros.metamodel.errors import counted
 from dineros.views.editing.playing.game import Game
 from dineros.views.editing.playing.showing import Stage
-from dineros.views.editing.playing.traces import game_of, subject_for, text_of
+from dineros.views.editing.playing.traces import game_of, text_of
 
 MOST_GAMES = 16
 """At a time; who has not played for longest loses theirs."""

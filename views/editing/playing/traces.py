@@ -1,4 +1,4 @@
-"""Games from traces and traces from games: witnesses are replayed as they are, runs by their replay on the net."""
+"""Games from traces, and traces from games: of witnesses step by step, of runs as they conform to a model."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from typing import Any
 
 from dineros.analysis.conformance.conform import conform
 from dineros.analysis.conformance.net import ConformanceNet
-from dineros.analysis.model.subject import Subject, base_subject, subject_of
+from dineros.analysis.model.subject import Subject, subject_for
 from dineros.analysis.witnesses.findings import witness_of
 from dineros.analysis.witnesses.records import witness_records
 from dineros.metamodel import pn, sym
 from dineros.metamodel.editing import CommandError
 from dineros.metamodel.records import Header, Record, RecordDecoder, encode_record
-from dineros.transformations.rules.catalogue import OVERFLOW_RULES, SIGNAL_RULES
 from dineros.views.editing.playing.game import Game
 
 
@@ -43,22 +42,6 @@ def game_of(model: pn.Net, texts: Mapping[str, str]) -> Game:
     if len(texts) != 1:
         raise CommandError("a witness is played alone")
     return _of_witness(model, name, header, traces[name])
-
-
-def subject_for(model: pn.Net, signals: str, overflow: str) -> Subject:
-    """Return the net that is proved with these variants of signals and of overflow.
-
-    Raises
-    ------
-    DinerosError
-        There are no such variants, or the model cannot be flattened.
-    """
-    for found, known in ((signals, SIGNAL_RULES), (overflow, OVERFLOW_RULES)):
-        if found not in known:
-            raise CommandError(f"there is no variant {found[:100]!r}; there are {', '.join(known)}")
-    if signals == "none":  # with which transitions that a clause blocks for ever are no part of the net
-        return base_subject(model, overflow)  # type: ignore[arg-type]
-    return subject_of(model, signals, overflow)  # type: ignore[arg-type]
 
 
 def text_of(game: Game, source: str) -> str:
