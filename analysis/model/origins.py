@@ -1,4 +1,4 @@
-"""Where on the model each place and transition of the net is seen: what people look at while the net fires."""
+"""Where on the model each place and transition of the net is seen: what people look at while it fires."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Origins:
     channels : dict of str to Channel
         By the id of a place of the net inside of a channel that is no queue's.
     transitions : dict of str to tuple of EObject
-        By the id of a transition of the net, where it is seen: what it was made for, and the place of its port.
+        By the id of a transition of the net, where it is seen: what it was made for, the place of its port.
     """
 
     def __init__(self, subject: Subject) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import re
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,8 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.watching import FolderWatch
 from dineros.views.editing.arranging import positions, sheet_view
 from dineros.views.editing.page import editor_page
-from dineros.views.editing.session import LONGEST_MESSAGE, QUICK, Session
+from dineros.views.editing.session import LONGEST_MESSAGE, QUICK, Session, job_text
+from dineros.views.editing.working import Jobs
 from dineros.views.nets import compare, to_html, view_of
 from dineros.views.serving.entrance import Entrance, guarded
 from dineros.views.serving.handle import PageHandle, changed, serve_page
@@ -41,7 +42,7 @@ MOST_PAGES = 16
 _TAB = re.compile(r"[0-9a-z]{8,40}")
 
 
-def serve_editor(document: Document, port: int = 0) -> PageHandle:
+def serve_editor(document: Document, port: int = 0, program: Sequence[str] | None = None) -> PageHandle:
     """Serve the pages that edit a document.
 
     Parameters
@@ -50,22 +51,24 @@ def serve_editor(document: Document, port: int = 0) -> PageHandle:
         The document; the server's thread alone may use it until the server ends.
     port : int
         The port; 0 for that of the last time, or any.
+    program : sequence of str, optional
+        What begins the command lines of ``dineros``, which check, generate and run; without it nothing does.
 
     Raises
     ------
     DinerosError
         Something that the server needs is not installed, or the port is taken.
     """
-    make = partial(application, document)
+    make = partial(application, document, program)
     return serve_page(make, document.path, port, what="the editor", longest_message=LONGEST_MESSAGE)
 
 
-def application(document: Document, entrance: Entrance) -> ASGIApp:
+def application(document: Document, program: Sequence[str] | None, entrance: Entrance) -> ASGIApp:
     """Return the application that serves a document to those whom the entrance lets in."""
     from starlette.applications import Starlette
     from starlette.routing import Route, WebSocketRoute
 
-    editor = _Editor(Session(document), entrance)
+    editor = _Editor(Session(document), entrance, program)
     routes = [
         Route("/", editor.page, methods=["GET"]),
         Route("/compare", editor.comparison, methods=["GET"]),
@@ -79,8 +82,9 @@ def application(document: Document, entrance: Entrance) -> ASGIApp:
 class _Editor:
     """Who gets which message."""
 
-    def __init__(self, session: Session, entrance: Entrance) -> None:
+    def __init__(self, session: Session, entrance: Entrance, program: Sequence[str] | None) -> None:
         self._session, self._entrance = session, entrance
+        self._jobs = session.jobs = Jobs(session.document, program, lambda job: self._tell(job_text(job)))
         self._pages: dict[asyncio.Queue[str | None], None] = {}
         self._checks: asyncio.Event | None = None
 
@@ -94,6 +98,7 @@ class _Editor:
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
+            await self._jobs.close()
 
     async def _watch(self) -> None:
         """Tell pages when somebody else changes the file."""

@@ -8,6 +8,7 @@ import click
 
 from dineros.cli.console import say, summarise, working
 from dineros.cli.options import ModelPath, command
+from dineros.cli.processes import own_program
 from dineros.metamodel.errors import counted
 
 
@@ -27,7 +28,7 @@ def edit(model: Path, port: int, no_browser: bool) -> int:
     with working(f"Reading {model}"):
         document = Document(model)
     try:
-        handle = serve_editor(document, port)
+        handle = serve_editor(document, port, own_program())
         try:
             if document.recovered:
                 say(f"{counted(document.recovered, 'change')} that were not saved came out of the journal")

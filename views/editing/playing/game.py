@@ -1,4 +1,4 @@
-"""A token game on a net: fired by the plain firing rule, forward and back, by hand, at random, or as found."""
+"""A token game on a net: fired by the plain firing rule, forward and back, by hand or at random."""
 
 from __future__ import annotations
 

@@ -211,6 +211,11 @@ export class Canvas {
         if (worst.get(up) !== "error") worst.set(up, severity);
       }
     }
+    for (const { elements, severity } of this.model.findings) {
+      for (const up of severity === "note" ? [] : this.model.around(elements[0] ?? "")) {
+        if (worst.get(up) !== "error") worst.set(up, severity);
+      }
+    }
     const { enabled, fired } = played(this.model);
     for (const element of this.registry.filter((each) => each.business !== undefined)) {
       const { business } = element;

@@ -21,6 +21,8 @@ export function heed(event, editor) {
   else if (altKey && key === "ArrowUp") used(event, () => editor.up());
   else if (isCommand || altKey) return;
   else if (key === "p") used(event, () => editor.player.toggle());
+  else if (key === "c") used(event, () => editor.worker.check());
+  else if (key === "q") used(event, () => editor.worker.focus());
   else if (editor.player.game !== null && play(event, editor)) return;
   else if (key === "Escape") used(event, () => editor.putDown());
   else if (key === "Delete" || key === "Backspace") used(event, () => editor.remove());

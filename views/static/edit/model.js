@@ -1,6 +1,6 @@
 // What the page knows of the model: objects by handle, as Python tells them. Only Python changes them.
 
-/** @import { Feature, FileState, Game, Marks, Message, Metamodel, ModelClass, ModelObject, Snapshot, Target } from "./types.js" */
+/** @import { Feature, FileState, Finding, Game, Marks, Message, Metamodel, ModelClass, ModelObject, Snapshot, Target } from "./types.js" */
 
 export class Model {
   /** @type {Map<string, ModelObject>} */
@@ -18,6 +18,9 @@ export class Model {
 
   /** The token game that is played, whose tokens are shown instead of the first ones. @type {Game | null} */
   played = null;
+
+  /** What the last check found in this state of the model. @type {Finding[]} */
+  findings = [];
 
   /** @type {(snapshot: Snapshot) => void} */
   begin({ metamodel, model, marks, state, revision, epoch }) {

@@ -10,6 +10,7 @@ import { askFor } from "./making.js";
 import { Model } from "./model.js";
 import { Player, refusedInGame } from "./play.js";
 import { ARC, CHOOSE, showTools, toolsFor } from "./tools.js";
+import { Worker } from "./work.js";
 
 /** @import { Command, Done, Message, Point, Refused } from "./types.js" */
 /** @import { Tool } from "./tools.js" */
@@ -36,6 +37,7 @@ export class Editor {
   );
 
   player = new Player(this);
+  worker = new Worker(this);
 
   constructor() {
     byId("undo", HTMLElement).onclick = () => this.turn("undo");
@@ -75,6 +77,8 @@ export class Editor {
       const count = message.recovered;
       if (count) this.say(`${count} changes that were not saved came out of the journal`);
     }
+    this.worker.hear(message);
+    if (message.type === "job") return;
     if (message.type === "state") {
       this.showState();
       return;
@@ -189,8 +193,8 @@ export class Editor {
     return this.player.game === null ? this.connection.ask(ask, more) : refusedInGame(0);
   }
 
-  /** @type {(answer: Done | Refused) => string | null} */
-  answered(answer) {
+  /** @type {(answer: Done | Refused, isEdit?: boolean) => string | null} */
+  answered(answer, isEdit = true) {
     if (answer.type === "done") {
       this.say("");
       return null;
@@ -198,7 +202,7 @@ export class Editor {
     const where = answer.column === undefined ? "" : `column ${answer.column}: `;
     const text = `${where}${answer.reason}${answer.hint ? ` (${answer.hint})` : ""}`;
     this.say(text, true);
-    this.canvas.draw(); // what was dragged goes back
+    if (isEdit) this.canvas.draw(); // what was dragged goes back
     return text;
   }
 

@@ -173,7 +173,7 @@ function signals(player, game) {
   return [
     make("h3", {}, "Signals"),
     make("ul", { class: "signals" }, ...rows),
-    make("label", { class: "quiet" }, "they change ", when),
+    ...(game.title ? [] : [make("label", { class: "quiet" }, "they change ", when)]),
   ];
 }
 

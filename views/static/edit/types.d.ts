@@ -79,6 +79,7 @@ export interface Snapshot {
   marks: Marks;
   state: FileState;
   recovered: number;
+  jobs: Job[];
 }
 
 export interface Done {
@@ -87,6 +88,51 @@ export interface Done {
   made?: Record<string, string>;
   keepsForm?: boolean;
   game?: Game;
+}
+
+/** What a check has found, its elements by handle; a witness is played by its number. */
+export interface Finding {
+  rule: string;
+  severity: "error" | "warning" | "note";
+  message: string;
+  elements: string[];
+  witness: number | null;
+}
+
+/** What `dineros` answers with --json, of the kinds of work that are done here. */
+export interface Result {
+  findings?: Finding[];
+  proved?: string[];
+  unknown?: string[];
+  status?: string;
+  reason?: string;
+  by?: string;
+  witness?: number | null;
+  changes?: { file: string; what: string; detail: string }[];
+  edits?: { file: string; message: string }[];
+  notices?: (string | Record<string, string>)[];
+  written?: boolean;
+  stale?: boolean;
+  ending?: string;
+  firings?: number;
+  drops?: number;
+  errors?: number;
+  marking?: Record<string, number>;
+  traces?: boolean;
+}
+
+/** Something that another process does, as views/editing/working/jobs.py has it. */
+export interface Job {
+  job: number;
+  kind: "check" | "find" | "verify" | "generate" | "run";
+  words: string;
+  line: string;
+  epoch: string;
+  revision: number;
+  state: "running" | "ending" | "done" | "failed" | "cancelled";
+  at: string;
+  log: string[];
+  result: Result;
 }
 
 /** A transition of the net that is proved: what it is in words, and the elements of the model it is seen at. */
@@ -127,7 +173,8 @@ export type Message =
   | Refused
   | { type: "change"; revision: number; objects: Record<string, ModelObject | null>; state: FileState }
   | { type: "marks"; revision: number; marks: Marks }
-  | { type: "state"; state: FileState };
+  | { type: "state"; state: FileState }
+  | ({ type: "job" } & Job);
 
 /** A command, as dineros.metamodel.editing.commands describes it. */
 export interface Command {
