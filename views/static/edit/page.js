@@ -118,7 +118,8 @@ export class Editor {
     showPath(this.model, sheet, (element) => this.go(element));
     this.showTools();
     this.showState();
-    showMarks(this.model, (element) => this.go(element));
+    const act = (/** @type {Command[]} */ commands, /** @type {string} */ label) => this.act(commands, label);
+    showMarks(this.model, (element) => this.go(element), act);
     this.showForm();
     this.player.show();
     this.findPlaces(sheet);
@@ -138,6 +139,7 @@ export class Editor {
   showForm() {
     showForm(byId("form", HTMLElement), this.model, this.looked ?? this.canvas.sheet, {
       act: (commands, label) => this.act(commands, label),
+      found: (element) => this.worker.foundAt(element),
       go: (element) => this.go(element),
       make: (owner, feature, type, given) => this.make(owner, feature, type, given ?? null),
     });

@@ -2,7 +2,7 @@
 
 import { byId, make } from "../elements.js";
 import { completing } from "./complete.js";
-import { showJob } from "./work_panel.js";
+import { showFinding, showJob } from "./work_panel.js";
 
 /** @import { Editor } from "./page.js" */
 /** @import { Job, Message } from "./types.js" */
@@ -115,6 +115,20 @@ export class Worker {
     this.show();
   }
 
+  /** What the last check found at an element, in this state of the model. @type {(element: string) => HTMLElement[]} */
+  foundAt(element) {
+    const last = this.lastCheck();
+    if (last === undefined) return [];
+    const found = this.editor.model.findings.filter(({ elements }) => elements.includes(element));
+    return found.map((each) => showFinding(this, last, each));
+  }
+
+  /** The last check that was answered. */
+  lastCheck() {
+    const all = [...this.jobs.values()].sort((one, other) => other.job - one.job);
+    return all.find(({ kind, state }) => kind === "check" && state === "done");
+  }
+
   /** Whether what a job says is of an earlier state of the model. @type {(job: Job) => boolean} */
   isStale({ epoch, revision }) {
     return epoch !== this.editor.model.epoch || revision !== this.editor.model.revision;
@@ -123,21 +137,36 @@ export class Worker {
   show() {
     const { model, canvas } = this.editor;
     const all = [...this.jobs.values()].sort((one, other) => other.job - one.job);
-    const last = all.find(({ kind, state }) => kind === "check" && state === "done");
-    model.findings = last === undefined || this.isStale(last) ? [] : (last.result.findings ?? []);
-    if (canvas.sheet) canvas.describe();
+    const last = this.lastCheck();
+    const findings = last === undefined || this.isStale(last) ? [] : (last.result.findings ?? []);
+    if (findings.length + model.findings.length > 0) {
+      model.findings = findings;
+      if (canvas.sheet) canvas.describe();
+      const form = byId("form", HTMLElement);
+      if (canvas.sheet && !form.contains(document.activeElement)) this.editor.showForm();
+    }
     const running = all.filter(({ state }) => state === "running");
     byId("working", HTMLElement).textContent =
       running.length > 0
         ? running.map(({ words, at }) => `${words}${at ? `: ${at}` : "…"}`).join("; ")
         : "Check, ask, generate, run";
     document.body.dataset.working = String(running.length);
+    this.showJobs(all);
+  }
+
+  /** Draws the list anew; what was open stays open, and what had the focus keeps it. @type {(all: Job[]) => void} */
+  showJobs(all) {
+    const list = byId("jobs", HTMLElement);
     const open = new Set(
-      [...document.querySelectorAll("#jobs details[open]")].map((each) => each.closest("li")?.id),
+      [...list.querySelectorAll("details.log[open]")].map((each) => each.closest("li[id]")?.id),
     );
-    byId("jobs", HTMLElement).replaceChildren(
-      ...all.map((job) => showJob(this, job, open.has(`job-${job.job}`))),
-    );
+    const focused = document.activeElement;
+    const [inside, name] = [focused?.closest("#jobs > li")?.id, nameOf(focused)];
+    list.replaceChildren(...all.map((job) => showJob(this, job, open.has(`job-${job.job}`))));
+    if (inside === undefined) return;
+    const again = [...(document.getElementById(inside)?.querySelectorAll("button, a, summary") ?? [])];
+    const same = again.find((each) => nameOf(each) === name);
+    if (same instanceof HTMLElement) same.focus();
   }
 
   // ---------------------------------------------------------------------------------- what people do
@@ -262,3 +291,6 @@ export class Worker {
     dialog.showModal();
   }
 }
+
+/** @type {(element: Element | null) => string} */
+const nameOf = (element) => element?.getAttribute("aria-label") ?? element?.textContent ?? "";

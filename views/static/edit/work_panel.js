@@ -34,7 +34,7 @@ export function showJob(worker, job, isOpen) {
     job.log.length > 0 &&
       make(
         "details",
-        { open: isOpen || job.state === "failed" },
+        { class: "log", open: isOpen || job.state === "failed" },
         make("summary", {}, "Log"),
         make("pre", {}, [`$ ${job.line}`, ...job.log].join("\n")),
       ),
@@ -114,6 +114,15 @@ function found(worker, job, isStale, { severity, message, elements, witness, rul
     witness !== null && player(worker, job, isStale, witness, message),
   );
 }
+
+/** A finding in the form of an element. @type {(worker: Worker, job: Job, finding: Finding) => HTMLElement} */
+export const showFinding = (worker, job, { severity, message, witness }) =>
+  make(
+    "p",
+    { class: `mark ${severity === "note" ? "remark" : severity}`, role: "note" },
+    `check: ${message} `,
+    witness !== null && player(worker, job, worker.isStale(job), witness, message),
+  );
 
 /** @type {(worker: Worker, job: Job, isStale: boolean) => HTMLElement[]} */
 function compared(worker, job, isStale) {
