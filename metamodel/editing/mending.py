@@ -62,7 +62,7 @@ def _delete(_: EObject, handle: str, __: Handles) -> Mend:
 
 def _turn_around(arc: pn.Arc, handle: str, handles: Handles) -> Mend | None:
     """Let an arc go from the place to the transition."""
-    source, target = (None if end is None else handles.of(end) for end in (arc.source, arc.target))
+    source, target = handles.of(arc.source), handles.of(arc.target)
     if source is None or target is None:
         return None
     return Mend("turn it around", (Set(handle, "source", target), Set(handle, "target", source)))
@@ -72,7 +72,7 @@ def _one_arc(arc: pn.Arc, handle: str, handles: Handles) -> Mend | None:
     """Add the weights of two normal arcs up; of others keep the heavier one."""
     others = [
         each
-        for each in arc.page.arcs
+        for each in (arc.page.arcs if arc.page is not None else ())
         if (each.source, each.target, each.kind) == (arc.source, arc.target, arc.kind) and each is not arc
     ]
     first = handles.of(others[0]) if others else None
@@ -84,7 +84,7 @@ def _one_arc(arc: pn.Arc, handle: str, handles: Handles) -> Mend | None:
 
 
 def _to_page_of_ends(arc: pn.Arc, handle: str, handles: Handles) -> Mend | None:
-    page = arc.source.page if arc.source is not None else None
+    page = arc.source.page
     owner = None if page is None else handles.of(page)
     return None if owner is None else Mend("move it there", (Place(handle, owner, "arcs"),))
 

@@ -223,7 +223,11 @@ function steps(player, game) {
     return make("li", { "aria-current": to === game.at ? "step" : null }, make("button", go, text));
   });
   const list = make("ol", { class: "steps", start: game.first + 1 }, ...items);
-  queueMicrotask(() => list.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" }));
+  queueMicrotask(() => {
+    // In the list alone: the buttons above stay where they are.
+    const now = list.querySelector("[aria-current]");
+    if (now instanceof HTMLElement) list.scrollTop = now.offsetTop - list.clientHeight / 2;
+  });
   return list;
 }
 
