@@ -59,11 +59,11 @@ def serve_editor(document: Document, port: int = 0, program: Sequence[str] | Non
     DinerosError
         Something that the server needs is not installed, or the port is taken.
     """
-    make = partial(application, document, program)
+    make = partial(application, document, program=program)
     return serve_page(make, document.path, port, what="the editor", longest_message=LONGEST_MESSAGE)
 
 
-def application(document: Document, program: Sequence[str] | None, entrance: Entrance) -> ASGIApp:
+def application(document: Document, entrance: Entrance, program: Sequence[str] | None = None) -> ASGIApp:
     """Return the application that serves a document to those whom the entrance lets in."""
     from starlette.applications import Starlette
     from starlette.routing import Route, WebSocketRoute
