@@ -107,7 +107,7 @@ FOLDERS = {
     ],
     "observation": [],
     "cli": [
-        *("processes", "failures", "options", "console", "searching", "supervising"),
+        *("failures", "options", "console", "searching", "supervising"),
         *("models", "rule_files", "outputs", "orders", "quick_start"),
         *("analysing", "running", "presentation", "asking", "stored_properties", "commands", "main"),
     ],

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 
 import click
 
 from dineros.cli.console import say, summarise, working
 from dineros.cli.options import ModelPath, command
-from dineros.cli.processes import own_program
 from dineros.metamodel.errors import counted
 
 
@@ -47,3 +48,19 @@ def edit(model: Path, port: int, no_browser: bool) -> int:
         document.close()
     summarise(f"{model}: not saved; the journal keeps what was done" if is_kept else f"{model}: saved")
     return 0
+
+
+_MAIN = """\
+from dineros.analysis.answers.processes import die_with
+die_with({parent})
+from dineros.cli.main import main
+main()
+"""
+
+
+def own_program() -> list[str]:
+    """Return what begins the command line of a process that runs ``dineros`` and ends with this one.
+
+    Modules in the folder where it is started do not stand in for those that are installed.
+    """
+    return [sys.executable, "-P", "-c", _MAIN.format(parent=os.getpid())]

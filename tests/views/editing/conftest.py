@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dineros.cli.processes import own_program
+from dineros.cli.commands.models.edit import own_program
 from dineros.metamodel.editing import Document
 from dineros.views.editing import serve_editor
 from dineros.views.serving.handle import PageHandle

@@ -89,7 +89,7 @@ class PlayingDesk:
         else:
             table = self._table(page)
             self._step(table, str(action), said)
-        return {"game": {"revision": table.state[1], **table.stage.show(table.game)}}
+        return {"game": {"epoch": table.state[0], "revision": table.state[1], **table.stage.show(table.game)}}
 
     def trace(self, page: str) -> str:
         """Return the game of a page, up to where it is, as a trace.

@@ -30,7 +30,8 @@ export class Player {
 
   /** Whether the model is another one than when the game began. */
   get isStale() {
-    return this.game !== null && this.game.revision !== this.editor.model.revision;
+    const { model } = this.editor;
+    return this.game !== null && (this.game.epoch !== model.epoch || this.game.revision !== model.revision);
   }
 
   toggle() {

@@ -146,6 +146,7 @@ export interface Firing {
 
 /** A token game, as views/editing/playing/showing.py has it. */
 export interface Game {
+  epoch: string;
   revision: number;
   at: number;
   length: number;
