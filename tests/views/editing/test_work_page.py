@@ -129,3 +129,29 @@ def test_generating_is_shown_first_and_a_run_is_played(file: Path, edit: Edit, v
     page.get_by_role("button", name="Play the run").click()
     wait_until(page, "document.body.dataset.game === 'on'")
     assert page.locator("#game .quiet").first.inner_text().startswith("run of ")
+
+
+def test_a_run_is_watched_and_checks_follow_pauses(tmp_path: Path, edit: Edit, visit: NewVisit) -> None:
+    model = talker()
+    model.pages[0].signals[0].initial = True  # type: ignore[attr-defined]
+    save(model, tmp_path / "talker.sym.xmi")
+    _, handle = edit(tmp_path / "talker.sym.xmi")
+    hand = Hand(visit().page, handle.url)
+    page = hand.page
+    page.locator("#work summary").first.click()
+    page.get_by_role("button", name="Run…").click()
+    page.locator("#dialog [name=how]").select_option("local")
+    page.locator("#dialog").get_by_role("button", name="Run", exact=True).click()
+    page.get_by_role("button", name="Watch the run here").click()
+    noted = "Object.values(dinerosEditor.player.game?.places ?? {}).at(-1) === 3"
+    wait_until(page, noted, 60)  # while it runs
+    assert page.locator("#job-1").get_attribute("data-state") == "running"
+    page.get_by_role("button", name="Cancel run (local)").click()
+    wait_until(page, "document.querySelector('#job-1').dataset.state === 'cancelled'", 60)
+    page.get_by_role("button", name="End the game (p)").click()
+    page.get_by_role("checkbox", name="whenever I pause").check()
+    hand.open("talker")
+    hand.click("Words")
+    hand.fill("tokens", "2")
+    done(hand, 2)
+    assert page.locator("#job-2 b").inner_text() == "check"

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from dineros.analysis.conformance.conform import conform
 from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.model.subject import Subject, subject_for
 from dineros.analysis.witnesses.findings import witness_of
+from dineros.analysis.witnesses.first_cause import Cause
 from dineros.analysis.witnesses.records import witness_records
 from dineros.metamodel import pn, sym
 from dineros.metamodel.editing import CommandError
@@ -47,8 +49,10 @@ def game_of(model: pn.Net, texts: Mapping[str, str]) -> Game:
 def text_of(game: Game, source: str) -> str:
     """Return the steps up to the present one as a trace, which ``dineros trace`` opens."""
     witness = witness_of(game.subject, game.steps[: game.at])
-    records = witness_records(witness, source=source)
-    return "".join(f"{encode_record(each)}\n" for each in records)
+    # A game leads to no outcome that has a cause.
+    header, *steps = witness_records(witness, source=source, cause=Cause(0, (), {}))
+    header = replace(header, cause=None)  # type: ignore[call-arg]  # it is a header
+    return "".join(f"{encode_record(each)}\n" for each in (header, *steps))
 
 
 def _of_witness(model: pn.Net, name: str, header: Header, records: list[Any]) -> Game:

@@ -33,6 +33,9 @@ MOST_LINES, LONGEST_LINE = 300, 2_000
 LONGEST_ANSWER = 32 << 20
 """Bytes that a job may answer with."""
 
+LARGEST_TRACES = 4 << 20
+"""Bytes of traces that are played: they are replayed where others wait meanwhile."""
+
 PATIENCE = 5.0
 """Seconds that a job has to end by itself after it was asked to."""
 
@@ -190,7 +193,10 @@ class Jobs:
         else:
             first = job.folder / WITNESS
             paths = [first if witness == 1 else first.with_name(f"{first.stem}.{witness}{first.suffix}")]
-        found = {path.name: path.read_text(encoding="utf-8") for path in paths if path.is_file()}
+        sizes = {path: path.stat().st_size for path in paths if path.is_file()}
+        if sum(sizes.values()) > LARGEST_TRACES:
+            raise CommandError("these traces are too long to be played here", hint="dineros trace shows them")
+        found = {path.name: path.read_text(encoding="utf-8") for path, size in sizes.items() if size}
         if not found:
             raise CommandError("it has left nothing to play")
         return found

@@ -7,6 +7,8 @@ import { showFinding, showJob } from "./work_panel.js";
 /** @import { Editor } from "./page.js" */
 /** @import { Job, Message } from "./types.js" */
 
+const WATCH = 1000; // milliseconds between two looks at a run, at least; more where a look takes its time
+const LONGEST_WATCH = 5000;
 const IDLE = 2000; // milliseconds without a change after which the model is checked, where that is wanted
 
 /** The questions, and the fields of `views/editing/working/orders.py` that they are asked by. */
@@ -24,6 +26,8 @@ export class Worker {
   jobs = new Map();
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   timer;
+  /** The run that is shown on the canvas while it goes on. @type {number | null} */
+  watched = null;
 
   /** @param {Editor} editor */
   constructor(editor) {
@@ -209,6 +213,22 @@ export class Worker {
   /** Plays what a job has left: of a finding, or all of a run. @type {(job: number, witness: number | null) => Promise<void>} */
   async play(job, witness) {
     await this.editor.player.ask({ action: "open", job, witness });
+  }
+
+  /** Shows a run on the canvas while it goes on, or no more. @type {(job: number) => Promise<void>} */
+  async watch(job) {
+    this.watched = this.watched === job ? null : job;
+    this.show();
+    const { player } = this.editor;
+    while (this.watched === job && this.jobs.get(job)?.state === "running") {
+      const begun = performance.now();
+      await player.ask({ action: "open", job });
+      if (player.game !== null) await player.ask({ action: "go", to: player.game.length });
+      const took = performance.now() - begun;
+      await new Promise((settle) => setTimeout(settle, Math.min(Math.max(WATCH, 4 * took), LONGEST_WATCH)));
+    }
+    if (this.watched === job) this.watched = null;
+    this.show();
   }
 
   /** Saves what is not saved: what is generated and run is the file. */

@@ -28,7 +28,7 @@ export function showJob(worker, job, isOpen) {
           { onclick: () => worker.cancel(job.job), "aria-label": `Cancel ${job.words}` },
           "Cancel",
         ),
-      ...live(job),
+      ...live(worker, job),
     ),
     ...outcome(worker, job, isStale),
     job.log.length > 0 &&
@@ -41,12 +41,19 @@ export function showJob(worker, job, isOpen) {
   );
 }
 
-/** The page that follows a run, while it goes on. @type {(job: Job) => HTMLElement[]} */
-function live({ state, log }) {
+/** What can be seen of a run while it goes on: here, and on a page of its own. @type {(worker: Worker, job: Job) => HTMLElement[]} */
+function live(worker, { job, state, log }) {
   const found = state === "running" ? log.map((line) => PAGE.exec(line)?.[0]).find(Boolean) : undefined;
-  return found === undefined
-    ? []
-    : [make("a", { href: found, target: "_blank", rel: "noopener" }, "follow it")];
+  if (found === undefined) return [];
+  const isOn = worker.watched === job;
+  return [
+    make(
+      "button",
+      { "aria-pressed": String(isOn), "aria-label": "Watch the run here", onclick: () => worker.watch(job) },
+      "Watch",
+    ),
+    make("a", { href: found, target: "_blank", rel: "noopener" }, "follow and steer it"),
+  ];
 }
 
 /** @type {(worker: Worker, job: Job, isStale: boolean) => HTMLElement[]} */
