@@ -4,6 +4,7 @@ import { byId, make } from "../elements.js";
 import { Data, lastAtMost } from "./data.js";
 import { NetPane } from "./net_pane.js";
 import { App, known } from "./page.js";
+import { SteeringPanel } from "./steer.js";
 
 /** @import { Picture } from "../net/types.js" */
 /** @import { Growth, View } from "./types.js" */
@@ -17,8 +18,10 @@ import { App, known } from "./page.js";
  * @property {Picture | null} net
  */
 /** @typedef {Growth & { type: "change", number: number, ended: boolean }} Change */
+/** @import { NodeState } from "./steer.js" */
+/** @typedef {{ type: "nodes", nodes: NodeState[] } | { type: "refused", reason: string }} Steered */
 /** @typedef {{ type: "nothing new" } | { type: "end" }} Other */
-/** @typedef {Snapshot | Change | { type: "problem", text: string } | Other} Message */
+/** @typedef {Snapshot | Change | Steered | { type: "problem", text: string } | Other} Message */
 
 const FIRST_WAIT = 300; // milliseconds between two attempts to come back
 const LONGEST_WAIT = 3000;
@@ -40,6 +43,10 @@ class Live {
   ended = false;
   /** Whether the server has said that nothing more will come. */
   left = false;
+  /** @type {WebSocket | null} */
+  socket = null;
+  /** Where the run can be steered. @type {SteeringPanel | null} */
+  steering = null;
   state = make("span", { id: "connection", role: "status", "data-state": "waiting" }, "connecting…");
   button = make(
     "button",
@@ -174,6 +181,10 @@ class Live {
       if (!timed && data.timed) app.time = true;
       this.grown(app, length);
     } else if (message.type === "problem") this.tell("lost", message.text);
+    else if (message.type === "nodes") {
+      this.steering ??= new SteeringPanel((said) => this.socket?.send(JSON.stringify(said)));
+      this.steering.show(message.nodes);
+    } else if (message.type === "refused") this.steering?.refused(message.reason);
     else if (app) this.sayLive(app);
     return true;
   }
@@ -185,6 +196,7 @@ class Live {
       asked.set("number", String(this.known.number));
     }
     const socket = new WebSocket(`ws://${location.host}/changes?${asked}`);
+    this.socket = socket;
     socket.onmessage = (event) => {
       this.wait = FIRST_WAIT;
       if (this.receive(JSON.parse(event.data))) return;
