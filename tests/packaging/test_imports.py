@@ -105,7 +105,7 @@ FOLDERS = {
         "bringup",
         "wheels",
     ],
-    "observation": ["systems"],
+    "observation": ["systems", "recordings"],
     "cli": [
         *("failures", "options", "console", "searching", "supervising"),
         *("models", "rule_files", "outputs", "orders", "quick_start"),
