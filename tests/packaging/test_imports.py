@@ -105,7 +105,7 @@ FOLDERS = {
         "bringup",
         "wheels",
     ],
-    "observation": ["systems", "recordings"],
+    "observation": ["systems", "recordings", "graph", "importing", "findings", "differences"],
     "cli": [
         *("failures", "options", "console", "searching", "supervising"),
         *("models", "rule_files", "outputs", "orders", "quick_start"),
