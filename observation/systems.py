@@ -7,7 +7,7 @@ What a source cannot tell is `None`: nothing here is guessed.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from dineros.metamodel.matching import Quality
 
@@ -70,8 +70,8 @@ class ObservedNode:
     use_sim_time : bool or None
         Whether it obeys simulated time; None: not told.
     lifecycle : str or None
-        State of a managed node: ``unconfigured``, ``inactive``, ``active``, ``finalized``; ``unknown`` where it
-        did not answer; None: the node is not managed.
+        State of a managed node: ``unconfigured``, ``inactive``, ``active``, ``finalized``; ``unknown`` where
+        it did not answer; None: the node is not managed.
     """
 
     name: str
@@ -121,12 +121,15 @@ class ObservedSystem:
         Topics seen without their nodes, in order of their names: those of a recording.
     departed : tuple of str
         Names of nodes that went while they were watched. They stand in `nodes`, with what was seen of them.
+    duplicates : tuple of str
+        Names that more than one node has; what was seen of these nodes stands in one of `nodes`.
     """
 
     source: str
     nodes: tuple[ObservedNode, ...] = ()
     topics: tuple[RecordedTopic, ...] = ()
-    departed: tuple[str, ...] = field(default=())
+    departed: tuple[str, ...] = ()
+    duplicates: tuple[str, ...] = ()
 
     def publishers(self) -> Iterator[tuple[ObservedNode, TopicEndpoint]]:
         """Yield each publisher and its node."""
@@ -139,6 +142,11 @@ class ObservedSystem:
         for node in self.nodes:
             for endpoint in node.subscribers:
                 yield node, endpoint
+
+
+def name_of(port: TopicEndpoint | Endpoint) -> str:
+    """Return the name of the topic, service or action of a port."""
+    return port.topic if isinstance(port, TopicEndpoint) else port.name
 
 
 _EVERY_TOPIC = frozenset({"/rosout", "/parameter_events", "/clock"})
@@ -154,12 +162,12 @@ _OF_ACTIONS = "/_action/"
 
 
 def is_house_topic(name: str, type: str) -> bool:
-    """Tell whether a topic is one that ROS makes by itself: for logs, parameters, time, states, events of services."""
+    """Tell whether a topic is one that ROS makes by itself: for logs, parameters, time, states."""
     return name in _EVERY_TOPIC or type.startswith(_OF_LIFECYCLES) or name.endswith("/_service_event")
 
 
 def is_house_service(type: str) -> bool:
-    """Tell whether a service, by its type, is one that nodes have without asking: parameters, logs, lifecycle."""
+    """Tell whether a service, by its type, is one that nodes have unasked: of parameters, lifecycle."""
     return type in _EVERY_SERVICE or type.startswith(_OF_LIFECYCLES)
 
 

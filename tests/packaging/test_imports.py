@@ -105,7 +105,9 @@ FOLDERS = {
         "bringup",
         "wheels",
     ],
-    "observation": ["systems", "recordings", "explaining"],
+    "observation": [
+        *("systems", "recordings", "graph", "importing", "findings", "explaining", "narrowing"),
+    ],
     "cli": [
         *("failures", "options", "console", "searching", "supervising"),
         *("models", "rule_files", "outputs", "orders", "quick_start"),
