@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, write_witness
-from dineros.cli.console import note, say, say_json, summarise
+from dineros.cli.console import note, say, say_json, summarise, warn
 from dineros.cli.models import load_system, refuse_invalid, say_rules
 from dineros.cli.searching import search
 from dineros.metamodel.errors import counted
@@ -34,7 +34,6 @@ def explain_bag(
 
     system = load_system(model, settings)
     refuse_invalid(system, model)
-    say_rules(system, model)
     run = search()
 
     def so_far(ending: str) -> int:
@@ -42,6 +41,7 @@ def explain_bag(
 
     run.draft(so_far)
     with Recording(bag) as recording:
+        say_rules(system, model)
         run.stage(f"explaining {counted(recording.count, 'message')}")
         verdict = explain(
             system,
@@ -79,9 +79,9 @@ def _report(verdict: RecordingVerdict, model: Path, as_json: bool) -> int:
         say_json(verdict.to_dict(str(model)))
         return _STATUS[verdict.status]
     if verdict.others:
-        summarise(f"not in the model, and left out: {', '.join(verdict.others)}")
+        warn(f"{model}: topics that the model does not have are left out: {', '.join(verdict.others)}")
     if verdict.hidden:
-        summarise(f"not recorded, so that their messages may come at any time: {', '.join(verdict.hidden)}")
+        warn(f"{model}: topics that were not recorded may have any messages: {', '.join(verdict.hidden)}")
     if verdict.status == "violated":
         say(f"{model}: {verdict.unexplained}", "bold red")
     elif verdict.status == "unknown":
