@@ -92,7 +92,7 @@ def test_wrong_use_with_recordings(run: Run, model: Path, traces: Path, tmp_path
         ([traces, "--bag", recording], "--bag stands for the traces"),
         (["--bag", other], "no topic of the model was recorded"),
         (["--bag", tmp_path / "missing"], "there is no such recording"),
-        (["--bag", tmp_path], "has no metadata.yaml"),
+        (["--bag", tmp_path], "holds no recording"),
     ):
         result = run("conform", model, *arguments)
         assert is_one_line_of_wrong_use(result, message)
