@@ -108,7 +108,7 @@ FOLDERS = {
     "observation": ["systems", "recordings", "graph", "importing", "findings", "differences"],
     "cli": [
         *("failures", "options", "console", "searching", "supervising"),
-        *("models", "rule_files", "outputs", "orders", "quick_start"),
+        *("models", "observing", "rule_files", "outputs", "orders", "quick_start"),
         *("analysing", "running", "presentation", "asking", "stored_properties", "commands", "main"),
     ],
     "views": ["policy", "javascript", "nets", "traces", "reports", "exports", "serving", "live", "editing"],
