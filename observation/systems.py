@@ -6,7 +6,7 @@ What a source cannot tell is `None`: nothing here is guessed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from dineros.metamodel.matching import Quality
@@ -147,6 +147,19 @@ class ObservedSystem:
 def name_of(port: TopicEndpoint | Endpoint) -> str:
     """Return the name of the topic, service or action of a port."""
     return port.topic if isinstance(port, TopicEndpoint) else port.name
+
+
+def within(
+    system: ObservedSystem, namespaces: Sequence[str] = (), without: Sequence[str] = ()
+) -> ObservedSystem:
+    """Return a system with only the nodes of some namespaces (all where none are named), without some."""
+    starts = tuple(f"/{name.strip('/')}/".replace("//", "/") for name in namespaces or ("/",))
+    kept = tuple(node for node in system.nodes if node.name.startswith(starts) and node.name not in without)
+    names = {node.name for node in kept}
+    departed, duplicates = (
+        tuple(name for name in found if name in names) for found in (system.departed, system.duplicates)
+    )
+    return ObservedSystem(system.source, kept, system.topics, departed, duplicates)
 
 
 _EVERY_TOPIC = frozenset({"/rosout", "/parameter_events", "/clock"})

@@ -8,7 +8,7 @@ from dineros.metamodel.matching import Quality
 from dineros.observation.systems import TopicEndpoint
 
 _UNBOUNDED = 9_223_372_036
-"""Seconds from which on a time is without bound: rmw writes 2^63 - 1 nanoseconds for that, and others seconds."""
+"""Seconds from which on a time is without bound: rmw writes 2^63 - 1 nanoseconds for that."""
 
 
 def endpoint_of(topic: str, info: Any) -> TopicEndpoint:

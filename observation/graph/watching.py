@@ -1,8 +1,8 @@
 """Watching a running graph for some seconds: what nodes announce, and what they answer when asked.
 
-Nothing is published, and no interface of the system needs to be installed: ports, types and quality of service
-are what discovery tells (DDS, "built-in topics"). Two questions are asked of nodes that have the services for
-it: whether they obey simulated time, and of managed nodes, in which state they are.
+Nothing is published, and no interface of the system needs to be installed: ports, types and quality of
+service are what discovery tells (DDS, "built-in topics"). Two questions are asked of nodes that have the
+services for it: whether they obey simulated time, and of managed nodes, in which state they are.
 """
 
 from __future__ import annotations

@@ -26,6 +26,8 @@ class Imported:
         Names of nodes that nobody has seen: they stand for whoever has the other end of a channel.
     left_out : tuple of str
         What was seen and a model cannot hold, a line each.
+    recorded : tuple of str
+        Recorded topics of which nothing is given: nobody knows whose they are.
     unused : tuple of str
         Names of nodes and topics that something is given of, and that were not seen.
     """
@@ -34,6 +36,7 @@ class Imported:
     assumed: tuple[Assumed, ...]
     unseen: tuple[str, ...]
     left_out: tuple[str, ...]
+    recorded: tuple[str, ...]
     unused: tuple[str, ...]
 
 
@@ -70,4 +73,11 @@ def to_model(system: ObservedSystem, given: Given | None = None, id: str = "obse
     names = {node.name for node in found.nodes}
     topics = {topic.name for topic in system.topics}
     unused = (*(set(given.nodes) - names), *(set(given.topics) - topics))
-    return Imported(model, tuple(assumed), tuple(sorted(found.unseen)), found.left_out, tuple(sorted(unused)))
+    return Imported(
+        model,
+        tuple(assumed),
+        tuple(sorted(found.unseen)),
+        found.left_out,
+        tuple(sorted(topics - set(given.topics))),
+        tuple(sorted(unused)),
+    )

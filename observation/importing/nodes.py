@@ -47,6 +47,11 @@ class Assumed:
     value: str
     words: str
 
+    @property
+    def kind(self) -> str:
+        """What it is about: ``depths``, ``threads``, ``timers``, ``lifecycle``, or what callbacks do."""
+        return "what callbacks do" if self.key.startswith("callback.") else self.key.partition(".")[0]
+
     def __str__(self) -> str:
         return f"node {self.node}: {self.words}"
 

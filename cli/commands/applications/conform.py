@@ -11,9 +11,9 @@ import click
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, budget_options, write_witness
 from dineros.cli.console import note, say, say_json, summarise
-from dineros.cli.explaining import explain_bag
 from dineros.cli.models import load_system, refuse_invalid, say_rules, say_what_is_by_hand
 from dineros.cli.options import ModelPath, json_option, middleware_option, model_argument, settings_option
+from dineros.cli.recordings.explaining import explain_bag
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
 from dineros.metamodel.errors import counted
