@@ -98,7 +98,7 @@ def source_options(function: F) -> F:
             default=3.0,
             show_default=True,
             metavar="SECONDS",
-            help="How long the graph is watched.",
+            help="How long the graph is watched; longer while more of it comes to light.",
         ),
     )
     for option in reversed(options):

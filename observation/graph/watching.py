@@ -29,6 +29,10 @@ from dineros.runtime.ros.process.session import Session
 
 PAUSE = 0.25
 """Seconds between two looks at the graph."""
+QUIET = 1.0
+"""Seconds without news after which a graph is taken to be known: large ones are discovered slowly."""
+MOST_MORE = 60.0
+"""Seconds that news prolongs the watch at most."""
 _GOALS = "/_action/send_goal"
 _HIDDEN = "_"
 
@@ -43,7 +47,7 @@ def watch(
     Parameters
     ----------
     seconds : float
-        How long to watch.
+        How long to watch at least; it is longer while there is news, `QUIET` and `MOST_MORE` say how.
     domain : int, optional
         The ROS domain; by default that of the environment.
     without : collection of str
@@ -86,15 +90,25 @@ class _Watching:
         self._questions = Questions(node)
 
     def system(self, seconds: float, source: str) -> ObservedSystem:
-        end = time.monotonic() + seconds
+        begun = last_news = time.monotonic()
         present = self._look()
-        while (rest := end - time.monotonic()) > 0:
-            time.sleep(min(PAUSE, rest))
+        while (now := time.monotonic()) < begun + seconds or (
+            now < last_news + QUIET and now < begun + seconds + MOST_MORE
+        ):
+            known = self._known()
+            time.sleep(PAUSE)
             present = self._look()
+            if self._known() != known:
+                last_news = time.monotonic()
         nodes = tuple(self._told(name, self._ports[name]) for name in sorted(self._ports))
         self._questions.close()
         departed = tuple(name for name in sorted(self._ports) if name not in present)
         return ObservedSystem(source, nodes, (), departed, tuple(sorted(self._duplicates)))
+
+    def _known(self) -> int:
+        """Return how many nodes and ports were seen; what was seen once is never forgotten."""
+        ports = (found.total() for known in self._ports.values() for found in known.values())
+        return len(self._ports) + sum(ports)
 
     def _look(self) -> set[str]:
         """Take in what is there now; return the names of the nodes."""
