@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import json
 import re
 from collections.abc import AsyncIterator, Callable
 from functools import partial
@@ -29,6 +30,9 @@ INTERVAL = 0.15
 
 MOST_WAITING = 2_000
 """Messages that wait for a page which goes on asking; it is left alone then."""
+
+LEAVING = 2.0
+"""Seconds, at most, that an ending server waits for pages to have been told."""
 
 _LONGEST = 15
 """Most digits or letters of what a page says that it has seen."""
@@ -75,40 +79,43 @@ def serve_live(
         folder = path.parent if path.suffix == ".jsonl" else path
         title, source = title or path.resolve().name, source_of(path)
     trace = LiveTrace(source, model, title or "run")
-    make = partial(application, trace, folder, steering=steering)
-    return serve_page(make, path, port, what="the live page", longest_message=LONGEST_MESSAGE)
+    live = LivePages(trace, folder, steering)
+    make = partial(application, live)
+    return serve_page(
+        make, path, port, what="the live page", longest_message=LONGEST_MESSAGE, leave=live.leave
+    )
 
 
-def application(
-    trace: LiveTrace, folder: Path | None, entrance: Entrance, steering: Steering | None = None
-) -> ASGIApp:
+def application(live: LivePages, entrance: Entrance) -> ASGIApp:
     """Return the application that serves a trace to those whom the entrance lets in."""
     from starlette.applications import Starlette
     from starlette.routing import Route, WebSocketRoute
 
-    live = _Live(trace, folder, entrance, steering)
+    live.entrance = entrance
     routes = [Route("/", live.page, methods=["GET"]), WebSocketRoute("/changes", live.changes)]
     return guarded(Starlette(routes=routes, lifespan=live.lifespan))
 
 
-class _Live:
+class LivePages:
     """Who gets the next change."""
 
-    def __init__(
-        self, trace: LiveTrace, folder: Path | None, entrance: Entrance, steering: Steering | None = None
-    ) -> None:
+    entrance: Entrance
+
+    def __init__(self, trace: LiveTrace, folder: Path | None, steering: Steering | None = None) -> None:
         self.trace = trace
         self._folder = folder
-        self._entrance = entrance
         self._steering = steering
         self._nodes: str | None = None
         self._pages: set[asyncio.Queue[str]] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
 
     @contextlib.asynccontextmanager
     async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
+        """Follow the trace as long as the server runs."""
+        self._loop = asyncio.get_running_loop()
+        loop = self._loop
         task = asyncio.create_task(self._follow())
         if self._steering is not None:
-            loop = asyncio.get_running_loop()
             self._steering.begin(lambda message: _in(loop, lambda: self._tell_nodes(message)))
         try:
             yield
@@ -125,27 +132,41 @@ class _Live:
                 if files is not None:
                     files.forget()
                 # In the loop itself, not in a thread: nobody may be greeted between a change and its sending.
-                for message in self.trace.poll():
-                    for page in self._pages:
-                        page.put_nowait(message)
+                self._tell(self.trace.poll())
                 await asyncio.sleep(INTERVAL)
                 if files is not None and not self.trace.is_waiting:
                     await changed(files)
 
+    def _tell(self, messages: list[str]) -> None:
+        for message in messages:
+            for page in self._pages:
+                page.put_nowait(message)
+
     def _tell_nodes(self, message: str) -> None:
         self._nodes = message
-        for page in self._pages:
-            page.put_nowait(message)
+        self._tell([message])
+
+    def leave(self) -> None:
+        """Tell the pages the rest, and that nothing more will come."""
+        if self._loop is not None:
+            with contextlib.suppress(TimeoutError, RuntimeError):  # of a page that does not listen
+                asyncio.run_coroutine_threadsafe(self._leave(), self._loop).result(LEAVING)
+
+    async def _leave(self) -> None:
+        self._tell([*self.trace.poll(), json.dumps({"type": "end"})])
+        await asyncio.gather(*(page.join() for page in self._pages))
 
     async def page(self, request: Request) -> Response:
-        allowed = self._entrance.lets_in(request)
-        return self._entrance.page(request, live_page(self._entrance.streams) if allowed else None)
+        """Answer with the page."""
+        allowed = self.entrance.lets_in(request)
+        return self.entrance.page(request, live_page(self.entrance.streams) if allowed else None)
 
     async def changes(self, socket: WebSocket) -> None:
+        """Tell a page what is new, until it goes."""
         from starlette.responses import PlainTextResponse
         from starlette.websockets import WebSocketDisconnect
 
-        if not await self._entrance.lets_in_stream(socket):
+        if not await self.entrance.lets_in_stream(socket):
             return
         epoch, number = (socket.query_params.get(name, "") for name in ("epoch", "number"))
         if len(epoch) > _LONGEST or not re.fullmatch(rf"[0-9]{{0,{_LONGEST}}}", number):
@@ -166,6 +187,7 @@ class _Live:
                 await asyncio.wait({getting, listening}, return_when=asyncio.FIRST_COMPLETED)
                 if getting.done():
                     await socket.send_text(getting.result())
+                    queue.task_done()
                 else:
                     getting.cancel()
         except (WebSocketDisconnect, RuntimeError):
