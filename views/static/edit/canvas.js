@@ -223,11 +223,11 @@ export class Canvas {
       graphics.setAttribute("role", "button");
       graphics.setAttribute("tabindex", "0");
       graphics.dataset.element = business.element;
-      const words = this.model.kind(business.element).words;
-      graphics.setAttribute(
-        "aria-label",
-        `${words} ${business.title}${ends}${count}${mark ? `, ${mark}` : ""}`,
-      );
+      const { words } = this.model.kind(business.element);
+      const texts = [...graphics.querySelectorAll("text")].map((text) => text.textContent).join(" ");
+      // Whoever speaks to the page says what can be read on it: that stands in the name.
+      const name = texts.includes(business.title) ? texts : business.title;
+      graphics.setAttribute("aria-label", `${words} ${name}${ends}${count}${mark ? `, ${mark}` : ""}`);
       graphics.classList.toggle("has-error", mark === "error");
       graphics.classList.toggle("has-warning", mark === "warning");
     }
