@@ -160,7 +160,7 @@ def test_the_guide_builds_and_loads_nothing_from_elsewhere(tmp_path: Path) -> No
         assert [address for address in loaded if re.match(r"(?:https?:)?//", address)] == []
     with chromium() as browser:
         for scheme, name in itertools.product(("light", "dark"), ("views", "rules/services", "metamodels")):
-            page = browser.new_page(color_scheme=scheme)  # type: ignore[arg-type]
-            page.goto((tmp_path / f"{name}.html").as_uri())
-            assert faults(page) == [], (scheme, name)
-            page.close()
+            tab = browser.new_page(color_scheme=scheme)  # type: ignore[arg-type]
+            tab.goto((tmp_path / f"{name}.html").as_uri())
+            assert faults(tab) == [], (scheme, name)
+            tab.close()

@@ -224,9 +224,9 @@ export class Canvas {
       graphics.setAttribute("tabindex", "0");
       graphics.dataset.element = business.element;
       const { words } = this.model.kind(business.element);
-      const texts = [...graphics.querySelectorAll("text")].map((text) => text.textContent).join(" ");
-      // Whoever speaks to the page says what can be read on it: that stands in the name.
-      const name = texts.includes(business.title) ? texts : business.title;
+      // What can be read on a shape stands in its name, for those who speak to the page (WCAG 2, 2.5.3).
+      const read = /^(place|transition)/.test(business.kind) ? [] : (business.lines ?? []);
+      const name = [business.title, ...read].join(", ");
       graphics.setAttribute("aria-label", `${words} ${name}${ends}${count}${mark ? `, ${mark}` : ""}`);
       graphics.classList.toggle("has-error", mark === "error");
       graphics.classList.toggle("has-warning", mark === "warning");
