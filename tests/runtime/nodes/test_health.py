@@ -15,7 +15,6 @@ from dineros.metamodel.build import flow
 from dineros.runtime import Net
 from dineros.runtime.firing.handlers import HandlerError
 from dineros.runtime.nodes.health import RESTARTS, Health, HealthWatch, QueueFill
-from dineros.runtime.ros.channels import quality
 from dineros.runtime.ros.channels.quality import FillMeter
 from dineros.runtime.ros.metrics import metrics_text
 from dineros.transformations.flattening.split import split
@@ -108,7 +107,7 @@ def test_the_fill_of_a_history_is_what_a_watcher_would_have_counted(messages: li
     meter = FillMeter(1000)
     with pytest.MonkeyPatch.context() as patch:
         for (came, _), gone in zip(messages, taken, strict=True):
-            patch.setattr(quality.time, "time_ns", lambda gone=gone: gone)
+            patch.setattr(time, "time_ns", lambda gone=gone: gone)
             meter.took(came)
     assert meter.most_since() == counted
     assert meter.most_since() == 0
