@@ -10,7 +10,6 @@ import tomllib
 import types
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml  # type: ignore[import-untyped]
@@ -21,6 +20,7 @@ from dineros.metamodel import rtm
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import load
 from tests.generators.models import kitchen
+from tests.support.launching import described, of_kind
 from tests.support.talker import talker
 from tests.support.type_checker import strict_mypy
 
@@ -171,59 +171,11 @@ def test_parameters(workspace: Path) -> None:
     assert yaml.safe_load((config / "local.yaml").read_text()) == {"/**": {"ros__parameters": {}}}
 
 
-class Kept:
-    """Stands in for what a launch file makes: keeps what it is given."""
-
-    def __init__(self, *arguments: Any, **named: Any) -> None:
-        self.arguments, self.named = arguments, named
+LAUNCH_FILE = "src/kitchen_bringup/launch/kitchen.launch.py"
 
 
-LAUNCH = {
-    "launch": ["LaunchDescription"],
-    "launch.actions": ["DeclareLaunchArgument", "EmitEvent", "LogInfo", "RegisterEventHandler"],
-    "launch.event_handlers": ["OnProcessExit"],
-    "launch.events": [],
-    "launch.events.process": ["ProcessExited", "ShutdownProcess"],
-    "launch.substitutions": [
-        "AndSubstitution",
-        "LaunchConfiguration",
-        "NotEqualsSubstitution",
-        "PathJoinSubstitution",
-    ],
-    "launch_ros": [],
-    "launch_ros.actions": ["Node", "LifecycleNode"],
-    "launch_ros.event_handlers": ["OnStateTransition"],
-    "launch_ros.events": [],
-    "launch_ros.events.lifecycle": ["ChangeState"],
-    "launch_ros.substitutions": ["FindPackageShare"],
-    "lifecycle_msgs": [],
-    "lifecycle_msgs.msg": [],
-}
-
-
-def launched(workspace: Path, monkeypatch: pytest.MonkeyPatch) -> list[Kept]:
-    """Return what the launch file starts; `launch` is not on PyPI, so small stand-ins keep it."""
-    for name, classes in LAUNCH.items():
-        module = types.ModuleType(name)
-        for each in classes:
-            setattr(module, each, type(each, (Kept,), {}))
-        monkeypatch.setitem(sys.modules, name, module)
-    sys.modules["launch.events"].matches_action = lambda node: node  # type: ignore[attr-defined]
-    changes = {"TRANSITION_CONFIGURE": 1, "TRANSITION_ACTIVATE": 3}
-    sys.modules["lifecycle_msgs.msg"].Transition = types.SimpleNamespace(**changes)  # type: ignore[attr-defined]
-    path = workspace / "src/kitchen_bringup/launch/kitchen.launch.py"
-    names: dict[str, Any] = {}
-    exec(compile(path.read_text(), str(path), "exec"), names)
-    (actions,) = names["generate_launch_description"]().arguments
-    return list(actions)
-
-
-def of_kind(actions: list[Kept], kind: str) -> list[Kept]:
-    return [action for action in actions if type(action).__name__ == kind]
-
-
-def test_the_launch_file_starts_every_node(workspace: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    actions = launched(workspace, monkeypatch)
+def test_the_launch_file_starts_every_node(workspace: Path) -> None:
+    actions = described(workspace / LAUNCH_FILE)
     nodes = [action.named for action in of_kind(actions, "Node")]
     assert [(node["package"], node["executable"], node["name"], node["namespace"]) for node in nodes] == [
         ("waiter", "waiter", "waiter", ""),
@@ -252,8 +204,8 @@ def test_the_launch_file_starts_every_node(workspace: Path, monkeypatch: pytest.
     assert declared == ["journal", "resume", "log_level", "respawn"]
 
 
-def test_the_launch_file_activates_lifecycle_nodes(lifecycle: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    actions = launched(lifecycle, monkeypatch)
+def test_the_launch_file_activates_lifecycle_nodes(lifecycle: Path) -> None:
+    actions = described(lifecycle / LAUNCH_FILE)
     nodes = of_kind(actions, "LifecycleNode")
     configured = [action.named["event"].named for action in of_kind(actions, "EmitEvent")]
     assert [(each["lifecycle_node_matcher"], each["transition_id"]) for each in configured] == [

@@ -1,0 +1,108 @@
+"""Generated launch files without ROS's `launch` and `launch_ros`: what they describe, and what that starts.
+
+Both packages are in no package index, so stand-ins keep what a launch file makes of them. `commands` turns
+that into command lines as `launch_ros` does, with what it would pass on; executables run from their sources.
+"""
+
+from __future__ import annotations
+
+import sys
+import types
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+
+class Kept:
+    """Stands in for what a launch file makes: keeps what it is given."""
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        self.arguments, self.named = arguments, named
+
+
+LAUNCH = {
+    "launch": ["LaunchDescription"],
+    "launch.actions": [
+        "DeclareLaunchArgument",
+        "EmitEvent",
+        "ExecuteProcess",
+        "LogInfo",
+        "RegisterEventHandler",
+    ],
+    "launch.event_handlers": ["OnProcessExit"],
+    "launch.events": [],
+    "launch.events.process": ["ProcessExited", "ShutdownProcess"],
+    "launch.substitutions": [
+        "AndSubstitution",
+        "LaunchConfiguration",
+        "NotEqualsSubstitution",
+        "PathJoinSubstitution",
+    ],
+    "launch_ros": [],
+    "launch_ros.actions": ["Node", "LifecycleNode"],
+    "launch_ros.event_handlers": ["OnStateTransition"],
+    "launch_ros.events": [],
+    "launch_ros.events.lifecycle": ["ChangeState"],
+    "launch_ros.substitutions": ["FindPackageShare"],
+    "lifecycle_msgs": [],
+    "lifecycle_msgs.msg": [],
+}
+
+
+def described(path: Path) -> list[Kept]:
+    """Return what a launch file describes."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, classes in LAUNCH.items():
+            module = types.ModuleType(name)
+            for each in classes:
+                setattr(module, each, type(each, (Kept,), {}))
+            patch.setitem(sys.modules, name, module)
+        sys.modules["launch.events"].matches_action = lambda node: node  # type: ignore[attr-defined]
+        changes = types.SimpleNamespace(TRANSITION_CONFIGURE=1, TRANSITION_ACTIVATE=3)
+        sys.modules["lifecycle_msgs.msg"].Transition = changes  # type: ignore[attr-defined]
+        names: dict[str, Any] = {}
+        exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), names)
+        (actions,) = names["generate_launch_description"]().arguments
+    return list(actions)
+
+
+def of_kind(actions: list[Kept], kind: str) -> list[Kept]:
+    """Return the actions of a class."""
+    return [action for action in actions if type(action).__name__ == kind]
+
+
+def commands(actions: list[Kept], workspace: Path, given: Mapping[str, str]) -> dict[str, list[str]]:
+    """Return the command line of each process, by its name; `given` are the arguments of the launch."""
+    values = {
+        action.arguments[0]: action.named["default_value"]
+        for action in of_kind(actions, "DeclareLaunchArgument")
+    } | dict(given)
+    found = {action.named["name"]: list(action.named["cmd"]) for action in of_kind(actions, "ExecuteProcess")}
+    for action in of_kind(actions, "Node"):
+        named = action.named
+        command = [sys.executable, "-P", "-m", named["package"], "--ros-args"]
+        command += ["-r", f"__node:={named['name']}"]
+        command += ["-r", f"__ns:={named['namespace']}"] if named["namespace"] else []
+        for parameters in named["parameters"]:
+            if isinstance(parameters, dict):
+                for name, value in parameters.items():
+                    command += ["-p", f"{name}:={text(value, workspace, values)}"]
+            else:
+                command += ["--params-file", text(parameters, workspace, values)]
+        found[named["name"]] = command
+    return found
+
+
+def text(value: object, workspace: Path, values: Mapping[str, str]) -> str:
+    """Return what a substitution stands for."""
+    if not isinstance(value, Kept):
+        return str(value)
+    kind, arguments = type(value).__name__, value.arguments
+    if kind == "LaunchConfiguration":
+        return values[arguments[0]]
+    if kind == "FindPackageShare":
+        return str(workspace / "src" / arguments[0])
+    assert kind == "PathJoinSubstitution", kind
+    return "/".join(text(part, workspace, values) for part in arguments[0])
