@@ -101,4 +101,12 @@ APPLICATIONS = {
         "mission",
         "Closed",
     ),
+    "sorting_actions": Application(
+        ROOT / "examples/sorting_actions/cell.sym.xmi",
+        ROOT / "examples/sorting_actions/handlers",
+        f"python {ROOT / 'examples/sorting_actions/cell.py'} --motion-time 0.1 --visit-every 3 --stay 0.3",
+        ("RedPieces", "BluePieces", "GreenPieces"),
+        "display",
+        "Shown",
+    ),
 }

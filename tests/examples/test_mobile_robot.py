@@ -27,7 +27,7 @@ from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import save
 from dineros.runtime.ros.process.environment import ros_environment
-from tests.support.launching import commands, described
+from tests.support.launching import commands
 from tests.support.on_ros import on_ros
 from tests.support.type_checker import strict_mypy
 
@@ -145,7 +145,7 @@ def runs_as_launched(workspace: Path, folder: Path, domain: int) -> None:
     """All that the launch file starts, until the camera is active and a waypoint is reached."""
     path = workspace / "src/mobile_robot_bringup/launch/mobile_robot.launch.py"
     journal = folder / "journal"
-    programs = commands(described(path), workspace, {"journal": str(journal)})
+    programs = commands(path, workspace, {"journal": str(journal)})
     assert sorted(programs) == sorted(["bringup", *(name.removeprefix("robot_") for name in PACKAGES)])
     programs["world"] = [sys.executable, str(HOME / "world.py"), "--every", "0"]
     variables = ros_environment(folder, domain, "memory", environment(workspace))

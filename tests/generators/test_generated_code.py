@@ -194,7 +194,7 @@ def test_the_launch_file_starts_every_node(workspace: Path) -> None:
         action.arguments[0]: action.named["default_value"]
         for action in of_kind(actions, "DeclareLaunchArgument")
     }
-    assert defaults["resume"] == "true"
+    assert defaults["resume"] == defaults["log_level"] == ""  # as the files of parameters say
     leaves = [action.arguments[0].named for action in of_kind(actions, "RegisterEventHandler")]
     assert [each["target_action"] for each in leaves] == of_kind(actions, "Node")
     for status, kinds in ((1, []), (2, ["LogInfo", "EmitEvent"])):
@@ -202,6 +202,15 @@ def test_the_launch_file_starts_every_node(workspace: Path) -> None:
         assert [type(each).__name__ for each in leaves[0]["on_exit"](event, None)] == kinds
     declared = [action.arguments[0] for action in of_kind(actions, "DeclareLaunchArgument")]
     assert declared == ["journal", "resume", "log_level", "respawn"]
+
+
+def test_only_launch_arguments_that_are_given_override_the_files(workspace: Path) -> None:
+    """Else `log_level: debug` in local.yaml, which is the user's, would do nothing."""
+    for given in ({}, {"log_level": "debug"}, {"journal": "run", "resume": "false"}):
+        for node in of_kind(described(workspace / LAUNCH_FILE, given), "Node"):
+            *files, own = node.named["parameters"]
+            assert [file.arguments[0][1] for file in files][-1] == "local.yaml"
+            assert set(own) == set(given)
 
 
 def test_the_launch_file_activates_lifecycle_nodes(lifecycle: Path) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 import types
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,14 +21,19 @@ class Kept:
     def __init__(self, *arguments: Any, **named: Any) -> None:
         self.arguments, self.named = arguments, named
 
+    def perform(self, given: Mapping[str, str]) -> str:
+        """Return what a launch argument is given, as a `LaunchConfiguration` does."""
+        return given.get(self.arguments[0], "")
+
 
 LAUNCH = {
-    "launch": ["LaunchDescription"],
+    "launch": ["LaunchContext", "LaunchDescription"],
     "launch.actions": [
         "DeclareLaunchArgument",
         "EmitEvent",
         "ExecuteProcess",
         "LogInfo",
+        "OpaqueFunction",
         "RegisterEventHandler",
     ],
     "launch.event_handlers": ["OnProcessExit"],
@@ -51,8 +56,8 @@ LAUNCH = {
 }
 
 
-def described(path: Path) -> list[Kept]:
-    """Return what a launch file describes."""
+def described(path: Path, given: Mapping[str, str] | None = None) -> list[Kept]:
+    """Return what a launch file describes, with some arguments of the launch."""
     with pytest.MonkeyPatch.context() as patch:
         for name, classes in LAUNCH.items():
             module = types.ModuleType(name)
@@ -65,20 +70,18 @@ def described(path: Path) -> list[Kept]:
         names: dict[str, Any] = {}
         exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), names)
         (actions,) = names["generate_launch_description"]().arguments
-    return list(actions)
+        (later,) = of_kind(actions, "OpaqueFunction")
+        return [*actions, *later.named["function"](given or {})]
 
 
-def of_kind(actions: list[Kept], kind: str) -> list[Kept]:
+def of_kind(actions: Sequence[Kept], kind: str) -> list[Kept]:
     """Return the actions of a class."""
     return [action for action in actions if type(action).__name__ == kind]
 
 
-def commands(actions: list[Kept], workspace: Path, given: Mapping[str, str]) -> dict[str, list[str]]:
+def commands(path: Path, workspace: Path, given: Mapping[str, str]) -> dict[str, list[str]]:
     """Return the command line of each process, by its name; `given` are the arguments of the launch."""
-    values = {
-        action.arguments[0]: action.named["default_value"]
-        for action in of_kind(actions, "DeclareLaunchArgument")
-    } | dict(given)
+    actions = described(path, given)
     found = {action.named["name"]: list(action.named["cmd"]) for action in of_kind(actions, "ExecuteProcess")}
     for action in of_kind(actions, "Node"):
         named = action.named
@@ -88,21 +91,21 @@ def commands(actions: list[Kept], workspace: Path, given: Mapping[str, str]) -> 
         for parameters in named["parameters"]:
             if isinstance(parameters, dict):
                 for name, value in parameters.items():
-                    command += ["-p", f"{name}:={text(value, workspace, values)}"]
+                    command += ["-p", f"{name}:={text(value, workspace, given)}"]
             else:
-                command += ["--params-file", text(parameters, workspace, values)]
+                command += ["--params-file", text(parameters, workspace, given)]
         found[named["name"]] = command
     return found
 
 
-def text(value: object, workspace: Path, values: Mapping[str, str]) -> str:
+def text(value: object, workspace: Path, given: Mapping[str, str]) -> str:
     """Return what a substitution stands for."""
     if not isinstance(value, Kept):
         return str(value)
     kind, arguments = type(value).__name__, value.arguments
     if kind == "LaunchConfiguration":
-        return values[arguments[0]]
+        return value.perform(given)
     if kind == "FindPackageShare":
         return str(workspace / "src" / arguments[0])
     assert kind == "PathJoinSubstitution", kind
-    return "/".join(text(part, workspace, values) for part in arguments[0])
+    return "/".join(text(part, workspace, given) for part in arguments[0])
