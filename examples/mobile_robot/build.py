@@ -32,8 +32,9 @@ ROUND = [("gate", 4.0, 0.0), ("shelf", 4.0, 3.0), ("door", 0.0, 3.0)]
 PATIENCE = 0.5
 """Seconds after which the mission asks again to cancel a goal."""
 SCAN_PERIOD, PICTURE_PERIOD = 0.1, 0.2
-SENSOR = {"reliability": "bestEffort", "durability": "volatile"}
-LATCHED = {"reliability": "reliable", "durability": "transientLocal"}
+Quality = tuple[sym.Reliability, sym.Durability]
+SENSOR = (sym.Reliability.bestEffort, sym.Durability.volatile)
+LATCHED = (sym.Reliability.reliable, sym.Durability.transientLocal)
 
 PROPERTIES = {
     "LegsHaveCharge": f"always Permits + Leg + Driven + Spent + Permit <= {LEGS}",
@@ -185,8 +186,9 @@ class Robot:
             self.place(net, "Warned"),
             self.place(net, "Warning"),
         )
-        driven = self.place(self.callback(net, "OnLeg"), "Driven", type=charge)
-        flow(driven, transition(driven.page, "TCount"), refer(spent, driven.page))
+        counting = self.callback(net, "OnLeg")
+        driven = self.place(counting, "Driven", type=charge)
+        flow(driven, transition(counting, "TCount"), refer(spent, counting))
         warn = self.move(net, "TWarn", [watching], [warned, low])
         read(spent, warn, WARNING)
         page = self.callback(net, "ChargeServer", "server")
@@ -235,8 +237,8 @@ class Robot:
         self.topic("Images", "/camera/images", "Image", "Seen", 1, SENSOR)
         self.topic("Markers", "/dock/marker", "Found", "Marker", 1, SENSOR)
         self.topic("Legs", "/battery/legs", "Leg", "Driven", LEGS, LATCHED)
-        self.topic("Permissions", "/battery/permits", "Permit", "Permits", LEGS, LATCHED)
-        self.find("Permissions").subscribers[0].inHand = LEGS
+        permissions = self.topic("Permissions", "/battery/permits", "Permit", "Permits", LEGS, LATCHED)
+        permissions.subscribers[0].inHand = LEGS
         self.topic("LowBattery", "/battery/low", "Warning", "Low", 1, LATCHED)
         self.service("Dock", "/dock", "DockServer", "DockEntry", "DockExit", "mission", "AskDock", "Charged")
         self.service(
@@ -322,16 +324,14 @@ class Robot:
             flow(made, each)
         return made
 
-    def find(self, id: str) -> sym.Channel:
-        """Return a channel."""
-        return next(each for each in self.model.channels if each.id == id)
-
-    def topic(self, id: str, name: str, sent: str, got: str, depth: int, quality: dict[str, str]) -> None:
+    def topic(
+        self, id: str, name: str, sent: str, got: str, depth: int, quality: Quality
+    ) -> sym.TopicChannel:
         """Add a topic with histories of one depth and one quality of service at both ends."""
-        sym.TopicChannel(
+        return sym.TopicChannel(
             id=id,
             topic=name,
-            qos=sym.QualityOfService(**quality),
+            qos=sym.QualityOfService(reliability=quality[0], durability=quality[1]),
             publishers=[sym.PublisherPort(place=self.places[sent], limit=depth)],
             subscribers=[sym.SubscriberPort(place=self.places[got], limit=depth)],
             model=self.model,
@@ -363,7 +363,7 @@ def refer(target: pn.Place, page: pn.Page) -> pn.ReferencePlace:
     """Let a page use a place of another one, under one name however often it does."""
     id = f"{target.id}@{page.id}"
     for known in page.objects:
-        if known.id == id:
+        if isinstance(known, pn.ReferencePlace) and known.id == id:
             return known
     return pn.ReferencePlace(id=id, name=target.name, target=target, page=page)
 

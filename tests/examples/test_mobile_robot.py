@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 import runpy
-import shutil
+import signal
 import subprocess
 import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +23,19 @@ from dineros.analysis.checks.check import check
 from dineros.cli.main import main
 from dineros.generators import Options
 from dineros.generators import check as compare
+from dineros.generators.workspace.building import environment
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import save
+from dineros.runtime.ros.process.environment import ros_environment
+from tests.support.launching import commands
 from tests.support.on_ros import on_ros
 from tests.support.type_checker import strict_mypy
 
 HOME = Path(__file__).resolve().parents[2] / "examples/mobile_robot"
 MODEL, EARLIER = HOME / "mobile_robot.sym.xmi", HOME / "mobile_robot_earlier.sym.xmi"
 ROBOT = APPLICATIONS["mobile_robot"]
+PATIENCE = 120.0
 PACKAGES = sorted(path.stem for path in (HOME / "handlers").glob("*.py"))
 
 
@@ -119,13 +127,77 @@ def test_the_handlers_pass_mypy(workspace: Path) -> None:
 def test_it_runs_on_ros_and_loses_nothing_when_it_is_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Every goal is over once, every waypoint is closed once, and the run conforms: `stress` says so."""
+    """Every goal is over once, every waypoint is closed once, and the run conforms: `stress` says so.
+
+    Interfaces are built once: what the launch file starts runs in the same workspace.
+    """
     monkeypatch.setattr(stops_and_kills, "KINDS", ("SIGKILL", "node SIGKILL"))
     with on_ros() as domain:
         lines: list[dict[str, Any]] = list(
             stops_and_kills.stress(ROBOT, tmp_path, 2, 5, 4, domain, longest=3.0)
         )
-    shutil.rmtree(tmp_path / "workspace")
+        runs_as_launched(tmp_path / "workspace", tmp_path / "launched", domain)
     assert sum("stop" in line for line in lines) == 2
     assert sum(line.get("goal", 0) for line in lines) >= 4
     assert sum(line.get("finish", 0) for line in lines) >= 4
+
+
+def runs_as_launched(workspace: Path, folder: Path, domain: int) -> None:
+    """All that the launch file starts, until the camera is active and a waypoint is reached."""
+    path = workspace / "src/mobile_robot_bringup/launch/mobile_robot.launch.py"
+    journal = folder / "journal"
+    programs = commands(path, workspace, {"journal": str(journal)})
+    assert sorted(programs) == sorted(["bringup", *(name.removeprefix("robot_") for name in PACKAGES)])
+    programs["world"] = [sys.executable, str(HOME / "world.py"), "--every", "0"]
+    variables = ros_environment(folder, domain, "memory", environment(workspace))
+    with ExitStack() as stack:
+        started = {
+            name: stack.enter_context(running(command, folder / f"{name}.log", variables))
+            for name, command in programs.items()
+        }
+        end = time.monotonic() + PATIENCE
+        while not (
+            '"transition":"TDone"' in (text := content(journal / "mission.jsonl"))
+            and '"state":"active"' in content(journal / "camera.jsonl")
+        ):
+            assert time.monotonic() < end, text
+            ended = {name: each.poll() for name, each in started.items()}
+            assert not {name: code for name, code in ended.items() if code}, ended
+            time.sleep(0.1)
+    assert {name: each.returncode for name, each in started.items()} == dict.fromkeys(started, 0)
+    result = command("conform", workspace, journal)
+    assert (result.exit_code, ": conforms; " in result.stdout) == (0, True), result.stdout
+
+
+@contextmanager
+def running(command: list[str], log: Path, variables: dict[str, str]) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a program, and tell it to end as `ros2 launch` does."""
+    with log.open("wb") as file:
+        process = subprocess.Popen(
+            command, env=variables, stdin=subprocess.DEVNULL, stdout=file, stderr=file, cwd=log.parent
+        )
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(PATIENCE)
+
+
+def content(path: Path) -> str:
+    """Return what a file holds so far."""
+    return path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+
+
+def test_the_pictures_are_those_of_the_model(tmp_path: Path) -> None:
+    for name, options in (
+        ("nodes", ["--collapse", "all"]),
+        ("navigator", ["--around", "TDrive", "--steps", "3"]),
+    ):
+        drawn = tmp_path / f"{name}.svg"
+        assert command("view", MODEL, *options, "-o", drawn).exit_code == 0
+        assert words(drawn) == words(HOME / f"pictures/{name}.svg")
+
+
+def words(picture: Path) -> list[str]:
+    """Return what stands in a picture, wherever it does."""
+    return sorted(re.findall(r">([^<>\s][^<>]*)<", picture.read_text(encoding="utf-8")))

@@ -10,7 +10,6 @@ import tomllib
 import types
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml  # type: ignore[import-untyped]
@@ -21,6 +20,7 @@ from dineros.metamodel import rtm
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import load
 from tests.generators.models import kitchen
+from tests.support.launching import described, of_kind
 from tests.support.talker import talker
 from tests.support.type_checker import strict_mypy
 
@@ -171,69 +171,11 @@ def test_parameters(workspace: Path) -> None:
     assert yaml.safe_load((config / "local.yaml").read_text()) == {"/**": {"ros__parameters": {}}}
 
 
-class Kept:
-    """Stands in for what a launch file makes: keeps what it is given."""
-
-    def __init__(self, *arguments: Any, **named: Any) -> None:
-        self.arguments, self.named = arguments, named
-
-    def perform(self, given: dict[str, str]) -> str:
-        """Return what a launch argument is given, as a `LaunchConfiguration` does."""
-        return given.get(self.arguments[0], "")
+LAUNCH_FILE = "src/kitchen_bringup/launch/kitchen.launch.py"
 
 
-LAUNCH = {
-    "launch": ["LaunchContext", "LaunchDescription"],
-    "launch.actions": [
-        *("DeclareLaunchArgument", "EmitEvent", "LogInfo"),
-        *("OpaqueFunction", "RegisterEventHandler"),
-    ],
-    "launch.event_handlers": ["OnProcessExit"],
-    "launch.events": [],
-    "launch.events.process": ["ProcessExited", "ShutdownProcess"],
-    "launch.substitutions": [
-        "AndSubstitution",
-        "LaunchConfiguration",
-        "NotEqualsSubstitution",
-        "PathJoinSubstitution",
-    ],
-    "launch_ros": [],
-    "launch_ros.actions": ["Node", "LifecycleNode"],
-    "launch_ros.event_handlers": ["OnStateTransition"],
-    "launch_ros.events": [],
-    "launch_ros.events.lifecycle": ["ChangeState"],
-    "launch_ros.substitutions": ["FindPackageShare"],
-    "lifecycle_msgs": [],
-    "lifecycle_msgs.msg": [],
-}
-
-
-def launched(
-    workspace: Path, monkeypatch: pytest.MonkeyPatch, given: dict[str, str] | None = None
-) -> list[Kept]:
-    """Return what the launch file starts; `launch` is not on PyPI, so small stand-ins keep it."""
-    for name, classes in LAUNCH.items():
-        module = types.ModuleType(name)
-        for each in classes:
-            setattr(module, each, type(each, (Kept,), {}))
-        monkeypatch.setitem(sys.modules, name, module)
-    sys.modules["launch.events"].matches_action = lambda node: node  # type: ignore[attr-defined]
-    changes = {"TRANSITION_CONFIGURE": 1, "TRANSITION_ACTIVATE": 3}
-    sys.modules["lifecycle_msgs.msg"].Transition = types.SimpleNamespace(**changes)  # type: ignore[attr-defined]
-    path = workspace / "src/kitchen_bringup/launch/kitchen.launch.py"
-    names: dict[str, Any] = {}
-    exec(compile(path.read_text(), str(path), "exec"), names)
-    (actions,) = names["generate_launch_description"]().arguments
-    (later,) = of_kind(actions, "OpaqueFunction")
-    return [*actions, *later.named["function"](given or {})]
-
-
-def of_kind(actions: list[Kept], kind: str) -> list[Kept]:
-    return [action for action in actions if type(action).__name__ == kind]
-
-
-def test_the_launch_file_starts_every_node(workspace: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    actions = launched(workspace, monkeypatch)
+def test_the_launch_file_starts_every_node(workspace: Path) -> None:
+    actions = described(workspace / LAUNCH_FILE)
     nodes = [action.named for action in of_kind(actions, "Node")]
     assert [(node["package"], node["executable"], node["name"], node["namespace"]) for node in nodes] == [
         ("waiter", "waiter", "waiter", ""),
@@ -262,19 +204,17 @@ def test_the_launch_file_starts_every_node(workspace: Path, monkeypatch: pytest.
     assert declared == ["journal", "resume", "log_level", "respawn"]
 
 
-def test_only_launch_arguments_that_are_given_override_the_files(
-    workspace: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_launch_arguments_that_are_given_override_the_files(workspace: Path) -> None:
     """Else `log_level: debug` in local.yaml, which is the user's, would do nothing."""
     for given in ({}, {"log_level": "debug"}, {"journal": "run", "resume": "false"}):
-        for node in of_kind(launched(workspace, monkeypatch, given), "Node"):
+        for node in of_kind(described(workspace / LAUNCH_FILE, given), "Node"):
             *files, own = node.named["parameters"]
             assert [file.arguments[0][1] for file in files][-1] == "local.yaml"
             assert set(own) == set(given)
 
 
-def test_the_launch_file_activates_lifecycle_nodes(lifecycle: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    actions = launched(lifecycle, monkeypatch)
+def test_the_launch_file_activates_lifecycle_nodes(lifecycle: Path) -> None:
+    actions = described(lifecycle / LAUNCH_FILE)
     nodes = of_kind(actions, "LifecycleNode")
     configured = [action.named["event"].named for action in of_kind(actions, "EmitEvent")]
     assert [(each["lifecycle_node_matcher"], each["transition_id"]) for each in configured] == [

@@ -9,10 +9,35 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 
-from dineros.metamodel.records import Publish, Record, Reply, Request, Response, Serve, Take
+from dineros.metamodel.records import (
+    Accept,
+    Accepted,
+    Cancel,
+    Canceling,
+    Finish,
+    Goal,
+    Outcome,
+    Publish,
+    Record,
+    Reply,
+    Request,
+    Response,
+    Serve,
+    Take,
+)
 
-_SENDS: dict[type[Record], str] = {Publish: "topic", Request: "request", Reply: "response"}
-_RECEIVES: dict[type[Record], str] = {Take: "topic", Serve: "request", Response: "response"}
+_WAYS: tuple[tuple[str, type[Record], type[Record]], ...] = (
+    ("topic", Publish, Take),
+    ("request", Request, Serve),
+    ("response", Reply, Response),
+    ("goal", Goal, Accept),
+    ("accepted", Accept, Accepted),
+    ("cancel", Cancel, Canceling),
+    ("result", Finish, Outcome),
+)
+"""What goes from node to node, which record sends it, and which receives it."""
+_SENDS = {sends: way for way, sends, _ in _WAYS}
+_RECEIVES = {receives: way for way, _, receives in _WAYS}
 
 
 class Merger:

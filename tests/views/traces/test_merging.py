@@ -7,7 +7,7 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dineros.metamodel.records import Fire, Publish, Record, Take
+from dineros.metamodel.records import Accept, Accepted, Finish, Fire, Goal, Outcome, Publish, Record, Take
 from dineros.views.traces.merging import Merger, merge
 
 NODES = ("a", "b", "c")
@@ -65,3 +65,19 @@ def test_live_a_message_waits_for_the_record_that_sent_it() -> None:
     assert [node for node, _ in merger.ready()] == ["a", "b"]
     merger.push("b", Take(sequence=1, time=1.0, node="b", channel="c", place="q", message="a/p/2"))
     assert [node for node, _ in merger.ready(force=True)] == ["b"]
+
+
+def test_a_goal_is_sent_before_it_is_accepted_and_over_before_its_client_knows() -> None:
+    """A client notes that it has sent a goal when it is sent, and the server may be quicker."""
+    goal: dict[str, Any] = {"channel": "Drive", "message": "g"}
+    client = [
+        Goal(sequence=0, time=1.2, node="c", **goal),
+        Accepted(sequence=1, time=1.3, node="c", **goal),
+        Outcome(sequence=2, time=1.4, node="c", outcome="succeeded", **goal),
+    ]
+    server = [
+        Accept(sequence=0, time=1.1, node="s", **goal),
+        Finish(sequence=1, time=1.5, node="s", outcome="succeeded", **goal),
+    ]
+    merged = [record.event for _, record in merge({"c": client, "s": server})]
+    assert merged == ["goal", "accept", "accepted", "finish", "outcome"]
