@@ -1,1 +1,1 @@
-"""Systems that exist already: what runs or was recorded, made into models, compared with models, and explained by them."""
+"""Systems that exist already: seen or recorded, made into models, compared with models, explained by them."""
