@@ -296,10 +296,11 @@ def actions(model: sym.SystemModel, servers: dict[str, sym.ActionServerPort], ce
             clients=[
                 sym.ActionClientPort(
                     client=cell,
-                    **{
-                        role.lower(): cells[f"{role}{motion}{cell}"]
-                        for role in ("Goal", "Succeeded", "Aborted", "Canceled", "Cancel")
-                    },
+                    goal=cells[f"Goal{motion}{cell}"],
+                    succeeded=cells[f"Succeeded{motion}{cell}"],
+                    aborted=cells[f"Aborted{motion}{cell}"],
+                    canceled=cells[f"Canceled{motion}{cell}"],
+                    cancel=cells[f"Cancel{motion}{cell}"],
                 )
                 for cell in CELLS
             ],

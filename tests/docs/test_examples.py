@@ -14,20 +14,24 @@ from tests.support.on_ros import on_ros
 from tests.support.system_packages import require_for
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [
+    ROOT / "README.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+    *sorted((ROOT / "examples").glob("*/README.md")),
+]
 
 
 ON_ROS = ("quick_start.md",)
 """Pages whose nodes are processes on ROS 2."""
 
 
-COLD = ("README.md", *ON_ROS)
+COLD = (PAGES[0], *(ROOT / "docs" / name for name in ON_ROS))
 """Pages whose commands start as a reader's do; those of the others are forks, which saves their imports."""
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_examples_of_a_page_run(page: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
-    warm = None if page.name in COLD else request.getfixturevalue("warm")
+    warm = None if page in COLD else request.getfixturevalue("warm")
     with on_ros() if page.name in ON_ROS else nullcontext():
         check_page(page, tmp_path, warm)
 

@@ -14,4 +14,6 @@ def configure(net: Net) -> None:
 
 def assign(firing: Firing) -> dict[str, object]:
     """Orders + Free -> Goal + UnderWay."""
-    return {"attempts": firing.inputs["Orders"][0].data["attempts"] + 1}
+    attempts = firing.inputs["Orders"][0].data["attempts"]
+    assert isinstance(attempts, int)
+    return {"attempts": attempts + 1}

@@ -6,6 +6,8 @@ import asyncio
 import json
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
 
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime import Candidates, Enabled, Net
@@ -17,16 +19,15 @@ POLL = 0.01  # seconds between two looks at a signal
 AGAIN = 1.0  # seconds after which a command that shows no effect is sent again: the drive may have been down
 
 
+@dataclass
 class Arm:
-    """The node's net, and where the drive takes commands: a motion and a piece."""
+    """Where the drive takes commands, a motion and a piece, and the node's net."""
 
-    net: Net
-
-    def command(self, motion: str, piece: str) -> None:
-        """Do nothing: there is no drive yet."""
+    command: Callable[[str, str], None]
+    net: Net | None = None
 
 
-ARM = Arm()
+ARM = Arm(lambda motion, piece: None)  # nowhere yet
 
 
 def configure(net: Net) -> None:
@@ -39,7 +40,7 @@ def configure(net: Net) -> None:
 
 def use(command: Callable[[str, str], None]) -> None:
     """Send commands there."""
-    ARM.command = command  # type: ignore[method-assign]
+    ARM.command = command
 
 
 def choose(candidates: Candidates) -> Enabled | None:
@@ -53,7 +54,7 @@ def _drive(net: Net) -> Callable[[str, str], None]:
     from std_msgs.msg import String  # type: ignore[import-untyped]
 
     # Kept for a drive that is started again; only the last command counts.
-    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    latched: Any = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # type: ignore[no-untyped-call]
     publisher = net.ros_node.create_publisher(String, COMMANDS, latched)
 
     def send(motion: str, piece: str) -> None:
@@ -64,6 +65,7 @@ def _drive(net: Net) -> Callable[[str, str], None]:
 
 async def _move(motion: str, piece: str) -> None:
     """Start a motion; return when the signals speak of it and of no earlier one."""
+    assert ARM.net is not None
     while True:
         ARM.command(motion, piece)
         for _ in range(round(AGAIN / POLL)):

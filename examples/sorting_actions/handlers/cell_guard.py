@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
 
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime import Net
@@ -13,14 +15,14 @@ from . import firings
 TOPIC = "/cell/gate"
 
 
+@dataclass
 class Gate:
-    """What opens and shuts."""
+    """What opens and shuts it."""
 
-    def set(self, is_open: bool) -> None:
-        """Do nothing: there is no gate yet."""
+    set: Callable[[bool], None]
 
 
-GATE = Gate()
+GATE = Gate(lambda is_open: None)  # nothing yet
 
 
 def configure(net: Net) -> None:
@@ -31,7 +33,7 @@ def configure(net: Net) -> None:
 
 def use(set_gate: Callable[[bool], None]) -> None:
     """Open and shut this one."""
-    GATE.set = set_gate  # type: ignore[method-assign]
+    GATE.set = set_gate
 
 
 def _gate(net: Net) -> Callable[[bool], None]:
@@ -39,26 +41,26 @@ def _gate(net: Net) -> Callable[[bool], None]:
     from std_msgs.msg import Bool  # type: ignore[import-untyped]
 
     # Kept for a gate that is started again; only the last command counts.
-    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    latched: Any = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # type: ignore[no-untyped-call]
     publisher = net.ros_node.create_publisher(Bool, TOPIC, latched)
     return lambda is_open: publisher.publish(Bool(data=is_open))
 
 
 @firings.on("Notice")
-def notice(firing: firings.NoticeFiring) -> firings.Outcome:
+def notice(firing: firings.NoticeFiring) -> firings.NoticeOutcome:
     """Watching -> HoldReq, while PersonNear."""
     return {"reason": "a person is near", "number": firing.data["number"] + 1}
 
 
 @firings.on("OpenGate")
-def open_gate(firing: firings.OpenGateFiring) -> firings.Outcome:
+def open_gate(firing: firings.OpenGateFiring) -> firings.OpenGateOutcome:
     """HoldRes -> GateOpen: nothing moves, says the controller."""
     GATE.set(True)
     return {}
 
 
 @firings.on("ShutGate")
-def shut_gate(firing: firings.ShutGateFiring) -> firings.Outcome:
+def shut_gate(firing: firings.ShutGateFiring) -> firings.ShutGateOutcome:
     """GateOpen -> GateShutting, while !PersonNear."""
     GATE.set(False)
     return {}

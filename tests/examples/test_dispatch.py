@@ -1,0 +1,126 @@
+"""The dispatcher and its robots: n as a parameter, a simulated run with recalls, one on ROS 2."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from itertools import islice
+from pathlib import Path
+
+import pytest
+
+from dineros.generators import Options, check
+from dineros.metamodel import sym
+from dineros.metamodel.constraints import validate
+from dineros.metamodel.files import save
+from examples.dispatch.build import build
+from examples.dispatch.floor import phases
+from tests.examples.applications import EXAMPLES, dineros, system_model, workspace
+from tests.support.on_ros import on_ros
+from tests.support.type_checker import strict_mypy
+
+HOME = EXAMPLES / "dispatch"
+MODEL = HOME / "dispatch.sym.xmi"
+ROBOTS = ("robot1", "robot2", "robot3")
+NODES = ("dispatcher", "traffic", "board", *ROBOTS)
+HANDLERS = {
+    **{f"dispatch_{robot}": HOME / "handlers/robot.py" for robot in ROBOTS},
+    **{f"dispatch_{node}": HOME / f"handlers/{node}.py" for node in ("dispatcher", "board")},
+}
+ALONE = "InAisle1 + InAisle2 + InAisle3 <= 1"
+
+SIMULATED = """
+import json, sys
+from importlib import import_module
+from pathlib import Path
+from dineros.runtime.application.simulation import LocalApplication
+from dineros.runtime.journal import JournalRecorder
+from examples.dispatch.floor import phases
+
+nodes, folder = json.loads(sys.argv[1]), Path(sys.argv[2])
+bases = [import_module(f"dispatch_{node}.base") for node in nodes]
+application = LocalApplication(
+    [base.runtime_model() for base in bases],
+    seed=1,
+    recorder=lambda node: JournalRecorder(folder, node, source="dispatch.sym.xmi"),
+)
+for base in bases:
+    base.register(application.nets[base.NODE])
+floor = phases(3)
+
+def change(seconds):
+    for node, values in next(floor).items():
+        application.nets[node].set_signals(values)
+
+application.every(0.15, change)
+with application:
+    outcome = application.run(lambda each: each.count("board", "Listed") == 3, timeout=300)
+    listed = [token.data for token in application.nets["board"].inspect().marking["Listed"]]
+print(json.dumps([outcome, listed]))
+"""
+
+
+@pytest.fixture(scope="module")
+def floor_workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return workspace(tmp_path_factory.mktemp("floor") / "ws", MODEL, HANDLERS)
+
+
+def test_the_files_are_what_the_script_builds(tmp_path: Path) -> None:
+    for model in (build(), build(robots=2, orders=1, gives_up_waiting=True)):
+        save(model, tmp_path / "built.sym.xmi")
+        assert (tmp_path / "built.sym.xmi").read_bytes() == (HOME / f"{model.id}.sym.xmi").read_bytes()
+
+
+@pytest.mark.parametrize("robots", [1, 2, 7])
+def test_it_has_as_many_robots_as_it_is_told(robots: int) -> None:
+    model = build(robots=robots)
+    assert validate(model) == []
+    actions = [channel.action for channel in model.channels if isinstance(channel, sym.ActionChannel)]
+    assert actions == [f"/robot{n}/deliver" for n in range(1, robots + 1)]
+    assert len(model.pages) == robots + 3
+
+
+def test_the_handlers_fit_the_workspace_and_pass_mypy(floor_workspace: Path) -> None:
+    assert check(system_model(MODEL), floor_workspace, Options(source=MODEL.name)).changes == ()
+    packages = [f"src/{package}/{package}" for package in HANDLERS]
+    assert strict_mypy(floor_workspace, *packages).startswith("Success: no issues found")
+
+
+def test_the_floor_stops_now_and_then_and_blocks_one_robot_at_a_time() -> None:
+    seen = list(islice(phases(2), 12))
+    blocked = [sum(value for node in phase.values() for value in node.values()) for phase in seen[::2]]
+    assert blocked == [0, 1, 0, 1, 0, 1]
+    assert [phase["dispatcher"]["FloorStopped"] for phase in seen[1::2]] == [False, False, True] * 2
+
+
+def test_all_orders_are_delivered_whoever_is_recalled(floor_workspace: Path, tmp_path: Path) -> None:
+    path = [str(floor_workspace / f"src/dispatch_{node}") for node in NODES]
+    run = subprocess.run(
+        [sys.executable, "-c", SIMULATED, json.dumps(NODES), str(tmp_path / "run")],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([*path, str(EXAMPLES.parent)])},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert run.returncode == 0, run.stderr
+    outcome, listed = json.loads(run.stdout)
+    assert outcome == "reached"
+    assert sorted(errand["number"] for errand in listed) == [1, 2, 3]
+    assert {errand["robot"] for errand in listed} <= set(ROBOTS)
+    replayed = dineros("conform", MODEL, tmp_path / "run", "--invariant", ALONE, cwd=tmp_path)
+    assert f"{ALONE}: holds throughout\n" in replayed.stdout, replayed.stdout + replayed.stderr
+
+
+def test_it_runs_on_ros(floor_workspace: Path, tmp_path: Path) -> None:
+    world = f"{sys.executable} {HOME / 'floor.py'} --robots 3"
+    with on_ros() as domain:
+        options = ("--domain", domain, "--reach", "memory", "--trace", tmp_path / "run", "--monitor")
+        run = dineros(
+            *("run", floor_workspace, "--with", world, "--until", "Listed >= 1", "--timeout", 300, *options),
+            cwd=tmp_path,
+        )
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert "\nconformance: conforms, " in run.stdout

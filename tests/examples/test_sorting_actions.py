@@ -1,0 +1,135 @@
+"""The sorting cell with actions: its files, its handlers, a simulated run with people, one on ROS 2."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from dineros.generators import Options, check
+from dineros.metamodel.files import save
+from examples.sorting_actions.build import Version, build
+from examples.sorting_actions.cell import Cell
+from tests.examples.applications import EXAMPLES, dineros, system_model, workspace
+from tests.support.on_ros import on_ros
+from tests.support.type_checker import strict_mypy
+
+HOME = EXAMPLES / "sorting_actions"
+MODEL = HOME / "cell.sym.xmi"
+NODES = ("selector", "controller", "synchronizer", "arm", "guard", "display")
+HANDLED = ("selector", "arm", "guard", "display")
+APART = "PickMoving + PickBraking + PlaceMoving + PlaceBraking + GateOpen <= 1"
+
+SIMULATED = """
+import json, sys
+from importlib import import_module
+from pathlib import Path
+from dineros.runtime.application.simulation import LocalApplication
+from dineros.runtime.journal import JournalRecorder
+from examples.sorting_actions.cell import Cell
+
+nodes, folder, seed = json.loads(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])
+bases = [import_module(f"cell_{node}.base") for node in nodes]
+application = LocalApplication(
+    [base.runtime_model() for base in bases],
+    seed=seed,
+    recorder=lambda node: JournalRecorder(folder, node, source="cell.sym.xmi"),
+)
+for base in bases:
+    base.register(application.nets[base.NODE])
+cell = Cell(lambda node, values: application.nets[node].set_signals(values), visit_every=2, stay=0.5)
+import_module("cell_arm.handlers").use(cell.command)
+import_module("cell_guard.handlers").use(cell.gate)
+application.every(0.05, cell.advance)
+with application:
+    cell.tell_all()
+    outcome = application.run(lambda each: each.count("display", "Shown") == 3, timeout=300)
+    shown = [token.data for token in application.nets["display"].inspect().marking["Shown"]]
+print(json.dumps([outcome, cell.accidents, cell.stopped, shown]))
+"""
+
+
+@pytest.fixture(scope="module")
+def cell_workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    handlers = {f"cell_{node}": HOME / f"handlers/cell_{node}.py" for node in HANDLED}
+    return workspace(tmp_path_factory.mktemp("cell") / "ws", MODEL, handlers)
+
+
+@pytest.mark.parametrize("version", get_args(Version))
+def test_the_files_are_what_the_script_builds(version: Version, tmp_path: Path) -> None:
+    save(build(version), tmp_path / "built.sym.xmi")
+    assert (tmp_path / "built.sym.xmi").read_bytes() == (HOME / f"{version}.sym.xmi").read_bytes()
+
+
+def test_the_handlers_fit_the_workspace_and_pass_mypy(cell_workspace: Path) -> None:
+    assert check(system_model(MODEL), cell_workspace, Options(source=MODEL.name)).changes == ()
+    packages = [f"src/cell_{node}/cell_{node}" for node in HANDLED]
+    assert strict_mypy(cell_workspace, *packages).startswith("Success: no issues found")
+
+
+def test_people_come_and_go_and_everything_is_sorted(cell_workspace: Path, tmp_path: Path) -> None:
+    path = [str(cell_workspace / f"src/cell_{node}") for node in NODES]
+    run = subprocess.run(
+        [sys.executable, "-c", SIMULATED, json.dumps(NODES), str(tmp_path / "run"), "1"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([*path, str(EXAMPLES.parent)])},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert run.returncode == 0, run.stderr
+    outcome, accidents, stopped, shown = json.loads(run.stdout)
+    assert (outcome, accidents) == ("reached", 0)
+    assert all(piece["isSorted"] for piece in shown)
+    assert sorted(piece["color"] for piece in shown) == ["blue", "green", "red"]
+    assert sum(piece["interruptions"] for piece in shown) == stopped > 0
+    replayed = dineros("conform", MODEL, tmp_path / "run", "--invariant", APART, cwd=tmp_path)
+    assert replayed.returncode == 0, replayed.stdout + replayed.stderr
+    assert f"{APART}: holds throughout\n" in replayed.stdout
+
+
+def test_the_world_notices_an_accident() -> None:
+    cell = Cell(lambda node, values: None)
+    cell.command("pick", "red-1")
+    cell.advance(0.1)
+    assert cell.accidents == 0
+    cell.gate(True)
+    cell.advance(0.1)
+    assert cell.accidents == 1
+
+
+def test_an_arm_that_is_stopped_holds_what_it_held() -> None:
+    told: dict[str, dict[str, bool]] = {}
+    cell = Cell(told.__setitem__, motion_time=0.4, brake_time=0.1)
+    for motion in ("pick", "place"):
+        cell.command(motion, "red-1")
+        assert told["arm"]["AtRest"] is False
+        cell.advance(0.2)
+        cell.command("brake", "red-1")
+        cell.advance(0.2)
+        assert told["arm"] == {"AtRest": True, "Holding": motion == "place"}
+        cell.command(motion, "red-1")
+        cell.advance(0.5)
+    assert (told["arm"], cell.stopped) == ({"AtRest": True, "Holding": False}, 2)
+
+
+def test_it_runs_on_ros_while_a_person_comes(cell_workspace: Path, tmp_path: Path) -> None:
+    world = f"{sys.executable} {HOME / 'cell.py'} --visit-every 2 --stay 0.5"
+    with on_ros() as domain:
+        options = ("--domain", domain, "--reach", "memory", "--trace", tmp_path / "run", "--monitor")
+        run = dineros(
+            *("run", cell_workspace, "--with", world, "--until", "Shown >= 1", "--timeout", 300, *options),
+            cwd=tmp_path,
+        )
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert "\nconformance: conforms, " in run.stdout
+    replayed = dineros("conform", cell_workspace, tmp_path / "run", "--invariant", APART, cwd=tmp_path)
+    assert f"{APART}: holds throughout\n" in replayed.stdout, replayed.stdout + replayed.stderr
+    ends = [json.loads(line).get("outcome") for line in (tmp_path / "run/arm.jsonl").open()]
+    assert "canceled" in ends
+    assert "succeeded" in ends
