@@ -78,8 +78,15 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     model.properties.append(sym.Property(id="Closes", text="fired(Close) only after fired(Open)"))
     save(model, folder / "door.sym.xmi")
     (folder / "our_templates").mkdir()
-    write_bag(folder / "recording", [("dones", 0), ("scans", 1)])
+    rounds = range(0, 3_000_000_000, 100_000_000)
+    pairs = (("/scans", 0), ("/dones", 20_000_000))
+    write_bag(folder / "recording", [(topic, at + late) for at in rounds for topic, late in pairs])
+    (folder / "seen.given.toml").write_text(
+        '[topic."/scans"]\npublishers = ["/sensor"]\nsubscribers = ["/mapper"]\n'
+        '[topic."/dones"]\npublishers = ["/mapper"]\n'
+    )
     for command in (
+        "import --bag recording -o seen.sym.xmi",
         "find sorting.sym.xmi --enabled TPick -o pick.jsonl",
         "find sorting.sym.xmi --enabled TSafe -o place.jsonl",
         "find sorting.sym.xmi --signals none --enabled TSafe -o witness.jsonl",
