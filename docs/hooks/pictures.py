@@ -14,6 +14,7 @@ from dineros.views.nets import (
     ViewModel,
     around,
     collapse,
+    collapse_to_read,
     compare,
     layout,
     to_html,
@@ -73,7 +74,7 @@ def pictures() -> dict[str, str]:
         positioned = layout(view)
         made[f"pictures/net-{name}.svg"] = to_svg(positioned)
         made[f"pictures/net-{name}-dark.svg"] = to_svg(positioned, theme="dark")
-    made["pictures/sorting.html"] = to_html(with_badges(whole, PARTS))
+    made["pictures/sorting.html"] = to_html(collapse_to_read(with_badges(whole, PARTS)))
     return made
 
 

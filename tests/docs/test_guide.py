@@ -6,6 +6,7 @@ import html
 import importlib
 import importlib.util
 import inspect
+import itertools
 import re
 import subprocess
 import sys
@@ -18,6 +19,8 @@ from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import load
 from dineros.metamodel.settings import apply
 from tests.support.system_packages import needs
+from tests.views.axe import faults
+from tests.views.browser import chromium
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -155,3 +158,9 @@ def test_the_guide_builds_and_loads_nothing_from_elsewhere(tmp_path: Path) -> No
             r'<(?:script|img|iframe|link)\b[^>]*?\b(?:src|href)="([^"]+)"', page.read_text("utf-8")
         )
         assert [address for address in loaded if re.match(r"(?:https?:)?//", address)] == []
+    with chromium() as browser:
+        for scheme, name in itertools.product(("light", "dark"), ("views", "rules/services", "metamodels")):
+            tab = browser.new_page(color_scheme=scheme)  # type: ignore[arg-type]
+            tab.goto((tmp_path / f"{name}.html").as_uri())
+            assert faults(tab) == [], (scheme, name)
+            tab.close()

@@ -93,7 +93,7 @@ def test_pages_of_traces(one: Visit, tmp_path: Path) -> None:
     )
 
 
-def test_the_live_page(one: Visit, tmp_path: Path, serve: Serve) -> None:
+def test_the_live_page(serve: Serve, one: Visit, tmp_path: Path) -> None:
     page = one.page
     (tmp_path / "run").mkdir()
     page.goto(serve(tmp_path / "run", load(CASE_STUDY)).url)
@@ -110,7 +110,7 @@ def test_reports(one: Visit, tmp_path: Path) -> None:
     check(one.page, lambda: one.page.click("summary >> nth=0"))
 
 
-def test_the_editor(one: Visit, tmp_path: Path, edit: Edit) -> None:
+def test_the_editor(edit: Edit, one: Visit, tmp_path: Path) -> None:
     save(talker(), tmp_path / "talker.sym.xmi")
     page = one.page
     page.goto(edit(tmp_path / "talker.sym.xmi")[1].url)

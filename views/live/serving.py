@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 INTERVAL = 0.15
 """Seconds between two looks at files that are written without a pause, or at what tells of no changes."""
 
-LEAVING = 2.0
-"""Seconds, at most, that an ending server waits for pages to have been told."""
-
 MOST_WAITING = 2_000
 """Messages that wait for a page which goes on asking; it is left alone then."""
+
+LEAVING = 2.0
+"""Seconds, at most, that an ending server waits for pages to have been told."""
 
 _LONGEST = 15
 """Most digits or letters of what a page says that it has seen."""
@@ -113,9 +113,9 @@ class LivePages:
     async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
         """Follow the trace as long as the server runs."""
         self._loop = asyncio.get_running_loop()
+        loop = self._loop
         task = asyncio.create_task(self._follow())
         if self._steering is not None:
-            loop = asyncio.get_running_loop()
             self._steering.begin(lambda message: _in(loop, lambda: self._tell_nodes(message)))
         try:
             yield
@@ -142,6 +142,10 @@ class LivePages:
             for page in self._pages:
                 page.put_nowait(message)
 
+    def _tell_nodes(self, message: str) -> None:
+        self._nodes = message
+        self._tell([message])
+
     def leave(self) -> None:
         """Tell the pages the rest, and that nothing more will come."""
         if self._loop is not None:
@@ -151,11 +155,6 @@ class LivePages:
     async def _leave(self) -> None:
         self._tell([*self.trace.poll(), json.dumps({"type": "end"})])
         await asyncio.gather(*(page.join() for page in self._pages))
-
-    def _tell_nodes(self, message: str) -> None:
-        self._nodes = message
-        for page in self._pages:
-            page.put_nowait(message)
 
     async def page(self, request: Request) -> Response:
         """Answer with the page."""

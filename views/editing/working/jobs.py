@@ -18,6 +18,8 @@ from dineros.analysis.answers.processes import Tree
 from dineros.metamodel.editing import CommandError, Document
 from dineros.metamodel.elements import elements
 from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.files.atomic import write_atomically
+from dineros.metamodel.files.reading import read_bytes
 from dineros.metamodel.json_text import decode_json
 from dineros.views.editing.working.orders import TRACES, WITNESS, Order, order_of
 
@@ -153,7 +155,7 @@ class Jobs:
         model = document.path.absolute()
         if not document.is_saved:  # it is asked about as it is drawn
             model = folder / document.path.name
-            model.write_bytes(document.content().data)
+            write_atomically(model, document.content().data)
         job = Job(self._number, order, state[1], state[0], folder, document.path.name)
         self._jobs[job.number] = job
         self._forget()
@@ -196,7 +198,11 @@ class Jobs:
         sizes = {path: path.stat().st_size for path in paths if path.is_file()}
         if sum(sizes.values()) > LARGEST_TRACES:
             raise CommandError("these traces are too long to be played here", hint="dineros trace shows them")
-        found = {path.name: path.read_text(encoding="utf-8") for path, size in sizes.items() if size}
+        found = {
+            path.name: read_bytes(path, limit=LARGEST_TRACES).decode("utf-8", "replace")
+            for path, size in sizes.items()
+            if size
+        }
         if not found:
             raise CommandError("it has left nothing to play")
         return found

@@ -230,11 +230,12 @@ export class Canvas {
       graphics.setAttribute("role", "button");
       graphics.setAttribute("tabindex", "0");
       graphics.dataset.element = business.element;
-      const words = this.model.kind(business.element).words;
-      graphics.setAttribute(
-        "aria-label",
-        `${words} ${business.title}${ends}${count}${mark ? `, ${mark}` : ""}${isEnabled ? ", enabled" : ""}`,
-      );
+      const { words } = this.model.kind(business.element);
+      // What can be read on a shape stands in its name, for those who speak to the page (WCAG 2, 2.5.3).
+      const read = /^(place|transition)/.test(business.kind) ? [] : (business.lines ?? []);
+      const name = [business.title, ...read].join(", ");
+      const state = `${mark ? `, ${mark}` : ""}${isEnabled ? ", enabled" : ""}`;
+      graphics.setAttribute("aria-label", `${words} ${name}${ends}${count}${state}`);
       graphics.classList.toggle("is-enabled", isEnabled);
       graphics.classList.toggle("is-fired", fired.has(business.element) && element.waypoints === undefined);
       graphics.classList.toggle("has-error", mark === "error");

@@ -26,6 +26,7 @@ export function drawShape(group, element) {
     lines.forEach((text, index) => {
       const y = height / 2 + 13 * (index - (lines.length - 1) / 2) + 4;
       group.append(
+        " ", // between words that are read aloud
         svg("text", { class: index === 0 ? "name" : "note", x: width / 2, y }, shortened(text, width)),
       );
     });

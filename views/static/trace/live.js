@@ -20,8 +20,8 @@ import { SteeringPanel } from "./steer.js";
 /** @typedef {Growth & { type: "change", number: number, ended: boolean }} Change */
 /** @import { NodeState } from "./steer.js" */
 /** @typedef {{ type: "nodes", nodes: NodeState[] } | { type: "refused", reason: string }} Steered */
-/** @typedef {{ type: "nothing new" } | { type: "end" }} Other */
-/** @typedef {Snapshot | Change | Steered | { type: "problem", text: string } | Other} Message */
+/** @typedef {{ type: "nothing new" } | { type: "end" } | Steered} Other */
+/** @typedef {Snapshot | Change | { type: "problem", text: string } | Other} Message */
 
 const FIRST_WAIT = 300; // milliseconds between two attempts to come back
 const LONGEST_WAIT = 3000;
@@ -39,14 +39,14 @@ class Live {
    */
   known = null;
   wait = FIRST_WAIT;
-  /** Whether all nodes have stopped. */
-  ended = false;
-  /** Whether the server has said that nothing more will come. */
-  left = false;
   /** @type {WebSocket | null} */
   socket = null;
   /** Where the run can be steered. @type {SteeringPanel | null} */
   steering = null;
+  /** Whether all nodes have stopped. */
+  ended = false;
+  /** Whether the server has said that nothing more will come. */
+  left = false;
   state = make("span", { id: "connection", role: "status", "data-state": "waiting" }, "connecting…");
   button = make(
     "button",
@@ -165,6 +165,15 @@ class Live {
   /** Takes a message; false where something is missing before it. @type {(message: Message) => boolean} */
   receive(message) {
     const { app } = this;
+    if (message.type === "nodes") {
+      this.steering ??= new SteeringPanel((said) => this.socket?.send(JSON.stringify(said)));
+      this.steering.show(message.nodes);
+      return true;
+    }
+    if (message.type === "refused") {
+      this.steering?.refused(message.reason);
+      return true;
+    }
     this.left = message.type === "end";
     if (message.type === "snapshot") {
       this.ended = message.ended;
@@ -181,10 +190,6 @@ class Live {
       if (!timed && data.timed) app.time = true;
       this.grown(app, length);
     } else if (message.type === "problem") this.tell("lost", message.text);
-    else if (message.type === "nodes") {
-      this.steering ??= new SteeringPanel((said) => this.socket?.send(JSON.stringify(said)));
-      this.steering.show(message.nodes);
-    } else if (message.type === "refused") this.steering?.refused(message.reason);
     else if (app) this.sayLive(app);
     return true;
   }

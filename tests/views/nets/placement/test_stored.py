@@ -355,7 +355,7 @@ def test_no_line_crosses_a_name_that_can_stand_beside() -> None:
     for node in picture["nodes"]:
         (wide, high), (dx, dy) = node["room"], node.get("captionAt", (0, 0))
         top = node["y"] + node["height"] / 2 + dy
-        name = (node["x"] + dx - wide / 2, top, node["x"] + dx + wide / 2, top + high)
+        caption = (node["x"] + dx - wide / 2, top, node["x"] + dx + wide / 2, top + high)
         for edge in picture["edges"]:
             for one, other in itertools.pairwise(edge["points"]):
-                assert not enters(one, other, name), (node["id"], edge["id"])
+                assert not enters(one, other, caption), (node["id"], edge["id"])
