@@ -14,6 +14,9 @@ from dineros.metamodel.matching import Quality
 USUAL = Quality("reliable", "volatile", "automatic", None, None, None)
 """The quality of service that a port has by default in ROS 2."""
 
+ALL_KEPT = 5000
+"""Depth in models of a history that keeps all: samples that Fast DDS keeps at most by default."""
+
 
 @dataclass(frozen=True)
 class TopicEndpoint:

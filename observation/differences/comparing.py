@@ -123,7 +123,7 @@ def differences(
     without : sequence of str
         Full names of nodes that are left out.
     """
-    said, report = described(model), Report()
+    said, report = described(model, with_unseen=bool(system.topics)), Report()
     expected = within(said.system, namespaces, without)
     if system.topics:
         _compare_topics(expected, system, report, said)

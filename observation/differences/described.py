@@ -12,7 +12,14 @@ from dineros.metamodel.matching import Quality, plain, quality_of
 from dineros.metamodel.ros_names import resource_name
 from dineros.metamodel.token_data import TokenType
 from dineros.metamodel.token_types.declared import type_of_place
-from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint, name_of
+from dineros.observation.systems import (
+    ALL_KEPT,
+    Endpoint,
+    ObservedNode,
+    ObservedSystem,
+    TopicEndpoint,
+    name_of,
+)
 from dineros.runtime.ros.conversion.messages import action_interface, service_interface, token_interface
 
 
@@ -23,7 +30,7 @@ class Described:
     Attributes
     ----------
     system : ObservedSystem
-        Its nodes; without those that stand for whoever has the other end of a channel.
+        Its nodes.
     elements : mapping
         Id of the model's element, by full name of the node, role (empty for the node itself) and name.
     managed : frozenset of str
@@ -35,20 +42,22 @@ class Described:
     managed: frozenset[str] = frozenset()
 
 
-def described(model: sym.SystemModel) -> Described:
+def described(model: sym.SystemModel, *, with_unseen: bool = False) -> Described:
     """Return what a model says of nodes and ports.
 
     Parameters
     ----------
     model : sym.SystemModel
         A valid model. Where it names no interface, that which is generated for it is meant.
+    with_unseen : bool
+        Whether nodes count that stand for whoever has the other end of a channel.
     """
     ports: dict[str, dict[str, list[Any]]] = {}
     elements: dict[tuple[str, str, str], str] = {}
     managed = set()
     names = {}
     for node in node_nets(model):
-        if is_unseen(node):
+        if is_unseen(node) and not with_unseen:
             continue
         names[node] = name = full_name(node)
         ports[name] = {}
@@ -134,7 +143,7 @@ def _topic(
     declared = type_of_place(port.place, model)
     existing = channel.type or (declared.ros if declared is not None else None)
     named = TokenType(label(declared) if declared is not None else "Token", (), existing)
-    depth = None if "limit" in (port.assumed or "").split() else port.limit
+    depth = None if "limit" in (port.assumed or "").split() else 0 if port.limit == ALL_KEPT else port.limit
     return TopicEndpoint(channel.topic, token_interface(model.id, named), _quality(port, existing), depth)
 
 

@@ -134,4 +134,4 @@ class Body:
         return self._ids.new(f"{self.page.id}.{word}")
 
 
-_VERBS = {"publish": "publishes", "send": "sends", "cancel": "cancels"}
+_VERBS = {"publish": "publishes", "send": "sends", "goal": "wants", "cancel": "cancels"}

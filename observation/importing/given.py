@@ -41,9 +41,9 @@ class Step:
 
     Attributes
     ----------
-    verb : {"publish", "call", "send", "cancel"}
-        Publish a message; call a service and wait for the answer; send a goal or a request and go on; ask to
-        cancel a goal.
+    verb : {"publish", "call", "send", "goal", "cancel"}
+        Publish a message; call a service and wait for the answer; send a request and go on; send a goal; ask
+        to cancel it.
     name : str
         Full name of the topic, service or action.
     times : {"", "?", "*"}
@@ -138,7 +138,7 @@ def read_given(path: Path) -> Given:
     return _Reading(path).given(found)
 
 
-_STEP = re.compile(r"(publish|call|send|cancel)\s+(\S+?)(?:\s*([?*]))?")
+_STEP = re.compile(r"(publish|call|send|goal|cancel)\s+(\S+?)(?:\s*([?*]))?")
 
 
 class _Reading:
@@ -205,7 +205,7 @@ class _Reading:
             raise self._wrong(
                 f"{at}.does",
                 f"{text!r} is no step",
-                "write it like 'publish /map', 'call /pose ?', 'send /go *'",
+                "write it like 'publish /map', 'call /pose ?', 'goal /go *'",
             )
         return Step(match[1], match[2], match[3] or "")
 

@@ -12,12 +12,10 @@ from dineros.observation.importing.bodies import Body, Call, Possible
 from dineros.observation.importing.channels import Channels
 from dineros.observation.importing.given import LIFE, Given, GivenCallback, Step
 from dineros.observation.importing.names import flat, split
-from dineros.observation.systems import Endpoint, ObservedNode, TopicEndpoint
+from dineros.observation.systems import ALL_KEPT, Endpoint, ObservedNode, TopicEndpoint
 
 USUAL_DEPTH = 10
 """Messages that a history keeps where nobody has said it; the commonest number in programs."""
-ALL_KEPT = 5000
-"""Depth that stands for "all": samples that Fast DDS keeps at most by default."""
 USUAL_PERIOD = 1.0
 """Seconds of a timer that nobody has seen; no answer depends on it."""
 TIMER = "timer"
@@ -217,7 +215,7 @@ class NodeBuilder:
             ended = self._answer(name, f"on_result_of_{flat(name)}", self._steps(name))
             port = sym.ActionClientPort(
                 client=self._net.id,
-                goal=self._possible.puts[Step("send", name)][0],
+                goal=self._possible.puts[Step("goal", name)][0],
                 cancel=self._possible.puts[Step("cancel", name)][0],
                 succeeded=ended,
                 aborted=ended,
@@ -284,7 +282,7 @@ class NodeBuilder:
         return {
             Step(verb, client.name): (self._single(f"{verb}s_{flat(client.name)}"),)
             for client in self._node.action_clients
-            for verb in ("send", "cancel")
+            for verb in ("goal", "cancel")
         }
 
     def _requests(self) -> dict[Step, tuple[pn.Place, ...]]:

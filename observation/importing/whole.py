@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from dineros.observation.importing.given import Given
-from dineros.observation.importing.names import flat, is_name, is_type
+from dineros.observation.importing.names import is_name, is_type
 from dineros.observation.systems import USUAL, Endpoint, ObservedNode, ObservedSystem, TopicEndpoint, name_of
 
 _KINDS = {
@@ -74,7 +74,7 @@ def _recorded(system: ObservedSystem, given: Given) -> Iterable[ObservedNode]:
         said = given.topics.get(topic.name)
         offered = topic.offered or (USUAL,)
         publishers = said.publishers if said is not None else ()
-        for name in publishers or (f"/unseen/{flat(topic.name)}",):
+        for name in publishers or (f"/unseen/publisher{topic.name}",):
             yield ObservedNode(
                 name, publishers=tuple(TopicEndpoint(topic.name, topic.type, each) for each in offered[:1])
             )
@@ -170,5 +170,5 @@ def _servers_of_the_unserved(nodes: Iterable[ObservedNode]) -> list[ObservedNode
     for (role, name), type in wanted.items():
         if name not in served[role]:
             ports: dict[str, Any] = {role: (Endpoint(name, type),)}
-            found.append(ObservedNode(f"/unseen/{flat(name)}", **ports))
+            found.append(ObservedNode(f"/unseen/{role.removesuffix('s')}{name}", **ports))
     return found

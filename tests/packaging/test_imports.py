@@ -194,7 +194,7 @@ def test_folders_import_only_folders_before_them(place: str) -> None:
         for module, folder, other, folder_of_other in inside
         if order[folder_of_other] > order[folder]
     ]
-    assert wrong == []
+    assert inside and wrong == []
 
 
 @pytest.mark.parametrize("room", ROOMS)

@@ -1,4 +1,4 @@
-"""A recorder: ``python -m tests.support.recorder OUT /topic=package/msg/Type ..`` writes what comes until SIGTERM.
+"""A recorder: ``python -m tests.support.recorder OUT /topic=package/msg/Type ..`` records until SIGTERM.
 
 It stands for ``ros2 bag record``, which no package registry has.
 """

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @search_command(
     "dineros conform sorting.sym.xmi run/",
     "dineros conform sorting.sym.xmi run/ --invariant 'PickRun + PlaceRun <= 1' --json",
-    "dineros conform robot.sym.xmi --bag rosbag2_2026_05_04 -o why.jsonl",
+    "dineros conform robot.sym.xmi --bag recording -o why.jsonl",
 )
 @model_argument()
 @click.argument("traces", type=ModelPath(), metavar="TRACE...", nargs=-1)

@@ -16,7 +16,7 @@ from dineros.cli.presentation.findings import print_report
 @command(
     "dineros diff robot.sym.xmi --graph",
     "dineros diff robot.sym.xmi --graph --domain 7 --namespace /arm",
-    "dineros diff robot.sym.xmi --bag recording --format junit",
+    "dineros diff seen.sym.xmi --bag recording --format junit",
 )
 @model_argument()
 @source_options

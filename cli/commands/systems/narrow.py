@@ -24,9 +24,9 @@ from dineros.cli.supervising import search_command
 
 
 @search_command(
-    "dineros narrow robot.sym.xmi --bag recording",
-    "dineros narrow robot.sym.xmi --bag recording --threshold 0.95 -o narrowed.sym.xmi",
-    "dineros narrow robot.sym.xmi --bag recording --accept 1 --accept 4 -o narrowed.sym.xmi",
+    "dineros narrow seen.sym.xmi --bag recording",
+    "dineros narrow seen.sym.xmi --bag recording --threshold 0.95 -o narrowed.sym.xmi",
+    "dineros narrow seen.sym.xmi --bag recording --accept 1 -o narrowed.sym.xmi",
 )
 @model_argument()
 @click.option(

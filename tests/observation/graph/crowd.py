@@ -4,6 +4,7 @@ import sys
 import time
 
 import rclpy
+import rclpy.utilities
 from rclpy.node import Node
 from std_msgs.msg import Empty
 
@@ -16,7 +17,7 @@ def main(nodes: int, topics: int) -> None:
         made[number % nodes].create_publisher(Empty, f"/topic_{number}", 10)
         made[(number * 7 + 1) % nodes].create_subscription(Empty, f"/topic_{number}", print, 10)
     print("ready", flush=True)
-    while rclpy.ok():
+    while rclpy.utilities.ok():
         time.sleep(0.1)
 
 

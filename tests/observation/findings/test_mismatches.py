@@ -1,0 +1,108 @@
+"""What ports alone show to be wrong, by both nodes' names."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from dineros.observation.findings.mismatches import mismatches
+from dineros.observation.findings.types import unknown_types
+from dineros.observation.systems import USUAL, ObservedNode, ObservedSystem
+from tests.support.foreign import LATCHED, SENSOR, port, robot, trigger
+
+
+def found(*nodes: ObservedNode) -> dict[str, str]:
+    return {each.rule: each.message for each in mismatches(ObservedSystem("nowhere", nodes))}
+
+
+def test_the_robot_has_two_mismatches() -> None:
+    findings = mismatches(robot())
+    assert [finding.rule for finding in findings] == ["quality-not-matched"] * 2
+    assert [finding.elements for finding in findings] == [
+        ("/battery_level", "/battery", "/monitor"),
+        ("/image", "/sensors/camera", "/detector"),
+    ]
+    assert "durability of /battery is volatile, and /monitor asks for transientLocal" in findings[0].message
+
+
+def test_what_is_offered_may_be_more_than_what_is_asked_for() -> None:
+    strict, lax = USUAL._replace(durability="transientLocal", deadline=0.1), USUAL._replace(deadline=0.2)
+    talker, listener = (ObservedNode(name) for name in ("/a", "/b"))
+    assert not found(
+        replace(talker, publishers=(port("/x", quality=strict),)),
+        replace(listener, subscribers=(port("/x", quality=lax),)),
+    )
+    assert (
+        "deadline"
+        in found(
+            replace(talker, publishers=(port("/x", quality=lax),)),
+            replace(listener, subscribers=(port("/x", quality=strict._replace(durability="volatile")),)),
+        )["quality-not-matched"]
+    )
+
+
+def test_unheard_unfilled_and_near() -> None:
+    messages = found(
+        ObservedNode("/a", publishers=(port("/cmd_vel"), port("/lonely"))),
+        ObservedNode("/b", subscribers=(port("/cmd_vell"),)),
+        ObservedNode("/c", subscribers=(port("/robot/lonely"),)),
+    )
+    assert set(messages) == {"topic-unheard", "topic-unfilled", "names-near"}
+    near = [
+        each.elements[:2]
+        for each in mismatches(
+            ObservedSystem(
+                "nowhere",
+                (
+                    ObservedNode("/a", publishers=(port("/cmd_vel"), port("/lonely"))),
+                    ObservedNode("/b", subscribers=(port("/cmd_vell"), port("/robot/lonely"))),
+                ),
+            )
+        )
+        if each.rule == "names-near"
+    ]
+    assert near == [("/cmd_vel", "/cmd_vell"), ("/lonely", "/robot/lonely")]
+
+
+def test_services() -> None:
+    messages = found(
+        ObservedNode("/a", servers=(trigger("/plan"),)),
+        ObservedNode("/b", servers=(trigger("/plan"),), clients=(trigger("/plam"),)),
+    )
+    assert "/plan has several servers: /a, /b" in messages["servers-share-name"]
+    assert "nobody serves /plam, which /b calls" in messages["service-unserved"]
+    assert "names-near" in messages
+
+
+def test_types_that_differ() -> None:
+    messages = found(
+        ObservedNode("/a", publishers=(port("/x"),)),
+        ObservedNode("/b", subscribers=(port("/x", "std_msgs/msg/Int32", SENSOR),)),
+    )
+    assert set(messages) == {"types-differ"}
+    assert "std_msgs/msg/String at /a; std_msgs/msg/Int32 at /b" in messages["types-differ"]
+
+
+def test_nodes_that_share_a_name_went_or_have_another_time() -> None:
+    system = ObservedSystem(
+        "nowhere",
+        (ObservedNode("/a", use_sim_time=True), ObservedNode("/b", use_sim_time=False), ObservedNode("/c")),
+        departed=("/a",),
+        duplicates=("/b",),
+    )
+    assert [each.rule for each in mismatches(system)] == ["nodes-share-name", "node-departed", "time-mixed"]
+
+
+def test_a_type_that_is_not_installed_is_one_line() -> None:
+    nodes = (
+        ObservedNode("/a", publishers=(port("/x", "moon_msgs/msg/Dust"), port("/y", "moon_msgs/msg/Dust"))),
+    )
+    (finding,) = unknown_types(ObservedSystem("nowhere", nodes))
+    assert "/x, /y: the type is unknown here: the ROS interface moon_msgs/msg/Dust" in finding.message
+    assert not list(unknown_types(ObservedSystem("nowhere", (ObservedNode("/a", publishers=(port("/x"),)),))))
+
+
+def test_latched_matches_latched() -> None:
+    assert not found(
+        ObservedNode("/a", publishers=(port("/x", quality=LATCHED),)),
+        ObservedNode("/b", subscribers=(port("/x", quality=LATCHED),)),
+    )
