@@ -54,12 +54,8 @@ def robot() -> ObservedSystem:
         ObservedNode(
             "/driver", publishers=(port("/speed", NUMBER),), subscribers=(port("/obstacles"), port("/path"))
         ),
-        ObservedNode(
-            "/base", publishers=(port("/odometry", NUMBER),), subscribers=(port("/speed", NUMBER),)
-        ),
-        ObservedNode(
-            "/battery", publishers=(port("/battery_level", NUMBER),), servers=(trigger("/charge"),)
-        ),
+        ObservedNode("/base", publishers=(port("/odometry", NUMBER),), subscribers=(port("/speed", NUMBER),)),
+        ObservedNode("/battery", publishers=(port("/battery_level", NUMBER),), servers=(trigger("/charge"),)),
         ObservedNode(
             "/monitor",
             subscribers=(

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import json
 import re
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from dineros.metamodel.files.watching import FolderWatch
 from dineros.views.live.following import LiveTrace, ModelSource, Source, source_of
+from dineros.views.live.steering import LONGEST_MESSAGE, Steering
 from dineros.views.serving.entrance import Entrance, guarded
 from dineros.views.serving.handle import PageHandle, changed, serve_page
 from dineros.views.traces.page import live_page
@@ -26,12 +28,23 @@ if TYPE_CHECKING:
 INTERVAL = 0.15
 """Seconds between two looks at files that are written without a pause, or at what tells of no changes."""
 
+LEAVING = 2.0
+"""Seconds, at most, that an ending server waits for pages to have been told."""
+
+MOST_WAITING = 2_000
+"""Messages that wait for a page which goes on asking; it is left alone then."""
+
 _LONGEST = 15
 """Most digits or letters of what a page says that it has seen."""
 
 
 def serve_live(
-    source: Path | str | Source, model: ModelSource = None, port: int = 0, *, title: str | None = None
+    source: Path | str | Source,
+    model: ModelSource = None,
+    port: int = 0,
+    *,
+    title: str | None = None,
+    steering: Steering | None = None,
 ) -> PageHandle:
     """Serve a page that follows a running application.
 
@@ -46,6 +59,8 @@ def serve_live(
         The port; 0 for that of the last time, or any.
     title : str, optional
         What stands above the page.
+    steering : Steering, optional
+        What pages may do to the run; without it they only watch.
 
     Returns
     -------
@@ -64,35 +79,49 @@ def serve_live(
         folder = path.parent if path.suffix == ".jsonl" else path
         title, source = title or path.resolve().name, source_of(path)
     trace = LiveTrace(source, model, title or "run")
-    make = partial(application, trace, folder)
-    return serve_page(make, path, port, what="the live page", longest_message=1 << 12)  # pages say nothing
+    live = LivePages(trace, folder, steering)
+    make = partial(application, live)
+    return serve_page(
+        make, path, port, what="the live page", longest_message=LONGEST_MESSAGE, leave=live.leave
+    )
 
 
-def application(trace: LiveTrace, folder: Path | None, entrance: Entrance) -> ASGIApp:
+def application(live: LivePages, entrance: Entrance) -> ASGIApp:
     """Return the application that serves a trace to those whom the entrance lets in."""
     from starlette.applications import Starlette
     from starlette.routing import Route, WebSocketRoute
 
-    live = _Live(trace, folder, entrance)
+    live.entrance = entrance
     routes = [Route("/", live.page, methods=["GET"]), WebSocketRoute("/changes", live.changes)]
     return guarded(Starlette(routes=routes, lifespan=live.lifespan))
 
 
-class _Live:
+class LivePages:
     """Who gets the next change."""
 
-    def __init__(self, trace: LiveTrace, folder: Path | None, entrance: Entrance) -> None:
+    entrance: Entrance
+
+    def __init__(self, trace: LiveTrace, folder: Path | None, steering: Steering | None = None) -> None:
         self.trace = trace
         self._folder = folder
-        self._entrance = entrance
+        self._steering = steering
+        self._nodes: str | None = None
         self._pages: set[asyncio.Queue[str]] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
 
     @contextlib.asynccontextmanager
     async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
+        """Follow the trace as long as the server runs."""
+        self._loop = asyncio.get_running_loop()
         task = asyncio.create_task(self._follow())
+        if self._steering is not None:
+            loop = asyncio.get_running_loop()
+            self._steering.begin(lambda message: _in(loop, lambda: self._tell_nodes(message)))
         try:
             yield
         finally:
+            if self._steering is not None:
+                self._steering.end()
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await task
@@ -103,22 +132,42 @@ class _Live:
                 if files is not None:
                     files.forget()
                 # In the loop itself, not in a thread: nobody may be greeted between a change and its sending.
-                for message in self.trace.poll():
-                    for page in self._pages:
-                        page.put_nowait(message)
+                self._tell(self.trace.poll())
                 await asyncio.sleep(INTERVAL)
                 if files is not None and not self.trace.is_waiting:
                     await changed(files)
 
+    def _tell(self, messages: list[str]) -> None:
+        for message in messages:
+            for page in self._pages:
+                page.put_nowait(message)
+
+    def leave(self) -> None:
+        """Tell the pages the rest, and that nothing more will come."""
+        if self._loop is not None:
+            with contextlib.suppress(TimeoutError, RuntimeError):  # of a page that does not listen
+                asyncio.run_coroutine_threadsafe(self._leave(), self._loop).result(LEAVING)
+
+    async def _leave(self) -> None:
+        self._tell([*self.trace.poll(), json.dumps({"type": "end"})])
+        await asyncio.gather(*(page.join() for page in self._pages))
+
+    def _tell_nodes(self, message: str) -> None:
+        self._nodes = message
+        for page in self._pages:
+            page.put_nowait(message)
+
     async def page(self, request: Request) -> Response:
-        allowed = self._entrance.lets_in(request)
-        return self._entrance.page(request, live_page(self._entrance.streams) if allowed else None)
+        """Answer with the page."""
+        allowed = self.entrance.lets_in(request)
+        return self.entrance.page(request, live_page(self.entrance.streams) if allowed else None)
 
     async def changes(self, socket: WebSocket) -> None:
+        """Tell a page what is new, until it goes."""
         from starlette.responses import PlainTextResponse
         from starlette.websockets import WebSocketDisconnect
 
-        if not await self._entrance.lets_in_stream(socket):
+        if not await self.entrance.lets_in_stream(socket):
             return
         epoch, number = (socket.query_params.get(name, "") for name in ("epoch", "number"))
         if len(epoch) > _LONGEST or not re.fullmatch(rf"[0-9]{{0,{_LONGEST}}}", number):
@@ -129,14 +178,17 @@ class _Live:
         queue: asyncio.Queue[str] = asyncio.Queue()
         for message in self.trace.greeting(epoch, int(number) if number else None):
             queue.put_nowait(message)
+        if self._nodes is not None:
+            queue.put_nowait(self._nodes)
         self._pages.add(queue)
-        listening = asyncio.create_task(self._until_gone(socket))
+        listening = asyncio.create_task(self._until_gone(socket, queue))
         try:
             while not listening.done():
                 getting = asyncio.create_task(queue.get())
                 await asyncio.wait({getting, listening}, return_when=asyncio.FIRST_COMPLETED)
                 if getting.done():
                     await socket.send_text(getting.result())
+                    queue.task_done()
                 else:
                     getting.cancel()
         except (WebSocketDisconnect, RuntimeError):
@@ -145,8 +197,22 @@ class _Live:
             self._pages.discard(queue)
             listening.cancel()
 
-    @staticmethod
-    async def _until_gone(socket: WebSocket) -> None:
-        """Return when the page has closed; what it says is not listened to."""
-        while (await socket.receive())["type"] != "websocket.disconnect":
-            pass
+    async def _until_gone(self, socket: WebSocket, queue: asyncio.Queue[str]) -> None:
+        """Do what the page asks where the run can be steered, and return when it has closed."""
+        while True:
+            received: dict[str, Any] = dict(await socket.receive())
+            if received["type"] == "websocket.disconnect":
+                return
+            said = received.get("text") or received.get("bytes") or ""
+            refusal = None if self._steering is None else self._steering.hear(said)
+            if refusal is not None:
+                queue.put_nowait(refusal)
+            if queue.qsize() > MOST_WAITING:
+                return  # it asks and takes nothing
+            await asyncio.sleep(0)  # others have their turn
+
+
+def _in(loop: asyncio.AbstractEventLoop, action: Callable[[], None]) -> None:
+    """Do something on a loop, from another thread; where it has ended, nothing is left to do."""
+    with contextlib.suppress(RuntimeError):
+        loop.call_soon_threadsafe(action)

@@ -192,7 +192,9 @@ def test_what_is_given_of_the_robot_leaves_nothing_open_but_threads_of_sensors()
 
 def test_what_a_model_cannot_hold_is_left_out_in_a_line_each() -> None:
     nodes = (
-        ObservedNode("/a", publishers=(port("/x"), port("no name"), port("/z", "??")), servers=(trigger("/s"),)),
+        ObservedNode(
+            "/a", publishers=(port("/x"), port("no name"), port("/z", "??")), servers=(trigger("/s"),)
+        ),
         ObservedNode("/b", subscribers=(port("/x", "std_msgs/msg/Int32"),), servers=(trigger("/s"),)),
         ObservedNode("not a name"),
     )

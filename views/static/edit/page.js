@@ -8,7 +8,9 @@ import { showForm } from "./form.js";
 import { heed } from "./keys.js";
 import { askFor } from "./making.js";
 import { Model } from "./model.js";
+import { Player, refusedInGame } from "./play.js";
 import { ARC, CHOOSE, showTools, toolsFor } from "./tools.js";
+import { Worker } from "./work.js";
 
 /** @import { Command, Done, Message, Point, Refused } from "./types.js" */
 /** @import { Tool } from "./tools.js" */
@@ -33,6 +35,9 @@ export class Editor {
     (message) => this.hear(message),
     (state) => this.connected(state),
   );
+
+  player = new Player(this);
+  worker = new Worker(this);
 
   constructor() {
     byId("undo", HTMLElement).onclick = () => this.turn("undo");
@@ -72,6 +77,8 @@ export class Editor {
       const count = message.recovered;
       if (count) this.say(`${count} changes that were not saved came out of the journal`);
     }
+    this.worker.hear(message);
+    if (message.type === "job") return;
     if (message.type === "state") {
       this.showState();
       return;
@@ -111,8 +118,10 @@ export class Editor {
     showPath(this.model, sheet, (element) => this.go(element));
     this.showTools();
     this.showState();
-    showMarks(this.model, (element) => this.go(element));
+    const act = (/** @type {Command[]} */ commands, /** @type {string} */ label) => this.act(commands, label);
+    showMarks(this.model, (element) => this.go(element), act);
     this.showForm();
+    this.player.show();
     this.findPlaces(sheet);
   }
 
@@ -130,6 +139,7 @@ export class Editor {
   showForm() {
     showForm(byId("form", HTMLElement), this.model, this.looked ?? this.canvas.sheet, {
       act: (commands, label) => this.act(commands, label),
+      found: (element) => this.worker.foundAt(element),
       go: (element) => this.go(element),
       make: (owner, feature, type, given) => this.make(owner, feature, type, given ?? null),
     });
@@ -177,12 +187,16 @@ export class Editor {
    */
   async act(commands, label) {
     if (commands.length === 0) return null;
-    const answer = await this.connection.ask("do", { commands, label, epoch: this.model.epoch });
-    return this.answered(answer);
+    return this.answered(await this.change("do", { commands, label, epoch: this.model.epoch }));
   }
 
-  /** @type {(answer: Done | Refused) => string | null} */
-  answered(answer) {
+  /** Asks for a change of the model, which is left as it is while it is played. @type {(ask: "do" | "undo" | "redo" | "reload", more?: object) => Promise<Done | Refused>} */
+  async change(ask, more = {}) {
+    return this.player.game === null ? this.connection.ask(ask, more) : refusedInGame(0);
+  }
+
+  /** @type {(answer: Done | Refused, isEdit?: boolean) => string | null} */
+  answered(answer, isEdit = true) {
     if (answer.type === "done") {
       this.say("");
       return null;
@@ -190,13 +204,13 @@ export class Editor {
     const where = answer.column === undefined ? "" : `column ${answer.column}: `;
     const text = `${where}${answer.reason}${answer.hint ? ` (${answer.hint})` : ""}`;
     this.say(text, true);
-    this.canvas.draw(); // what was dragged goes back
+    if (isEdit) this.canvas.draw(); // what was dragged goes back
     return text;
   }
 
   /** @type {(way: "undo" | "redo") => Promise<void>} */
   async turn(way) {
-    this.answered(await this.connection.ask(way, { epoch: this.model.epoch }));
+    this.answered(await this.change(way, { epoch: this.model.epoch }));
   }
 
   /** @type {(over: boolean) => Promise<void>} */
@@ -207,7 +221,7 @@ export class Editor {
   }
 
   async reload() {
-    this.answered(await this.connection.ask("reload"));
+    this.answered(await this.change("reload"));
   }
 
   /** @type {(tool: Tool, byKey: boolean) => void} */
@@ -223,6 +237,7 @@ export class Editor {
 
   /** @type {(element: string | null, at: Point) => boolean} */
   clicked(element, at) {
+    if (this.player.game !== null) return this.player.clicked(element);
     const tool = toolsFor(this.model, this.canvas.sheet).find(({ name }) => name === this.tool);
     if (tool === undefined || tool.name === CHOOSE) return false;
     if (tool.name !== ARC) {
@@ -276,7 +291,7 @@ export class Editor {
 
   /** Does what makes an element, and shows that. @type {(commands: Command[], label: string) => Promise<void>} */
   async made(commands, label) {
-    const answer = await this.connection.ask("do", { commands, label, epoch: this.model.epoch });
+    const answer = await this.change("do", { commands, label, epoch: this.model.epoch });
     const handle = answer.type === "done" ? answer.made?.$new : undefined;
     if (this.answered(answer) !== null || handle === undefined || !this.model.objects.has(handle)) return;
     if (this.model.kind(handle).shape === undefined) {

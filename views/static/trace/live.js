@@ -4,14 +4,24 @@ import { byId, make } from "../elements.js";
 import { Data, lastAtMost } from "./data.js";
 import { NetPane } from "./net_pane.js";
 import { App, known } from "./page.js";
+import { SteeringPanel } from "./steer.js";
 
 /** @import { Picture } from "../net/types.js" */
 /** @import { Growth, View } from "./types.js" */
 /**
- * @typedef {{ type: "snapshot", epoch: string, number: number, view: View, net: Picture | null }} Snapshot
+ * @typedef {object} Snapshot
+ * @property {"snapshot"} type
+ * @property {string} epoch
+ * @property {number} number
+ * @property {boolean} ended whether all nodes have stopped
+ * @property {View} view
+ * @property {Picture | null} net
  */
-/** @typedef {Growth & { type: "change", number: number }} Change */
-/** @typedef {Snapshot | Change | { type: "problem", text: string } | { type: "nothing new" }} Message */
+/** @typedef {Growth & { type: "change", number: number, ended: boolean }} Change */
+/** @import { NodeState } from "./steer.js" */
+/** @typedef {{ type: "nodes", nodes: NodeState[] } | { type: "refused", reason: string }} Steered */
+/** @typedef {{ type: "nothing new" } | { type: "end" }} Other */
+/** @typedef {Snapshot | Change | Steered | { type: "problem", text: string } | Other} Message */
 
 const FIRST_WAIT = 300; // milliseconds between two attempts to come back
 const LONGEST_WAIT = 3000;
@@ -29,6 +39,14 @@ class Live {
    */
   known = null;
   wait = FIRST_WAIT;
+  /** Whether all nodes have stopped. */
+  ended = false;
+  /** Whether the server has said that nothing more will come. */
+  left = false;
+  /** @type {WebSocket | null} */
+  socket = null;
+  /** Where the run can be steered. @type {SteeringPanel | null} */
+  steering = null;
   state = make("span", { id: "connection", role: "status", "data-state": "waiting" }, "connecting…");
   button = make(
     "button",
@@ -46,7 +64,7 @@ class Live {
     this.connect();
   }
 
-  /** @type {(name: "live" | "lost" | "stopped", text: string) => void} */
+  /** @type {(name: "live" | "lost" | "stopped" | "ended", text: string) => void} */
   tell(name, text) {
     this.state.dataset.state = name;
     this.state.textContent = text;
@@ -139,25 +157,34 @@ class Live {
     const { length } = app.traces[0];
     if (this.stopped && !app.following)
       this.tell("stopped", `stopped at a breakpoint · live · ${length} steps`);
+    else if (this.ended) this.tell("ended", `the run has ended · ${length} steps`);
+    else if (this.left) this.tell("ended", `no longer followed · ${length} steps`);
     else this.tell("live", `live · ${length} steps`);
   }
 
   /** Takes a message; false where something is missing before it. @type {(message: Message) => boolean} */
   receive(message) {
     const { app } = this;
+    this.left = message.type === "end";
     if (message.type === "snapshot") {
+      this.ended = message.ended;
       this.known = { epoch: message.epoch, number: message.number };
       if (app) this.resume(app, message);
       else this.begin(message);
     } else if (message.type === "change") {
       if (!app || !this.known || message.number !== this.known.number + 1) return false;
       this.known.number = message.number;
+      this.ended = message.ended;
       const [data] = app.traces;
       const { length, timed } = data;
       data.append(message);
       if (!timed && data.timed) app.time = true;
       this.grown(app, length);
     } else if (message.type === "problem") this.tell("lost", message.text);
+    else if (message.type === "nodes") {
+      this.steering ??= new SteeringPanel((said) => this.socket?.send(JSON.stringify(said)));
+      this.steering.show(message.nodes);
+    } else if (message.type === "refused") this.steering?.refused(message.reason);
     else if (app) this.sayLive(app);
     return true;
   }
@@ -169,6 +196,7 @@ class Live {
       asked.set("number", String(this.known.number));
     }
     const socket = new WebSocket(`ws://${location.host}/changes?${asked}`);
+    this.socket = socket;
     socket.onmessage = (event) => {
       this.wait = FIRST_WAIT;
       if (this.receive(JSON.parse(event.data))) return;
@@ -180,7 +208,9 @@ class Live {
         this.tell("lost", "not allowed: open the printed address");
         return;
       }
-      this.tell("lost", "connection lost, trying again…");
+      // Somebody may go on with the run later, at the same address: the page comes back then.
+      if (this.left) this.wait = LONGEST_WAIT;
+      else this.tell("lost", "connection lost, trying again…");
       setTimeout(() => this.connect(), this.wait);
       this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT);
     };
