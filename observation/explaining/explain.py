@@ -18,7 +18,7 @@ from dineros.observation.explaining.shown import full_name, shown_net
 from dineros.observation.explaining.verdict import RecordingVerdict, Unexplained
 from dineros.observation.systems import RecordedTopic, is_house_topic, is_of_action
 
-TOLERANCE = 0.01
+TOLERANCE = 0.001
 """Seconds within which a recorder may have received messages of different topics in another order."""
 
 TELL_EVERY = 1 << 14

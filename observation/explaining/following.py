@@ -75,6 +75,10 @@ class Follower:
             ]
             for transition in seen
         }
+        self._parts_of = {
+            topic: frozenset(number for transition in found for number in self._touched[transition])
+            for topic, found in net.shown.items()
+        }
         self._states: WeakValueDictionary[tuple[Product, ...], State] = WeakValueDictionary()
 
     @property
@@ -118,6 +122,10 @@ class Follower:
     def union(self, one: State, other: State) -> State:
         """Return what is possible in one of two states."""
         return one if one is other else self._state(self._compact({*one.products, *other.products}))
+
+    def are_independent(self, one: str, other: str) -> bool:
+        """Tell whether it makes no difference which of two messages, by their topics, was published first."""
+        return self._parts_of[one].isdisjoint(self._parts_of[other])
 
     def possible(self, state: State) -> list[str]:
         """Return the topics on which a message may come next."""

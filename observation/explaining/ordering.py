@@ -147,6 +147,7 @@ class Ordering:
     def _settled(self, first: Seen) -> dict[Early, Way]:
         found: dict[Early, Way] = {}
         pending = dict(self._ways)
+        near = self._near(first.topic)
         for early in [early for early in pending if first.number in early]:
             found[early - {first.number}] = pending.pop(early)
         while pending:
@@ -159,19 +160,31 @@ class Ordering:
             early = min(pending, key=len)
             way = pending.pop(early)
             self._join(found, early, self._step(way, first.topic))
-            for message in self._next(early, first.topic):
+            for message in self._next(early, near - {first.topic}):
                 self._join(pending, early | {message.number}, self._step(way, message.topic))
         return found
 
-    def _next(self, early: Early, but: str) -> list[Seen]:
-        """Return the first open message of each topic that is not among some, but for one topic."""
-        seen = {but}
-        found = []
-        for message in self.open:
-            if message.topic not in seen and message.number not in early:
-                seen.add(message.topic)
-                found.append(message)
+    def _near(self, topic: str) -> set[str]:
+        """Return the topics of open messages that make a difference if they are published before one.
+
+        The others can as well be published after it: no order of theirs has to do with any order of these.
+        """
+        left = {message.topic for message in self.open}
+        found, reached = {topic}, [topic]
+        while reached:
+            one = reached.pop()
+            met = {other for other in left - found if not self._follower.are_independent(one, other)}
+            found |= met
+            reached += met
         return found
+
+    def _next(self, early: Early, topics: set[str]) -> list[Seen]:
+        """Return the first open message of each of some topics that was not published early."""
+        found: dict[str, Seen] = {}
+        for message in self.open:
+            if message.topic in topics and message.number not in early:
+                found.setdefault(message.topic, message)
+        return list(found.values())
 
     def _step(self, way: Way, topic: str) -> Way:
         trail = way.trail

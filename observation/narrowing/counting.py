@@ -59,11 +59,23 @@ class Following:
     followed: int = 0
     delays: Delays = field(default_factory=Delays)
     _last: int | None = None
+    _first: int = 0
+    _latest: int = 0
 
     def trigger(self, time: int) -> None:
         """Take a message that might be followed."""
+        if not self.triggers:
+            self._first = time
         self.triggers += 1
-        self._last = time
+        self._last = self._latest = time
+
+    @property
+    def promptness(self) -> float:
+        """How much sooner it is followed than by chance (half the time between two): from 0 to 1."""
+        if self.triggers < 2 or self._latest <= self._first:
+            return 1.0
+        by_chance = (self._latest - self._first) / (self.triggers - 1) / 2
+        return max(0.0, 1 - self.delays.mean / by_chance)
 
     def open_since(self, time: int, within: int) -> int | None:
         """Return how long the latest trigger has been waiting; None: none waits, or for too long."""

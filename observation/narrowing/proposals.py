@@ -16,6 +16,8 @@ REGULAR = 0.15
 """Largest standard deviation of the times between messages of a timer, as a part of their mean."""
 LEAST_MESSAGES = 5
 """With fewer, nothing is proposed."""
+NEARLY = 0.98
+"""Part of the messages that have to follow it."""
 MOSTLY = 0.9
 """Part of the triggers of which a topic has to be followed to be taken for the one and only cause."""
 
@@ -149,7 +151,7 @@ def _only_cause(found: Publications) -> str | None:
     able = [
         (following.delays.mean, topic)
         for topic, following in found.alone.items()
-        if following.followed == found.count and following.followed >= MOSTLY * following.triggers
+        if following.followed >= NEARLY * found.count and following.followed >= MOSTLY * following.triggers
     ]
     return min(able)[1] if able else None
 
@@ -169,6 +171,8 @@ def _cause(
     kind: Kind = "sometimes" if missed else "always"
     if kind == "always":
         share *= _expected(following.followed, following.followed)
+    else:
+        share *= following.promptness
     count = (following.triggers, following.followed, messages, explained)
     return Proposal(node, callback, topic, kind, *count, *_times(following.delays), share)
 

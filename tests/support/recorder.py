@@ -1,6 +1,6 @@
-"""A recorder: ``python -m tests.support.recorder OUT /topic=package/msg/Type ..`` records until SIGTERM.
+"""A recorder: ``python -m tests.support.recorder OUT /topic=package/msg/Type ..``, until SIGTERM.
 
-It stands for ``ros2 bag record``, which no package registry has.
+It stands for ``ros2 bag record``, which comes with ROS 2 only.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def record(path: Path, topics: dict[str, str]) -> None:
         node = Node("recorder")
 
         def write(connection: Connection, data: bytes, info: dict[str, Any]) -> None:
-            writer.write(connection, info["received_timestamp"], data)
+            writer.write(connection, info["source_timestamp"], data)
 
         for topic, kind in topics.items():
             package, _, name = kind.split("/")

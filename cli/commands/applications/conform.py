@@ -62,7 +62,7 @@ if TYPE_CHECKING:
 @click.option(
     "--tolerance",
     type=click.FloatRange(min=0, max=3600),
-    default=0.01,
+    default=0.001,
     show_default=True,
     metavar="S",
     help="With `--bag`: messages of different topics no farther apart may have been published in any order.",

@@ -63,7 +63,7 @@ from dineros.cli.supervising import search_command
 @click.option(
     "--tolerance",
     type=click.FloatRange(min=0, max=3600),
-    default=0.01,
+    default=0.001,
     show_default=True,
     metavar="S",
     help="Messages of different topics no farther apart may have been published in any order.",

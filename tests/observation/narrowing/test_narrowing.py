@@ -92,8 +92,10 @@ def test_the_evidence_is_numbers() -> None:
         obstacles,
     )
     assert (seen.least, seen.most) == (0.01, 0.01)
+    # 10 ms after an image are a fifth of what chance would make of images 100 ms apart.
+    assert seen.confidence == pytest.approx(0.8 * (obstacles + 1) / (obstacles + 2), rel=0.01)
     assert str(seen) == (
-        f"{(obstacles + 1) / (obstacles + 2):.2f}  /detector: /image sometimes leads to /obstacles "
+        f"{seen.confidence:.2f}  /detector: /image sometimes leads to /obstacles "
         f"({obstacles} of {images} followed, within 10 ms to 10 ms; {obstacles} of {obstacles} messages "
         "explained)"
     )
