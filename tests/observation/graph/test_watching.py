@@ -69,23 +69,23 @@ def test_twelve_plain_nodes(environment: dict[str, str], tmp_path: Path) -> None
         assert plain == list(robot().nodes)
         assert told["/base"] is False
 
-        imported = run("import", "--graph", "--watch", "1", "-o", "robot.sym.xmi")
+        imported = run("import", "--graph", "--watch", "5", "-o", "robot.sym.xmi")
         assert imported.exit_code == 1, imported.output
         assert "/detector gets nothing of /image from /sensors/camera" in imported.stdout
         assert "/monitor gets nothing of /battery_level from /battery" in imported.stdout
         assert "12 nodes, 11 topics, 3 services, 2 found" in imported.stdout
         assert (tmp_path / "robot.given.toml").exists()
 
-        same = run("diff", "robot.sym.xmi", "--graph", "--watch", "1")
+        same = run("diff", "robot.sym.xmi", "--graph", "--watch", "5")
         assert (same.exit_code, same.stdout) == (0, "robot.sym.xmi: 0 found, 12 proved, 0 unknown\n")
         other = run(
-            "diff", "robot.sym.xmi", "--graph", "--watch", "1", "--json", "--set", "topic.map.topic=/mab"
+            "diff", "robot.sym.xmi", "--graph", "--watch", "5", "--json", "--set", "topic.map.topic=/mab"
         )
         assert other.exit_code == 1
         rules = [finding["rule"] for finding in json.loads(other.stdout)["findings"]]
         assert sorted(rules) == ["port-extra"] * 2 + ["port-missing"] * 2
 
-        arm = run("import", "--graph", "--watch", "1", "--namespace", "/sensors", "-o", "sensors.sym.xmi")
+        arm = run("import", "--graph", "--watch", "5", "--namespace", "/sensors", "-o", "sensors.sym.xmi")
         assert "3 nodes, 3 topics, 1 found" in arm.stdout
 
 
