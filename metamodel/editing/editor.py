@@ -15,7 +15,7 @@ from dineros.metamodel.editing.changes import Change, Inserted, Removed, Valued,
 from dineros.metamodel.editing.handles import Handles, is_within, subtree
 from dineros.metamodel.editing.naming import default_id
 from dineros.metamodel.editing.offered import class_to_make, follows_from_text, name_of
-from dineros.metamodel.editing.removing import closure
+from dineros.metamodel.editing.removing import check_clauses, closure
 from dineros.metamodel.editing.renaming import rewritings
 from dineros.metamodel.editing.values import checked
 from dineros.metamodel.errors import near_matches
@@ -118,6 +118,8 @@ class Editor:
                 value = getattr(element, feature.name)
                 if value is None or (feature.many and not len(value)):
                     raise c.CommandError(f"{describe(element)} needs {feature.name}")
+        if any(isinstance(each, c.Place | c.Delete) for each in group):
+            check_clauses(self._now.changes, self.root)
         if any(
             isinstance(each, c.Create) or (isinstance(each, c.Set) and each.feature == "id") for each in group
         ):
