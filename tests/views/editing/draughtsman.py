@@ -56,13 +56,17 @@ class Draughtsman:
             self.hand.idle()
 
     def _token_type(self, token_type: sym.TokenType) -> None:
-        self.hand.button("+ token type")
+        form = self.hand.page.locator("#form")
+        group = form.get_by_role("group", name="token type", exact=True)
+        group.get_by_role("button", name="+ token type", exact=True).click()
+        self.hand.idle()
         self._fill(token_type)
         for field in token_type.fields:
             self.hand.page.get_by_role("button", name="+ token field", exact=True).click()
             self.hand.dialog(name=field.name)
             self._fill(field, "name")
             self.hand.page.locator("#form").get_by_role("button", name=token_type.name, exact=True).click()
+        self.hand.page.keyboard.press("Escape")
         self.hand.page.keyboard.press("Escape")
 
     def _put(self, element: pn.PageObject, number: int) -> None:
@@ -77,12 +81,12 @@ class Draughtsman:
         self._fill(element)
 
     def _sheet(self, page: pn.Page) -> None:
-        self.hand.open(page.name or page.id)
+        self.hand.open(page.name)
         if isinstance(page, sym.NodeNet):
             for signal in page.signals:
                 self.hand.button("+ input signal")
                 self._fill(signal)
-                self.hand.page.keyboard.press("Escape")
+                self._back_to(page)
         for number, each in enumerate(page.objects):
             self._put(each, number)
             if isinstance(each, pn.Transition):
@@ -93,7 +97,7 @@ class Draughtsman:
                 self._sheet(each)
         self._arcs(page)
         self.hand.page.keyboard.press("Alt+ArrowUp")
-        self.hand.idle()
+        self.hand.on_sheet(page.eContainer().name)  # type: ignore[union-attr]
 
     def _transition(self, transition: pn.Transition) -> None:
         if isinstance(transition, sym.Transition) and transition.clause is not None:

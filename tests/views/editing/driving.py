@@ -38,6 +38,10 @@ class Hand:
         """Open a page by a double click."""
         self.idle()
         self.page.mouse.dblclick(*self.middle(name))
+        self.on_sheet(name)
+
+    def on_sheet(self, name: str) -> None:
+        """Wait until the sheet of this name is shown."""
         wait_until(self.page, f"document.querySelector('#path [aria-current]').textContent === '{name}'")
         self.idle()
 

@@ -10,7 +10,7 @@ export class Model {
   epoch = "";
   revision = -1;
   /** @type {Metamodel} */
-  metamodel = { classes: {}, enumerations: {} };
+  metamodel = { classes: {}, enumerations: {}, templates: [] };
   /** @type {Marks} */
   marks = { errors: 0, warnings: 0, marks: [] };
   /** @type {FileState} */
@@ -92,6 +92,15 @@ export class Model {
     const target = leads === undefined ? null : this.link(handle, leads.name);
     const words = this.kind(handle).words;
     return target === null ? words : `${words} ${this.label(target)}`;
+  }
+
+  /** Names of the signals that clauses of an element can speak of. @type {(handle: string) => string[]} */
+  signalsFor(handle) {
+    for (let at = this.get(handle).in; at !== undefined; at = this.get(at).in) {
+      if (this.feature(at, "signals")?.kind === "part")
+        return this.links(at, "signals").map((signal) => this.label(signal));
+    }
+    return [];
   }
 
   /** All objects of a class, in the order they were made. @type {(type: string) => string[]} */

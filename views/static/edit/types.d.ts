@@ -44,6 +44,7 @@ export interface ModelClass {
 export interface Metamodel {
   classes: Record<string, ModelClass>;
   enumerations: Record<string, { name: string; says: string }[]>;
+  templates: { name: string; says: string }[];
 }
 
 export interface Mark {
@@ -160,7 +161,7 @@ interface Services {
     setRootElement(root: CanvasElement): void;
     getRootElement(): CanvasElement;
     addShape(shape: CanvasElement, parent: CanvasElement): CanvasElement;
-    addConnection(line: CanvasElement, parent: CanvasElement): CanvasElement;
+    addConnection(line: CanvasElement, parent: CanvasElement, index?: number): CanvasElement;
     removeShape(shape: CanvasElement): void;
     removeConnection(line: CanvasElement): void;
     viewbox(): Box & { scale: number };
