@@ -7,8 +7,8 @@ from typing import Any
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject, features_of
-from tests.views.editing.driving import Hand
 from dineros.metamodel.constraints.wording import words_for
+from tests.views.editing.driving import Hand
 
 COLUMNS = 6
 ROWS = 4

@@ -58,6 +58,8 @@ export class Canvas {
   }
 
   isDrawing = false;
+  /** What was said of graphics last. @type {WeakMap<SVGGElement, string>} */
+  described = new WeakMap();
 
   /** Where something happened, on the sheet. @type {(event: MouseEvent) => Point} */
   pointAt(event) {
@@ -217,14 +219,14 @@ export class Canvas {
           ? ""
           : ` from ${element.source.business.title} to ${element.target.business.title}`;
       const count = business.tokens ? `, ${business.tokens} tokens` : "";
+      const words = this.model.kind(business.element).words;
+      const says = `${words} ${business.title}${ends}${count}${mark ? `, ${mark}` : ""}`;
+      if (this.described.get(graphics) === `${business.element} ${says}`) continue;
+      this.described.set(graphics, `${business.element} ${says}`);
       graphics.setAttribute("role", "button");
       graphics.setAttribute("tabindex", "0");
       graphics.dataset.element = business.element;
-      const words = this.model.kind(business.element).words;
-      graphics.setAttribute(
-        "aria-label",
-        `${words} ${business.title}${ends}${count}${mark ? `, ${mark}` : ""}`,
-      );
+      graphics.setAttribute("aria-label", says);
       graphics.classList.toggle("has-error", mark === "error");
       graphics.classList.toggle("has-warning", mark === "warning");
     }

@@ -54,7 +54,7 @@ export function showForm(panel, model, element, asked) {
   const focused = panel.contains(document.activeElement) ? document.activeElement?.id : null;
   const kind = model.kind(element);
   const above = model.get(element).in;
-  const marks = model.marks.marks.filter(({ element: one, at }) => one === element || at === element);
+  const marks = model.marksOf(element);
   panel.replaceChildren(
     make("h2", {}, model.label(element)),
     make("p", { class: "quiet", title: [kind.says, ...kind.rules].join("\n") }, kind.words),
@@ -69,7 +69,7 @@ export function showForm(panel, model, element, asked) {
     ),
     ...offers(model, element, asked),
   );
-  if (focused) document.getElementById(focused)?.focus();
+  if (focused) document.getElementById(focused)?.focus({ preventScroll: true });
 }
 
 /** @type {(model: Model, element: string, asked: Asked) => HTMLElement} */

@@ -1,6 +1,6 @@
 // What the page knows of the model: objects by handle, as Python tells them. Only Python changes them.
 
-/** @import { Feature, FileState, Marks, Message, Metamodel, ModelClass, ModelObject, Snapshot, Target } from "./types.js" */
+/** @import { Feature, FileState, Mark, Marks, Message, Metamodel, ModelClass, ModelObject, Snapshot, Target } from "./types.js" */
 
 export class Model {
   /** @type {Map<string, ModelObject>} */
@@ -92,6 +92,11 @@ export class Model {
     const target = leads === undefined ? null : this.link(handle, leads.name);
     const words = this.kind(handle).words;
     return target === null ? words : `${words} ${this.label(target)}`;
+  }
+
+  /** Marks of an element and its parts. @type {(handle: string) => Mark[]} */
+  marksOf(handle) {
+    return this.marks.marks.filter(({ element, at }) => element === handle || at === handle);
   }
 
   /** Names of the signals that clauses of an element can speak of. @type {(handle: string) => string[]} */

@@ -30,6 +30,8 @@ export class Editor {
   source = null;
   /** What the form shows; null: the sheet. @type {string | null} */
   looked = null;
+  /** The marks in the form. */
+  formMarks = "";
   clipboard = new Clipboard(this);
   /** What has been asked where to put, by sheet. @type {Map<string, string>} */
   arranged = new Map();
@@ -80,6 +82,13 @@ export class Editor {
     }
     if (message.type === "state") {
       this.showState();
+      return;
+    }
+    if (message.type === "marks") {
+      this.canvas.describe();
+      showMarks(this.model, (element) => this.go(element));
+      if (this.formMarks !== JSON.stringify(this.model.marksOf(this.looked ?? before))) this.showForm();
+      document.body.dataset.revision = String(this.model.revision);
       return;
     }
     const still = before && this.model.objects.has(before) ? before : this.firstSheet();
@@ -139,6 +148,7 @@ export class Editor {
       showActions(byId("form", HTMLElement), count, this.actions());
       return;
     }
+    this.formMarks = JSON.stringify(this.model.marksOf(this.looked ?? this.canvas.sheet));
     showForm(byId("form", HTMLElement), this.model, this.looked ?? this.canvas.sheet, {
       act: (commands, label) => this.act(commands, label),
       compose: (operation, label) => this.compose(operation, label),

@@ -128,6 +128,14 @@ export interface CanvasElement extends Point {
   business: Drawn;
 }
 
+/** What is said of messages at the end of a topic. */
+export interface Port {
+  limit: number;
+  isBestEffort: boolean;
+  isKept: boolean;
+  times: string[];
+}
+
 /** What a sheet shows. */
 export interface Drawn {
   id: string;
@@ -143,6 +151,7 @@ export interface Drawn {
   to: string;
   bends: Point[];
   isOwn: boolean;
+  ports: Port[];
 }
 
 export interface Box extends Point {
