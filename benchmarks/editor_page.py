@@ -49,7 +49,7 @@ _WATCH = """() => {
   globalThis.marked = [];
   let begun = 0;
   document.addEventListener("change", () => { begun = performance.now(); }, true);
-  const shape = document.querySelector("#canvas .djs-shape[aria-label^='place p130']").closest(".djs-element");
+  const shape = document.querySelector("#canvas .djs-shape[aria-label^='place p130']");
   let was = shape.classList.contains("has-error");
   new MutationObserver(() => {
     const now = shape.classList.contains("has-error");
@@ -136,9 +136,7 @@ def marking(page: Page, session: CDPSession) -> None:
                     page, f"{_IS_MARKED} === {shown} && marked.length === {2 * number + 1 + (value == '1')}"
                 )
     found = [1000 * sum(spent) / len(spent), *sorted(page.evaluate("marked"))]
-    print(
-        f"mark: {found[0]:.0f} ms of the main thread; by the clock {found[1]:.0f} to {found[-1]:.0f} ms"
-    )
+    print(f"mark: {found[0]:.0f} ms of the main thread; by the clock {found[1]:.0f} to {found[-1]:.0f} ms")
 
 
 if __name__ == "__main__":

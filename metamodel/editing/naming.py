@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Callable, Mapping
 
 from dineros.metamodel import pn
@@ -13,15 +14,17 @@ from dineros.metamodel.editing.values import checked_id
 
 
 def new_id(used: set[str], stem: str) -> str:
-    """Return an id that is not used yet: the stem, or the stem and a number; it is used then.
+    """Return an id that is not used yet: the stem, or the stem with the next number; it is used then.
 
     Examples
     --------
-    >>> used = {"Words", "Words2"}
-    >>> new_id(used, "Words"), new_id(used, "Words"), new_id(used, "Said")
-    ('Words3', 'Words4', 'Said')
+    >>> used = {"Words", "Words2", "P7"}
+    >>> new_id(used, "Words"), new_id(used, "Words2"), new_id(used, "P7"), new_id(used, "Said")
+    ('Words3', 'Words4', 'P8', 'Said')
     """
-    numbered = (f"{stem}{number}" for number in itertools.count(2))
+    ending = re.search(r"[0-9]{1,6}$", stem)
+    begin, first = (stem[: ending.start()], int(ending[0]) + 1) if ending else (stem, 2)
+    numbered = (f"{begin}{number}" for number in itertools.count(first))
     found = next(each for each in itertools.chain([stem], numbered) if each not in used)
     used.add(found)
     return found

@@ -60,6 +60,12 @@ class Hand:
     def click(self, name: str) -> None:
         self.page.mouse.click(*self.middle(name))
 
+    def choose(self, *names: str) -> None:
+        """Choose shapes by keys."""
+        for number, name in enumerate(names):
+            self.shape(name).focus()
+            self.page.keyboard.press("Shift+Enter" if number else "Enter")
+
     def drag(self, name: str, dx: float, dy: float) -> None:
         """Drag a shape by pixels of the window."""
         x, y = self.middle(name)

@@ -1,5 +1,7 @@
 // What a sheet shows: shapes of what stands on it, and lines for what leads from one of them to another.
 
+import { inShort } from "./drawing.js";
+
 /** @import { Model } from "./model.js" */
 /** @import { Drawn, Line, Point, Port } from "./types.js" */
 
@@ -182,12 +184,6 @@ function portOf(model, element) {
     times: times.map((name) => `${name} ${model.value(/** @type {string} */ (quality), name)} s`),
   };
 }
-
-/** @type {(port: Port) => string} */
-export const inShort = ({ limit, isBestEffort, isKept, times }) =>
-  [`≤${limit}`, isBestEffort && "best effort", isKept && "kept for late joiners", ...times]
-    .filter(Boolean)
-    .join(", ");
 
 /** @type {(model: Model, line: Pick<Drawn, "id" | "element" | "kind" | "from" | "to" | "isOwn" | "ports">) => Drawn} */
 function lineOf(model, line) {
