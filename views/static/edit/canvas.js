@@ -74,6 +74,16 @@ export class Canvas {
     return { x: x + width / 2, y: y + height / 2 };
   }
 
+  /** Where something new stands below everything else. @returns {Point} */
+  below() {
+    const shapes = this.shapes();
+    if (shapes.length === 0) return { x: 120, y: 80 };
+    return {
+      x: Math.min(...shapes.map(({ x, width }) => x + width / 2)),
+      y: Math.max(...shapes.map(({ y, height }) => y + height)) + 80,
+    };
+  }
+
   /** A point near another where nothing stands. @type {(point: Point) => Point} */
   free(point) {
     const shapes = this.shapes();

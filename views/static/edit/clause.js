@@ -14,7 +14,7 @@ import { make } from "../elements.js";
  */
 export function clauseHelp(input, signals, wrong) {
   const list = make("ul", { id: "clause-signals", role: "listbox", "aria-label": "signals", hidden: true });
-  const said = make("pre", { class: "where", hidden: true });
+  const said = make("div", { class: "where", role: "status", hidden: true });
   input.setAttribute("role", "combobox");
   input.setAttribute("aria-autocomplete", "list");
   input.setAttribute("aria-controls", list.id);
@@ -68,8 +68,11 @@ export function clauseHelp(input, signals, wrong) {
     input.setAttribute("aria-invalid", String(refused !== null));
     said.hidden = refused === null;
     if (refused === null) return;
-    const column = refused.column === undefined ? "" : `${text}\n${" ".repeat(refused.column - 1)}^ `;
-    said.textContent = `${column}${refused.reason}${refused.hint ? `\n${refused.hint}` : ""}`;
+    const { column, reason, hint } = refused;
+    said.replaceChildren(
+      ...(column === undefined ? [] : [make("pre", {}, `${text}\n${" ".repeat(column - 1)}^`)]),
+      make("span", {}, hint ? `${reason} (${hint})` : reason),
+    );
   };
   input.addEventListener("input", () => {
     offer();

@@ -375,14 +375,12 @@ export class Editor {
   }
 
   askForTemplate() {
-    const { x, y, width, height } = this.canvas.canvas.viewbox();
-    const isRoot = this.canvas.sheet === this.model.root;
-    const at = isRoot ? this.canvas.free({ x: x + width / 4, y: y + height / 4 }) : { x: 0, y: 0 };
     const entries = this.model.metamodel.templates.map(({ name, says }) => ({
       words: name,
       note: says,
       act: async () => {
-        if (!isRoot) this.go(this.model.root);
+        this.go(this.model.root);
+        const at = this.canvas.below();
         const operation = { kind: "insert", template: name, x: Math.round(at.x), y: Math.round(at.y) };
         if ((await this.compose(operation, name, null)) === null) this.canvas.fit();
       },
