@@ -63,6 +63,8 @@ export function clauseHelp(input, signals, wrong) {
   };
   const check = async () => {
     const text = input.value;
+    said.hidden = said.hidden || !list.hidden;
+    if (!list.hidden) return; // a name is being typed
     const refused = text.trim() ? await wrong(text) : null;
     if (input.value !== text) return; // something else was typed meanwhile
     input.setAttribute("aria-invalid", String(refused !== null));
@@ -78,7 +80,10 @@ export function clauseHelp(input, signals, wrong) {
     offer();
     check();
   });
-  input.addEventListener("blur", close);
+  input.addEventListener("blur", () => {
+    close();
+    check();
+  });
   input.addEventListener("keydown", (event) => {
     if (list.hidden) return;
     if (event.key === "ArrowDown") mark(at + 1);
