@@ -58,7 +58,7 @@ def drawn(file: Path) -> dict[str, bytes]:
             def take(step: str) -> None:
                 hand.idle()
                 for theme in ("dark", "light"):
-                    hand.page.emulate_media(color_scheme=theme)  # type: ignore[arg-type]
+                    hand.page.emulate_media(color_scheme=theme)
                     taken[path(step, theme)] = hand.page.screenshot()
 
             draw(hand, take)

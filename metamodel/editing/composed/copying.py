@@ -88,11 +88,11 @@ class Copier:
             self._ids[part.id] = self._new_id(part)
 
     def _new_id(self, part: pn.Element) -> str:
-        if isinstance(part, pn.Arc) and part.source is not None and part.target is not None:
-            ends = f"{part.source.id}-{part.target.id}"
-            if part.id.startswith(ends):
-                copied = "-".join(self._ids.get(end.id, end.id) for end in (part.source, part.target))
-                return new_id(self._used, copied + part.id.removeprefix(ends))
+        if isinstance(part, pn.Arc):
+            ends = [end.id for name in ("source", "target") if isinstance(end := _led(part, name), pn.Node)]
+            if len(ends) == 2 and part.id.startswith("-".join(ends)):
+                copied = "-".join(self._ids.get(each, each) for each in ends)
+                return new_id(self._used, copied + part.id.removeprefix("-".join(ends)))
         return new_id(self._used, part.id)
 
     def _make(self, element: EObject, owner: str, feature: str) -> None:
@@ -156,11 +156,11 @@ class Copier:
     def _clause(self, clause: sym.InputClause, transition: str) -> None:
         node_net = node_net_of(clause)
         known = {label(each): each for each in node_net.signals} if node_net is not None else {}
+        literals = (literal for disjunction in clause.disjunctions for literal in disjunction.literals)
         known |= {
-            label(literal.signal): literal.signal
-            for disjunction in clause.disjunctions
-            for literal in disjunction.literals
-            if literal.signal is not None
+            label(signal): signal
+            for literal in literals
+            if isinstance(signal := _led(literal, "signal"), sym.InputSignal)
         }
         spoken_of = [known[name] for name in signal_names(clause.text) if name in known]
         names = {label(signal): self._name_here(signal) for signal in spoken_of}
@@ -182,6 +182,11 @@ class Copier:
             owner = self._handles.of(node_net) or ""
             self._commands.append(c.Create(owner, "signals", "sym.InputSignal", values))
         return name
+
+
+def _led(element: EObject, name: str) -> object:
+    """Return where a reference leads; of what was deleted, even a mandatory one may lead nowhere."""
+    return getattr(element, name)
 
 
 def _outermost(elements: Sequence[EObject]) -> list[EObject]:

@@ -114,7 +114,7 @@ class _Move:
                 found += self._lead(arc)
         for other in nodes(self._root):
             if isinstance(other, pn.ReferencePlace) and other not in self._merged:
-                stand = self._merged.get(other.target) if other.target is not None else None
+                stand = self._merged.get(other.target)
                 if stand is not None:
                     found.append(c.Set(self._handle(other), "target", self._handle(stand)))
         if self._merged:
@@ -140,8 +140,6 @@ class _Move:
         return merged
 
     def _lead(self, arc: pn.Arc) -> Iterable[c.Command]:
-        if arc.source is None or arc.target is None:
-            return
         ends = {"source": arc.source, "target": arc.target}
         now = {name: self._merged.get(end, end) for name, end in ends.items()}
         pages = {name: self._page(end) for name, end in now.items()}

@@ -50,14 +50,10 @@ def talker_and_listener() -> sym.SystemModel:
 
 def _server(id: str, page: str, steps: tuple[str, str, str]) -> tuple[sym.NodeNet, sym.ServerPort]:
     """Return a ROS node that answers requests in one step."""
-    entry, work, exit_ = (
-        make(name, 80 + 120 * number, 80)
-        for number, (make, name) in enumerate(zip((_place, _step, _place), steps, strict=True))
-    )
+    entry, work, exit_ = _place(steps[0], 80, 80), _step(steps[1], 200, 80), _place(steps[2], 320, 80)
     callback = _at(140, 80, sym.CallbackPage(id=page, kind="server", objects=[entry, work, exit_]))
     flow(entry, work, exit_)
     node = _at(520, 80, sym.NodeNet(id=id, objects=[callback]))
-    assert isinstance(entry, sym.Place) and isinstance(exit_, sym.Place)
     return node, sym.ServerPort(entry=entry, exit=exit_, page=callback)
 
 

@@ -68,7 +68,8 @@ class Drawer:
         some = self.random.sample(here, min(len(here), self.random.choice((1, 2, 3, 9))))
         elements = [self._handle(each) for each in some]
         token = self._handle(self._any(parts, sym.BalloonToken))
-        target = self._handle(self._any(parts, self.random.choice([pn.Page, pn.Net])))
+        kinds: list[type[EObject]] = [pn.Page, pn.Net]
+        target = self._handle(self._any(parts, self.random.choice(kinds)))
         return self.random.choice(
             [
                 {"kind": "copy", "elements": elements, "owner": target, "dx": 10, "dy": -2.5},

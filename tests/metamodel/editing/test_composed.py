@@ -46,16 +46,12 @@ def do(editor: Editor, operation: object) -> None:
     editor.perform(compose(editor.root, editor.handles, decode_operation(operation)))
 
 
-def flat(model: pn.Net) -> tuple[set[tuple[object, ...]], set[tuple[object, ...]]]:
+def flat(model: pn.Net) -> tuple[set[tuple[str, int]], set[tuple[str, str, int, str]]]:
     """Return places with tokens, and arcs, of the plain net of a model."""
     assert isinstance(model, sym.SystemModel)
     net = flatten(model).net
     places = {(each.id, each.tokens) for each in elements(net) if isinstance(each, pn.Place)}
-    joined = {
-        (arc.source.id, arc.target.id, arc.weight, str(arc.kind))
-        for arc in arcs(net)
-        if arc.source and arc.target
-    }
+    joined = {(arc.source.id, arc.target.id, arc.weight, str(arc.kind)) for arc in arcs(net)}
     return places, joined
 
 

@@ -81,7 +81,7 @@ class Draughtsman:
         self._fill(element)
 
     def _sheet(self, page: pn.Page) -> None:
-        self.hand.open(page.name)
+        self.hand.open(page.name or page.id)
         if isinstance(page, sym.NodeNet):
             for signal in page.signals:
                 self.hand.button("+ input signal")
@@ -150,8 +150,8 @@ class Draughtsman:
             assert server is not None
             self.hand.dialog(service=channel.service, **self._ends(server, "entry", "exit", "page"))
             self._fill(channel, "service")
-            for port in channel.clients:
-                self._port("client port", port, channel, "request", "response", client=port.client)
+            for client in channel.clients:
+                self._port("client port", client, channel, "request", "response", client=client.client)
 
     def _port(self, words: str, port: EObject, channel: sym.Channel, *ends: str, **more: Any) -> None:
         self.hand.page.get_by_role("button", name=f"+ {words}", exact=True).click()
