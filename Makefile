@@ -68,7 +68,7 @@ contest: install ## Run the nets of the Model Checking Contest in FOLDER; CONTES
 
 .PHONY: endurance
 endurance: install ## Stop, kill and flood running applications, for hours
-	@for application in sorting fleet; do $(python) -m benchmarks.endurance.stops_and_kills $$application || exit; done
+	@for application in sorting fleet mobile_robot; do $(python) -m benchmarks.endurance.stops_and_kills $$application || exit; done
 	@$(python) -m benchmarks.endurance.flood -o build/flood
 	@for journal in '' --journal; do $(python) -m benchmarks.endurance.periodic $$journal || exit; done
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from dineros.cli.console import say
-from dineros.cli.models import load, refuse_invalid, say_rules
+from dineros.cli.models import load_named, refuse_invalid, say_rules
 from dineros.cli.options import json_option, middleware_option, settings_option, trace_option
 from dineros.cli.searching import search
 
@@ -131,7 +131,7 @@ def load_subject(path: Path, settings: Sequence[str], signals: str, overflow: st
 def load_valid(path: Path, settings: Sequence[str]) -> pn.Net:
     """Read a model, change it, and refuse it where it is not valid."""
     search().stage("reading the model")
-    model = load(path, settings)
+    model = load_named(path, settings)
     refuse_invalid(model, path)
     say_rules(model, path)
     return model

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import filterfalse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,8 +36,6 @@ def load(path: Path, settings: Sequence[str] = ()) -> pn.Net:
         The file holds no model, the folder is no workspace, or a setting does not fit the model.
     """
     from dineros.metamodel import files
-    from dineros.metamodel.errors import DinerosError, Location
-    from dineros.metamodel.settings import apply
 
     with working(f"Reading {path}"):
         if path.is_dir():
@@ -49,6 +48,14 @@ def load(path: Path, settings: Sequence[str] = ()) -> pn.Net:
         else:
             model = files.load(path)
     note(f"read {path}")
+    _change(model, path, settings)
+    return model
+
+
+def _change(model: pn.Net, path: Path, settings: Iterable[str]) -> None:
+    from dineros.metamodel.errors import DinerosError, Location
+    from dineros.metamodel.settings import apply
+
     for setting in settings:
         try:
             apply(model, setting)
@@ -56,6 +63,31 @@ def load(path: Path, settings: Sequence[str] = ()) -> pn.Net:
             error.location = Location(path)  # the setting stands in no file; its model does
             raise
         note(f"set {setting}")
+
+
+def load_named(path: Path, settings: Sequence[str] = ()) -> pn.Net:
+    """Read the model that the command line names and change it; what results need not be valid.
+
+    A Python program with a function `build` is run for it, which no file that a model or a trace names is.
+
+    Raises
+    ------
+    DinerosError
+        As `load`; or the program fails, or has no such parameter.
+    """
+    from dineros.metamodel.errors import DinerosError, Location
+    from dineros.metamodel.files.programs import is_of_parameter, is_program, load_program
+
+    if not is_program(path):
+        return load(path, settings)
+    try:
+        with working(f"Running {path}"):
+            model = load_program(path).model(filter(is_of_parameter, settings))
+    except DinerosError as error:
+        error.location = error.location or Location(path)
+        raise
+    note(f"built by {path}")
+    _change(model, path, filterfalse(is_of_parameter, settings))
     return model
 
 

@@ -115,6 +115,11 @@ class Numbers:
         """The highest number; 0: there is none."""
         return self._lasts[-1] if self._lasts else 0
 
+    def highest_up_to(self, last: int) -> int:
+        """Return the highest end of a range that is not above a number; 0: there is none."""
+        at = bisect_right(self._lasts, last) - 1
+        return self._lasts[at] if at >= 0 else 0
+
     def count(self, first: int, last: int) -> int:
         """Return how many numbers from `first` to `last` are noted.
 
@@ -169,6 +174,11 @@ class Senders:
     def had(self, sender: str, number: int) -> bool:
         """Return whether this number came before, or was lost."""
         return sender in self._numbers and number in self._numbers[sender]
+
+    def skipped(self, sender: str, number: int) -> int:
+        """Return how many numbers lie between one and all known ones of its sender; none of a new sender."""
+        known = self._numbers.get(sender)
+        return max(0, number - known.highest - 1) if known is not None else 0
 
     def lacks(self, sender: str, number: int, count: int) -> int:
         """Return how many of the `count` numbers just below one neither came nor were lost."""

@@ -1,1 +1,1 @@
-"""Systems that exist already: what runs or was recorded, made into models, compared with models, and explained by them."""
+"""Systems that exist already: what is seen of them is made into models, and compared with models."""

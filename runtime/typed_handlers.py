@@ -76,6 +76,7 @@ class HandlerOptions(TypedDict, total=False):
     timeout: float
     parallel: int
     policy: Policy
+    budget: float
 
 
 def registering(handlers: list[Handler], transition: str, options: HandlerOptions) -> Callable[[Any], Any]:

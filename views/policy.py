@@ -7,7 +7,7 @@ import hashlib
 from collections.abc import Iterable
 
 
-def content_policy(scripts: Iterable[str], *, connect: str = "'none'") -> str:
+def content_policy(scripts: Iterable[str], *, connect: str = "'none'", workers: bool = False) -> str:
     """Return the policy of a page that needs nothing else.
 
     Parameters
@@ -17,11 +17,14 @@ def content_policy(scripts: Iterable[str], *, connect: str = "'none'") -> str:
         something puts into the page, nor a handler in an attribute.
     connect : str
         Where its scripts may connect to.
+    workers : bool
+        Whether its scripts may start workers with what the page itself holds.
     """
     hashes = " ".join(f"'sha256-{_hash(script)}'" for script in scripts)
     return (
         f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; "
         f"connect-src {connect}; base-uri 'none'; form-action 'none'"
+        + ("; worker-src blob:" if workers else "")
     )
 
 

@@ -8,8 +8,8 @@ from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.checks.ways import firing_witness
 from dineros.analysis.covering.firings import Firings
 from dineros.analysis.model.losses import Kind, Loss, losses_of
-from dineros.analysis.model.queues import queues
-from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
+from dineros.analysis.model.queues import Queue, queues
+from dineros.analysis.witnesses.findings import Fault, Finding, Witness, witness_of
 
 
 class Overflow(Question):
@@ -21,7 +21,13 @@ class Overflow(Question):
         "A queue can be full when a message arrives, which is then lost.",
         "{queue} can overflow: {loss}",
     )
-    faults = (LOSES,)
+    SAMPLES = Fault(
+        "sample-lost",
+        "note",
+        "A history of a best-effort publisher, or of feedback, can be full: the oldest is lost.",
+        "{queue} can overflow: {loss}, as the model allows",
+    )
+    faults = (LOSES, SAMPLES)
     asks = "which queues can overflow"
 
     def ask(self, checked: Checked) -> None:
@@ -37,9 +43,7 @@ class Overflow(Question):
             witness = firing_witness(checked, losing)
             if witness is None:
                 checked.leave_open(f"how {queue} overflows", OUT_OF_MEMORY)
-            checked.report.findings.append(
-                self.LOSES.found(*queue.elements, witness=witness, queue=queue, loss=queue.loss)
-            )
+            checked.report.findings.append(self._found(queue, witness))
 
     def _ask_on_the_way(self, checked: Checked, known: Firings) -> None:
         subject = checked.subject
@@ -48,13 +52,16 @@ class Overflow(Question):
             losing = [known.traces[drop] for drop in drops if drop in known.traces]
             if losing:
                 witness = witness_of(subject, min(losing, key=len))
-                checked.report.findings.append(
-                    self.LOSES.found(*queue.elements, witness=witness, queue=queue, loss=queue.loss)
-                )
+                checked.report.findings.append(self._found(queue, witness))
             elif known.dead.issuperset(drops):
                 checked.report.proved.append(f"{queue} never overflows")
             else:
                 checked.leave_open(f"whether {queue} can overflow", known.why_open)
+
+    @classmethod
+    def _found(cls, queue: Queue, witness: Witness | None) -> Finding:
+        fault = cls.SAMPLES if queue.may_lose else cls.LOSES
+        return fault.found(*queue.elements, witness=witness, queue=queue, loss=queue.loss)
 
 
 class Presence(Question):

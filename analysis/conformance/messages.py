@@ -91,8 +91,7 @@ class Messages:
     @staticmethod
     def _before(taken: Numbers, last: int) -> Iterable[int]:
         """Return the numbers of the gap that ends with a number."""
-        first = max((end for _, end in taken.ranges() if end <= last), default=0) + 1
-        return range(first, last + 1)
+        return range(taken.highest_up_to(last) + 1, last + 1)
 
     def may_publish(self, record: Publish) -> Refusal | None:
         """Refuse a message that was sent before."""

@@ -297,15 +297,15 @@ class ConformanceNet:
 
     def _history_topic(self, channel: sym.TopicChannel) -> HistoryTopic:
         ports = defaultdict(list)  # places of each publisher's port
-        losing = {}
+        beside = {}
         for link in self.subject.links():
             if channel not in link.sources or link.meaning is None or link.target.id not in self.roles:
                 continue
             role = self.roles[link.target.id]
             if role.kind is Publish:
                 ports[topic_port(link)].append(role.place or "")
-            elif link.meaning.part in ("lose", "miss"):
-                losing[link.meaning.part, _ports_of(link)] = self.subject.transition_index[link.target.id]
+            elif link.meaning.part in ("lose", "miss", "replace"):
+                beside[link.meaning.part, _ports_of(link)] = self.subject.transition_index[link.target.id]
         pairs, subscribers, nodes = [], {}, {}
         for queue in self._queues[channel]:
             made = self._queue(queue, queue.entrances[0])
@@ -316,8 +316,8 @@ class ConformanceNet:
                 nodes[role.place or ""] = role.node or ""
             else:
                 writer, reader = _ports_of(queue.link)
-                lost = [losing.get((part, (writer, reader))) for part in ("lose", "miss")]
-                pairs.append(Pair(writer.place.id, reader.place.id, tuple(ports[writer]), made, *lost))
+                others = [beside.get((part, (writer, reader))) for part in ("lose", "miss", "replace")]
+                pairs.append(Pair(writer.place.id, reader.place.id, tuple(ports[writer]), made, *others))
         publishers = {
             place: [pair for pair in pairs if place in pair.publishers]
             for places in ports.values()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -359,20 +360,11 @@ class Replay:
                 if discard is None
                 else self.fire_recorded(record, discard)
             )
+        if record.channel in self._histories:
+            return self._drop_from_history(record, following)
         if record.queue == "restart":
             self.messages.dropped(record)
-            return Fault(
-                "the publisher was started again, and had sent more meanwhile than it keeps: "
-                "a larger limit of its queue helps"
-            )
-        if record.channel in self._histories:
-            at = record.channel, record.place
-            if not isinstance(following, Take) or (following.channel, following.place) != at:
-                following = None
-            refusal = self._histories[record.channel].drop(record, following)
-            if refusal is None:
-                self.messages.dropped(record)
-            return refusal
+            return Fault(_RESTARTED)
         flow = self._flows[record.channel]
         if record.queue == "publisher":
             return self._drop_at_publisher(flow, record)
@@ -397,6 +389,18 @@ class Replay:
             assert drop()
         self.messages.dropped(record)
         return None
+
+    def _drop_from_history(self, record: Drop, following: Record | None) -> Refusal | None:
+        """Lose what a history may lose; what was under way to a publisher's readers when it ended, too."""
+        at = record.channel, record.place
+        if not isinstance(following, Take) or (following.channel, following.place) != at:
+            following = None
+        refusal = self._histories[record.channel].drop(record, following)
+        if isinstance(refusal, Waiting) and record.queue == "restart":
+            refusal = replace(refusal, reason=_RESTARTED)
+        if refusal is None:
+            self.messages.dropped(record)
+        return refusal
 
     def _drop_at_publisher(self, flow: TopicFlow, record: Drop) -> Refusal | None:
         if not any(record.change.values()):
@@ -425,6 +429,11 @@ def _without_room(net: ConformanceNet, leave: int, marking: list[int]) -> str:
     short = {place for place, weight in net.pre[leave] if marking[place] < weight}
     return why_not(net, leave, marking) if short & set(net.room.values()) else ""
 
+
+_RESTARTED = (
+    "the publisher was started again, and had sent more meanwhile than it keeps: "
+    "a larger limit of its queue helps"
+)
 
 _HANDLERS: Mapping[type[Record], Callable[..., Any]] = {
     Header: Replay._header,

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.evidence import Evidence, Excluded, Inductive, together
+from dineros.analysis.checks.overflow import Overflow
 from dineros.analysis.evidence.certificate import BASE, subject_as
 from dineros.analysis.evidence.proving import Asked, Certificate, certificate_of, proved
 from dineros.analysis.logic.language.syntax import Comparison, Deadlock, Enabled, Formula, Name, Or
@@ -117,7 +118,8 @@ def _asked(subject: Subject, condition: Formula, settings: Sequence[str]) -> Ask
 def _claims(subject: Subject, report: Report) -> Iterator[Claim]:
     """Yield what is claimed, but for what was found to happen."""
     faults = {finding.rule for finding in report.findings}
-    losing = {finding.elements for finding in report.findings if finding.rule == "queue-overflow"}
+    overflows = {fault.rule for fault in Overflow.faults}
+    losing = {finding.elements for finding in report.findings if finding.rule in overflows}
     if "unbounded" not in faults:
         yield from _bounded(subject)
     found = queues(subject)

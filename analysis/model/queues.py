@@ -11,6 +11,7 @@ from dineros.analysis.model.subject import Subject
 from dineros.analysis.model.wording import queue_end, queue_words, source_of, topic_port
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.matching import quality_of
 from dineros.transformations.flattening.traces import Link
 from dineros.transformations.language.meaning import QueueKind
 
@@ -68,6 +69,17 @@ class Queue:
     def elements(self) -> tuple[str, ...]:
         """Ids of the channel, and of the port's place, the dispatcher's node net, the server's entry."""
         return (self.channel.id, str(getattr(queue_end(self.link), "id", "")))
+
+    @property
+    def may_lose(self) -> bool:
+        """Whether the model allows losses: its publishers are best-effort, or it holds feedback."""
+        if self.kind == "feedback":
+            return True
+        if not isinstance(self.channel, sym.TopicChannel):
+            return False
+        return all(
+            quality_of(port).reliability == sym.Reliability.bestEffort for port in self.channel.publishers
+        )
 
     @property
     def loss(self) -> str:

@@ -1,4 +1,8 @@
-"""Grids: which settings and variants of a model a sweep goes through, and in which order."""
+"""Grids: which settings and variants of a model a sweep goes through, and in which order.
+
+A feature without a dot is a parameter of a program that builds the model, see
+`dineros.metamodel.files.programs`.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +21,7 @@ from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.limits import most
 
+_FEATURE = re.compile(r".+\.[^.]+")
 _WHOLE = re.compile("[+-]?[0-9]{1,18}")
 _RANGE = re.compile(r"([+-]?[0-9]{1,18})\.\.([+-]?[0-9]{1,18})(?:\.\.([0-9]{1,18}))?")
 
@@ -32,7 +37,7 @@ class Axis:
     Attributes
     ----------
     features : tuple of str
-        Such as ``RedObjects.tokens``; see `dineros.metamodel.settings`.
+        Such as ``RedObjects.tokens``, see `dineros.metamodel.settings`; or a parameter, such as ``robots``.
     values : tuple of str
         What they are set to, one after the other.
     """
@@ -51,7 +56,7 @@ class Axis:
         """
         left, equals, right = text.partition("=")
         features = tuple(feature.strip() for feature in left.split(","))
-        if not equals or not all(re.fullmatch(r".+\.[^.]+", feature) for feature in features):
+        if not equals or not all(is_parameter(each) or _FEATURE.fullmatch(each) for each in features):
             raise SweepError(
                 f"{text!r} is not of the form ELEMENT.FEATURE=VALUES",
                 hint="for example RedObjects.tokens=0..10",
@@ -66,6 +71,11 @@ class Axis:
             if twice is not None:
                 raise SweepError(f"{text!r} has the {what} {twice!r} twice", hint="leave one out")
         return cls(features, tuple(values))
+
+
+def is_parameter(feature: str) -> bool:
+    """Tell whether it is a parameter of a program that builds a model, and no feature of an element."""
+    return feature.isidentifier()
 
 
 def _require_few(points: int, message: str) -> None:
@@ -113,6 +123,11 @@ class Point:
     def key(self) -> str:
         """What tells it from all other points."""
         return json.dumps([self.settings, self.signals, self.overflow, self.reduced], ensure_ascii=False)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Values of the parameters of a program that builds the model, as settings."""
+        return tuple(f"{name}={value}" for name, value in self.settings if is_parameter(name))
 
     def columns(self) -> dict[str, str | bool | None]:
         """Return its part of a row of the table."""
@@ -181,7 +196,7 @@ class Grid:
         Parameters
         ----------
         model : str
-            The model, as XMI.
+            The model, as XMI; of a program the one with the first values of its parameters.
 
         Raises
         ------
@@ -196,7 +211,8 @@ class Grid:
             # Finding the element of a setting takes as long as the model is large.
             for value in [*ends, *(value for value in axis.values if not _WHOLE.fullmatch(value))]:
                 for feature in axis.features:
-                    apply(changed, f"{feature}={value}")
+                    if not is_parameter(feature):  # whose values have built a model each
+                        apply(changed, f"{feature}={value}")
             for value in set(ends):
                 axes = (*self.axes[:number], Axis(axis.features, (value,)), *self.axes[number + 1 :])
                 model_of(next(iter(Grid(axes))), model)
@@ -225,7 +241,8 @@ def model_of(point: Point, text: str) -> pn.Net:
 
     model = parse_model(text)
     for feature, value in point.settings:
-        apply(model, f"{feature}={value}")
+        if not is_parameter(feature):  # by which the text was made
+            apply(model, f"{feature}={value}")
     errors = [violation for violation in validate(model) if violation.severity == "error"]
     if errors:
         settings = ", ".join(f"{feature}={value}" for feature, value in point.settings)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from dineros.analysis.sweeps.cluster import cluster_figures
-from dineros.analysis.sweeps.grid import Grid, Point
+from dineros.analysis.sweeps.grid import Grid, Point, SweepError, model_of
 from dineros.analysis.sweeps.journal import Journal
 from dineros.analysis.sweeps.point import Figures, Job
 from dineros.analysis.sweeps.tables import Row, Value, write_table, writer_for
@@ -77,7 +77,7 @@ def journal_path(output: Path) -> Path:
 
 
 def sweep(
-    model: pn.Net,
+    model: pn.Net | Callable[[Sequence[str]], pn.Net],
     grid: Grid,
     output: Path,
     *,
@@ -96,8 +96,9 @@ def sweep(
 
     Parameters
     ----------
-    model : pn.Net
-        What is varied.
+    model : pn.Net or callable
+        What is varied; or what returns it for values of parameters, such as ``["robots=3"]``
+        (`dineros.metamodel.files.programs.ModelProgram.model`).
     grid : Grid
         How.
     output : Path
@@ -125,19 +126,20 @@ def sweep(
     SweepInterrupt
         By Ctrl-C, while there is a journal.
     """
-    from dineros.metamodel.files.xmi import xmi_bytes
-
     writer_for(output)
     _refuse_output(output)
-    text = xmi_bytes(model).decode()
-    grid.check(text)
     points = list(grid)
-    with _journal(output, text, grid, engine, [memory, timeout]) as journal, _interruptible(journal, points):
+    texts = _texts(model, points)
+    grid.check(texts[points[0].parameters])
+    every = "".join(texts.values())
+    with _journal(output, every, grid, engine, [memory, timeout]) as journal, _interruptible(journal, points):
         now = _progress(journal.finished, points)
         local = min(workers or os.cpu_count() or 1, len(points) - now.done)
         budget = memory if memory is not None or scheduler is not None else _share_of_memory(local)
         jobs = [
-            Job(text, point, engine, budget, timeout) for point in points if point.key not in journal.finished
+            Job(texts[point.parameters], point, engine, budget, timeout)
+            for point in points
+            if point.key not in journal.finished
         ]
         tell = progress or (lambda _: None)
         tell(now)
@@ -152,6 +154,31 @@ def sweep(
         write_table(rows, output)
         journal.remove()
     return Outcome(rows, now.resumed, now.unknown)
+
+
+def _texts(
+    model: pn.Net | Callable[[Sequence[str]], pn.Net], points: list[Point]
+) -> dict[tuple[str, ...], str]:
+    """Return the models of all values that parameters have in the points, as XMI."""
+    from dineros.metamodel.files.xmi import xmi_bytes
+
+    texts: dict[tuple[str, ...], str] = {}
+    for point in points:
+        if point.parameters in texts:
+            continue
+        if isinstance(model, pn.Net):
+            if point.parameters:
+                raise SweepError(
+                    f"{point.parameters[0].partition('=')[0]} is no feature of an element",
+                    hint="write ELEMENT.FEATURE; parameters are those of a program with a function build",
+                )
+            made = model
+        else:
+            made = model(point.parameters)
+        texts[point.parameters] = xmi_bytes(made).decode()
+        if point.parameters:
+            model_of(replace(point, settings=()), texts[point.parameters])
+    return texts
 
 
 def _journal(output: Path, model: str, grid: Grid, engine: str, limits: list[float | None]) -> Journal:

@@ -54,6 +54,19 @@ class Application:
         for path in self.handlers.glob("*.py"):
             shutil.copy(path, folder / "src" / path.stem / path.stem / "handlers.py")
 
+    @property
+    def lossy(self) -> frozenset[str]:
+        """Topics on which nothing is sent again: their messages may be lost."""
+        model = load(self.model)
+        assert isinstance(model, sym.SystemModel)
+        return frozenset(
+            channel.id
+            for channel in model.channels
+            if isinstance(channel, sym.TopicChannel)
+            and channel.qos is not None
+            and channel.qos.reliability == sym.Reliability.bestEffort
+        )
+
     def model_with(self, settings: Sequence[str]) -> sym.SystemModel:
         """Return the model with settings."""
         model = load(self.model)
@@ -79,5 +92,21 @@ APPLICATIONS = {
         ("Orders",),
         "dispatcher",
         "Closed",
+    ),
+    "mobile_robot": Application(
+        ROOT / "examples/mobile_robot/mobile_robot.sym.xmi",
+        ROOT / "examples/mobile_robot/handlers",
+        f"python {ROOT / 'examples/mobile_robot/world.py'}",
+        ("Waypoints",),
+        "mission",
+        "Closed",
+    ),
+    "sorting_actions": Application(
+        ROOT / "examples/sorting_actions/cell.sym.xmi",
+        ROOT / "examples/sorting_actions/handlers",
+        f"python {ROOT / 'examples/sorting_actions/cell.py'} --motion-time 0.1 --visit-every 3 --stay 0.3",
+        ("RedPieces", "BluePieces", "GreenPieces"),
+        "display",
+        "Shown",
     ),
 }

@@ -117,7 +117,7 @@ def _node(
             sorted(
                 {Name(port.type.partition("/")[0]) for port in ports}
                 | {each.package for each in types if each.package is not None}
-                | {Name("std_msgs"), Name("std_srvs")}
+                | {Name("diagnostic_msgs"), Name("std_msgs"), Name("std_srvs")}
             )
         ),
         token_types=types,

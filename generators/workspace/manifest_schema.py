@@ -110,9 +110,11 @@ _name = _matching(r"[A-Za-z_][A-Za-z0-9_]*", "name in ROS")
 _hash = _matching(r"[0-9a-f]{64}", "SHA-256")
 
 _OPTIONS = {
+    "container": _truth,
     "lifecycle": _truth,
     "license": _text,
     "maintainer": _text,
+    "systemd": _truth,
     "templates": _optional(_text),
 }
 _NODE = {

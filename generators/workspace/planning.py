@@ -44,6 +44,8 @@ class Options:
         Whether such a workspace goes back to ours.
     maintainer, license : str or None
         For the packages' ``package.xml``, the maintainer as ``Name <address>``; None: as before.
+    systemd, container : bool or None
+        Whether there is a unit of systemd, and a Containerfile; None: as before, else not.
     tests : tuple of Path
         Witnesses and recorded runs to write tests from.
     """
@@ -55,13 +57,17 @@ class Options:
     default_templates: bool = False
     maintainer: str | None = None
     license: str | None = None
+    systemd: bool | None = None
+    container: bool | None = None
     tests: tuple[Path, ...] = ()
 
 
 DEFAULTS: dict[str, Any] = {
+    "container": False,
     "lifecycle": False,
     "license": "TODO: License declaration",  # what `ros2 pkg create` writes
     "maintainer": "TODO <todo@example.org>",
+    "systemd": False,
     "templates": None,
 }
 
@@ -94,6 +100,11 @@ def plan(model: sym.SystemModel, workspace: Path, options: Options, known: Manif
         own = own.without(("rclpy", *node.message_packages))
         _plan_node(node, templates, {**common, "dependencies": own}, generated, developer)
     _plan_bringup(application, templates, common, generated, developer)
+    if chosen["systemd"]:
+        unit = f"src/{application.bringup}/systemd/{application.bringup}.service"
+        generated[unit] = templates.render("bringup/app.service.j2", **common)
+    if chosen["container"]:
+        generated["Containerfile"] = templates.render("bringup/Containerfile.j2", **common)
     head = templates.render("bringup/system_model.xml.j2", **common)
     place = f"src/{application.bringup}/model/{file_name(model.id)}"
     generated[place] = _with_head(xmi_bytes(model), head)
@@ -133,6 +144,7 @@ def _common(app: Application, reserved: Reserved, options: Options, chosen: dict
         "maintainer": {"name": name.strip(), "email": address.strip()},
         "source": file_name(app.id),
         "settings": options.settings,
+        "systemd": chosen["systemd"],
         "token": app.interfaces.token,
         "token_function": app.interfaces.types[0].function,
         "taken": reserved.firings | reserved.tokens,

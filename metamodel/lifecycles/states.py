@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
+from typing import Literal, get_args
 
 from dineros.metamodel import sym
 
 State = Literal["unconfigured", "inactive", "active", "finalized"]
+STATES: tuple[State, ...] = get_args(State)
+"""In the order in which a node goes through them."""
 Label = Literal["configure", "activate", "deactivate", "cleanup", "shutdown"]
 
 STATE_AFTER: Mapping[str, State] = {

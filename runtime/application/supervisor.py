@@ -21,6 +21,7 @@ from typing import Literal
 
 from dineros.metamodel.errors import DinerosError, ModelFileError
 from dineros.metamodel.files.reading import open_plain
+from dineros.runtime.nodes.health import RESTARTS
 
 CANNOT_START = 2
 """Exit status by which a process says that it cannot start: its handlers or parameters are wrong, say."""
@@ -258,7 +259,7 @@ class Supervisor:
                     stdin=subprocess.DEVNULL,
                     stdout=log,
                     stderr=subprocess.STDOUT,
-                    env=dict(plan.environment),
+                    env={**plan.environment, RESTARTS: str(child.restarts + (event == "restarted"))},
                     cwd=plan.folder,
                     start_new_session=True,  # Ctrl-C comes to us alone, and we end them in order
                     # Harmless with threads: it makes two system calls and takes no lock.

@@ -1,8 +1,9 @@
 """The servers of actions of a node: slots that work on goals, requests to cancel, feedback and results.
 
 A goal is accepted when there is a slot for it, the oldest first. Where there is none it waits for one, and so
-does the answer to its client; a server that may reject goals refuses it instead. A goal that comes twice is
-worked on once, and accepted twice. Its result is kept for a client that asks for it later.
+does the answer to its client; a server that may reject goals refuses it instead, and so it does with those
+that developers do not want. A goal that comes twice is worked on once, and accepted twice. Its result is kept
+for a client that asks for it later.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 
+from dineros.metamodel.errors import FeatureValueError
 from dineros.runtime.channels.goals import (
     CancelArrived,
     GoalArrived,
@@ -74,6 +76,15 @@ class Slot:
 class ActionServer:
     """An action of the node.
 
+    Parameters
+    ----------
+    traffic : Traffic
+        What all ports share.
+    port : ActionServerPort
+        Its port.
+    accepts : callable
+        Tells whether a goal that came is accepted, from its data.
+
     Attributes
     ----------
     slots : list of Slot
@@ -86,8 +97,11 @@ class ActionServer:
         Place of results or feedback -> what raises for data that cannot be sent.
     """
 
-    def __init__(self, traffic: Traffic, port: ActionServerPort) -> None:
+    def __init__(
+        self, traffic: Traffic, port: ActionServerPort, accepts: Callable[[Data], bool] = lambda goal: True
+    ) -> None:
         self._traffic = traffic
+        self._accepts = accepts
         self.port = port
         self.slots: list[Slot] = []
         self.waiting: deque[tuple[Message, list[Callable[[bool], None]]]] = deque()
@@ -136,11 +150,21 @@ class ActionServer:
             if waiting.id == goal.id:
                 answers.append(answer)
                 return
+        if not self._is_wanted(goal):
+            answer(False)
+            return
         self.waiting.append((goal, [answer]))
         self.serve()
         if self.waiting and (self.port.may_reject or len(self.waiting) > LONGEST_QUEUE):
             for refuse in self.waiting.pop()[1]:
                 refuse(False)
+
+    def _is_wanted(self, goal: Message) -> bool:
+        try:
+            data = self._traffic.engine.checkers[self.slots[0].entry].complete(goal.data)
+        except FeatureValueError:
+            return True  # it is refused, and recorded, where its token would be made
+        return self._accepts(data)
 
     def _slot_of(self, goal: str) -> Slot | None:
         return next((slot for slot in self.slots if slot.goal is not None and slot.goal.id == goal), None)

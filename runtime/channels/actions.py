@@ -13,7 +13,15 @@ from dineros.runtime.channels.traffic import Traffic, known_port
 from dineros.runtime.channels.transport import Transport, check_of
 from dineros.runtime.firing.cancels import CancelRequest
 from dineros.runtime.journal.recording import Checkpoint, PendingGoal, SlotGoal
-from dineros.runtime.nets.ports import ActionClientPort, ActionPort, ActionServerPort, Check, Message, Ports
+from dineros.runtime.nets.ports import (
+    ActionClientPort,
+    ActionPort,
+    ActionServerPort,
+    Check,
+    Data,
+    Message,
+    Ports,
+)
 from dineros.runtime.nets.structure import Structure
 
 
@@ -43,6 +51,8 @@ class Actions:
     ----------
     senders : list of callable
         What sends the oldest token of each departure, in order.
+    accepts : callable
+        Tells whether a goal of an action's channel is accepted, from its data.
     """
 
     def __init__(self, traffic: Traffic, first: int) -> None:
@@ -50,6 +60,7 @@ class Actions:
         self._traffic = traffic
         self._places = {id: number for number, id in enumerate(structure.places)}
         self.senders: list[Callable[[], None]] = []
+        self.accepts: Callable[[str, Data], bool] = lambda action, goal: True
         self.clients: dict[ActionClientPort, ActionClient] = {}
         self.servers: dict[ActionServerPort, ActionServer] = {}
         for port in structure.ports.action_clients:
@@ -66,7 +77,7 @@ class Actions:
         return client
 
     def _server(self, port: ActionServerPort, first: int) -> ActionServer:
-        server = ActionServer(self._traffic, port)
+        server = ActionServer(self._traffic, port, lambda goal: self.accepts(port.channel, goal))
         for number, entry in enumerate(port.entries):
             cancel = self._places[port.cancels[number]] if port.cancels else None
             slot = Slot(server, number, self._places[entry], cancel)

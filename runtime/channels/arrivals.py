@@ -12,7 +12,7 @@ import threading
 from collections import deque
 
 from dineros.runtime.channels.exchange import Exchange
-from dineros.runtime.channels.transport import Answer, Pausing, Transport
+from dineros.runtime.channels.transport import Answer, Measuring, Pausing, Transport
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.ports import Message, Port, Queue, ServerPort, SubscriberPort
 from dineros.runtime.scheduling.loop import Loop
@@ -43,9 +43,13 @@ class Arrivals:
         self._pausing: Pausing | None = None
         if transport is not None and isinstance(transport, Pausing):
             self._pausing = transport
+        self._measuring: Measuring | None = None
+        if transport is not None and isinstance(transport, Measuring):
+            self._measuring = transport
         self._has_histories = ports.middleware == "ros2"
         self._lock = threading.Lock()
         self._arriving: dict[SubscriberPort, int] = dict.fromkeys(ports.subscribers, 0)
+        self._most: dict[SubscriberPort, int] = dict.fromkeys(ports.subscribers, 0)
         self._held: dict[SubscriberPort, deque[tuple[Message, int]]] = {
             port: deque() for port in ports.subscribers
         }
@@ -72,6 +76,7 @@ class Arrivals:
                 self._note_loss(port, "subscriber", 1 + lost)
                 return
             self._arriving[port] += 1
+            self._most[port] = max(self._most[port], self._arriving[port])
         self._loop.post(lambda: self._place(port, message, lost))
 
     def requested(self, port: ServerPort, message: Message, answer: Answer) -> None:
@@ -90,6 +95,16 @@ class Arrivals:
         """Have messages counted and recorded that a full queue lost."""
         with self._lock:
             self._note_loss(port, queue, count)
+
+    def most_waiting(self, port: SubscriberPort) -> int:
+        """Return how many messages waited at a time, here or in a history, since this was asked last."""
+        with self._lock:
+            most, self._most[port] = self._most[port], self._arriving[port]
+        return most if self._measuring is None else max(most, self._measuring.most_waiting(port))
+
+    def held(self, port: SubscriberPort) -> int:
+        """Return how many messages wait for room on their place."""
+        return len(self._held[port])
 
     def _note_loss(self, port: Port, queue: Queue, count: int) -> None:
         """Have a loss recorded, in the order in which they happened; those of a queue until then are one."""

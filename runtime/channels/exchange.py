@@ -11,7 +11,7 @@ from dineros.metamodel.message_ids import Senders
 from dineros.metamodel.records.schema import requests_of
 from dineros.metamodel.token_data import Value
 from dineros.runtime.channels.actions import Actions, action_departures
-from dineros.runtime.channels.clients import Client
+from dineros.runtime.channels.clients import Call, Client
 from dineros.runtime.channels.services import Instance, Server
 from dineros.runtime.channels.topics import Publisher, Subscriber, Writer
 from dineros.runtime.channels.traffic import SendError, Traffic, known_port
@@ -126,6 +126,17 @@ class Exchange:
         """Messages that were not taken, by channel."""
         return self._traffic.refused
 
+    def requests_under_way(self) -> list[tuple[ClientPort, Call]]:
+        """Return what its clients wait for, the oldest request of each client first."""
+        return [(port, call) for port, client in self._clients.items() for call in client.calls.values()]
+
+    def requests_served(self) -> dict[ServerPort, tuple[int, int]]:
+        """Return how many requests each server serves, and how many wait for an instance."""
+        return {
+            port: (sum(instance.message is not None for instance in server.instances), len(server.waiting))
+            for port, server in self._servers.items()
+        }
+
     @property
     def waiting_requests(self) -> int:
         """How many requests wait for a server instance, and goals for a slot."""
@@ -194,6 +205,10 @@ class Exchange:
     def has_room(self, port: SubscriberPort) -> bool:
         """Return whether the place of a port has room for a message; from any thread."""
         return self._engine.has_room(self._subscribers[port].place)
+
+    def messages_skipped(self, port: SubscriberPort, message: Message) -> int:
+        """Return how many of its publisher's messages before this one are missing; from any thread."""
+        return self._subscribers[port].skipped(message)
 
     def knows_request(self, port: ServerPort, message_id: str) -> bool:
         """Return whether a request was taken before; from any thread."""

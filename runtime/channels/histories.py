@@ -33,6 +33,9 @@ class _Reader:
         """Hand the oldest message to the node, with how many of its publisher are missing before it."""
         pair, number, message = self.history.popleft()
         lost, pair.last = max(0, number - pair.last - 1), max(pair.last, number)
+        if pair.is_new:  # what was under way when both ends stopped is missing, too
+            lost = max(lost, self.receiver.messages_skipped(self.port, message))
+            pair.is_new = False
         self.receiver.message_arrived(self.port, message, lost)
 
 
@@ -44,12 +47,15 @@ class _Pair:
     ----------
     last : int
         Number of its last message that the subscription got.
+    is_new : bool
+        Whether it got none yet.
     """
 
     depth: int
     reader: _Reader
     last: int
     history: deque[tuple[int, Message]] = field(default_factory=deque)
+    is_new: bool = True
 
     def write(self, number: int, message: Message) -> None:
         if len(self.history) >= self.depth:

@@ -132,6 +132,15 @@ class Subscriber:
         with self._lock:
             return known is not None and self.seen.had(*known)
 
+    def skipped(self, message: Message) -> int:
+        """Return how many of its publisher's messages before this one are missing; from any thread."""
+        try:
+            known = parse_id(message.id)
+        except MessageIdError:
+            return 0
+        with self._lock:
+            return self.seen.skipped(*known) if known is not None else 0
+
     def lost(self, queue: Queue, count: int) -> None:
         """Count and record messages that a full queue lost: they have been sent, and will not come."""
         if queue != "restart":  # what a stranger's ids can feign must silence nobody

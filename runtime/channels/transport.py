@@ -54,6 +54,9 @@ class Receiver(Protocol):
     def requests_wait(self, port: ServerPort) -> None:
         """Learn that a transport which is `Keeping` has requests, or has lost some."""
 
+    def messages_skipped(self, port: SubscriberPort, message: Message) -> int:
+        """Return how many messages of a publisher before this one are missing; none of a new publisher."""
+
     def knows_request(self, port: ServerPort, message_id: str) -> bool:
         """Return whether a request was taken before: one that comes again waits for no instance."""
 
@@ -126,6 +129,14 @@ class Pausing(Protocol):
 
     def opened(self, port: SubscriberPort) -> object:
         """Learn that the node takes messages of a topic again; on the thread of the node's loop."""
+
+
+@runtime_checkable
+class Measuring(Protocol):
+    """A transport that can tell how full the histories were from which messages come."""
+
+    def most_waiting(self, port: SubscriberPort) -> int:
+        """Return how many messages of a topic waited at a time, at most, since this was asked last."""
 
 
 @runtime_checkable

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import threading
 from collections.abc import Generator
 from typing import Any
@@ -42,6 +41,8 @@ class CancelRequest:
 
     def __await__(self) -> Generator[Any, None, None]:
         """Wait on an event loop until the goal is to be canceled."""
+        import asyncio  # which takes a while, and most nodes need none
+
         while not self._event.is_set():
             yield from asyncio.sleep(PERIOD).__await__()
 

@@ -11,6 +11,7 @@ import inspect
 import logging
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from random import Random
+from time import monotonic
 from types import MappingProxyType
 from typing import Any
 
@@ -18,6 +19,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.runtime.firing.cancels import CancelRequest
 from dineros.runtime.firing.choosing import Chooser
 from dineros.runtime.firing.departures import Departures
+from dineros.runtime.firing.durations import Durations
 from dineros.runtime.firing.flights import Flight, Flights
 from dineros.runtime.firing.handlers import Firing, Handler, Handlers
 from dineros.runtime.firing.observing import Observer, shown
@@ -56,6 +58,8 @@ class Execution:
         Refuses what cannot be sent.
     timing : Timing
         What time lets fire.
+    durations : Durations
+        What its handlers take.
     firings : int
         How many have committed.
     kept : dict
@@ -82,6 +86,7 @@ class Execution:
         self.timing = Timing(engine.structure, loop)
         self._chooser = Chooser(random, self.timing, self.watchdog)
         self.departures = Departures()
+        self.durations = Durations()
         # Transition -> the tokens of its last failure and how often it failed with them.
         self._failures: dict[int, tuple[frozenset[int], int]] = {}
 
@@ -182,7 +187,7 @@ class Execution:
             if handler.is_asynchronous or handler.thread or handler.timeout is not None:
                 self._send_off(flight, handler)
                 return
-            id = self.engine.structure.transitions[flight.transition]
+            id, begun = self.engine.structure.transitions[flight.transition], monotonic()
             try:
                 result = self.watchdog.call(handler.function, flight.firing, handler.name, id)
             except KeyboardInterrupt:
@@ -191,12 +196,14 @@ class Execution:
             except GivenUpError:
                 raise
             except BaseException as error:
+                self.durations.note(flight.transition, handler, monotonic() - begun)
                 self._end(flight)
                 self._fail(flight.transition, flight.taken, handler, error)
                 return
             if result is not None and inspect.isawaitable(result):
                 self._send_off(flight, handler, result)
                 return
+            self.durations.note(flight.transition, handler, monotonic() - begun)
             if not self._accept(flight, handler, result):
                 return
         self._finish(flight)
@@ -228,6 +235,7 @@ class Execution:
         if not flight.is_reserved:
             self.in_flight.add(self.engine, flight)
         firing, function = flight.firing, handler.function
+        flight.sent = monotonic()
 
         def done(result: Any, error: BaseException | None) -> None:
             self._loop.post(lambda: self._returned(flight, handler, result, error))
@@ -261,7 +269,9 @@ class Execution:
             flight.timer = None
         if error is None and inspect.isawaitable(result):  # a function on a thread that made a coroutine
             self._send_off(flight, handler, result)
-        elif error is not None:
+            return
+        self.durations.note(flight.transition, handler, monotonic() - flight.sent)
+        if error is not None:
             self._end(flight)
             self._fail(flight.transition, flight.taken, handler, error)
         elif self._accept(flight, handler, result):
@@ -269,6 +279,7 @@ class Execution:
 
     def _give_up(self, flight: Flight, handler: Handler, error: DinerosError) -> None:
         """Let a firing fail whose handler still runs; its transition waits until that has ended."""
+        self.durations.note(flight.transition, handler, monotonic() - flight.sent)
         self.in_flight.outlive(self.engine, flight)
         flight.cancel()
         self._end(flight)

@@ -43,6 +43,8 @@ class Flight:
         Ends the handler that runs elsewhere, where that is possible.
     timer : Timer or None
         When that handler has taken too long.
+    sent : float
+        When it began, by the machine's clock.
     """
 
     transition: int
@@ -58,6 +60,7 @@ class Flight:
     is_over: bool = False
     cancel: Callable[[], None] = field(default=lambda: None)
     timer: Timer | None = None
+    sent: float = 0.0
 
 
 class Flights:

@@ -126,6 +126,8 @@ class Handler:
         How many firings of the transition may be in flight at a time, as far as this handler goes.
     policy : Policy, optional
         What becomes of a failure; by default what the net says.
+    budget : float, optional
+        Seconds that it declares to take at most: longer is a warning, and no failure.
     """
 
     transition: str
@@ -136,6 +138,7 @@ class Handler:
     timeout: float | None = None
     parallel: int = 1
     policy: Policy | None = None
+    budget: float | None = None
 
     @cached_property
     def is_asynchronous(self) -> bool:
@@ -184,7 +187,8 @@ class Handlers:
         self._targets(handler.transition)
         if not callable(handler.function):
             raise HandlerError(f"the handler {handler.name!r} is no function", element=handler.transition)
-        if handler.parallel < 1 or (handler.timeout is not None and handler.timeout <= 0):
+        seconds = [each for each in (handler.timeout, handler.budget) if each is not None]
+        if handler.parallel < 1 or any(each <= 0 for each in seconds):
             raise HandlerError(
                 f"the handler {handler.name!r} has no time or no firing to run in", element=handler.transition
             )

@@ -131,6 +131,11 @@ class Expectations:
         """Ids of the signals whose source is silent."""
         return tuple(self._names[number] for number in sorted(self._stale))
 
+    def limit(self, number: int) -> float | None:
+        """Seconds that a signal's source may be silent; None: for ever."""
+        expectation = self._expected.get(number)
+        return None if expectation is None else expectation.seconds
+
     def expect(self, number: int, expectation: Expectation | None) -> None:
         """Watch a signal from now on; None: no more."""
         self._drop(number)

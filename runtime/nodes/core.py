@@ -16,7 +16,9 @@ from typing import Any
 from dineros.metamodel.errors import DinerosError, FeatureValueError
 from dineros.metamodel.lifecycles.states import STATE_AFTER, STATES_BEFORE
 from dineros.metamodel.lifecycles.states import State as LifecycleState
+from dineros.runtime.channels.arrivals import Arrivals
 from dineros.runtime.channels.exchange import Exchange, departures_of
+from dineros.runtime.firing.acceptance import Acceptance
 from dineros.runtime.firing.execution import Execution
 from dineros.runtime.firing.handlers import Handlers
 from dineros.runtime.firing.policies import Policy
@@ -61,8 +63,14 @@ class Core:
 
     Attributes
     ----------
+    acceptance : Acceptance
+        What decides about goals.
     exchange : Exchange or None
         What goes in and out, of the node that runs it.
+    arrivals : Arrivals or None
+        What waits before its places, of that node.
+    heard : dict of int to float
+        When each signal was set last by its source, by the net's clock.
     ended_by : str or None
         Why it does not run any more; None: it does, or has not begun.
     failure : BaseException or None
@@ -91,10 +99,13 @@ class Core:
         self.engine = Engine(structure, self._departures)
         self.execution = Execution(self.engine, self.handlers, self.loop, random.Random(seed), self)
         self.execution.policy = policy
+        self.acceptance = Acceptance(structure.ports.action_servers, self.execution.watchdog, self)
         self.expectations = Expectations(
             self.loop, self, structure.signals, lambda reason: self.execution.halt(reason, logging.ERROR)
         )
         self.sources: tuple[Source, ...] = ()
+        self.heard: dict[int, float] = {}
+        self.arrivals: Arrivals | None = None
         self.exchange: Exchange | None = None
         self.state: LifecycleState = "unconfigured" if structure.ports.is_managed else "active"
         self.ended_by: str | None = None
@@ -148,6 +159,11 @@ class Core:
         )
         self._errors.append(ErrorReport(time.time(), transition, handler, str(fields["error"]), policy))
         self.status_changed()
+
+    @property
+    def failures(self) -> int:
+        """How many firings have failed."""
+        return self._failures
 
     def status_changed(self) -> None:
         """Tell whoever wants to know that the status may be another one."""
@@ -205,7 +221,9 @@ class Core:
         """Set signals at once: whoever is told of the first one sees all; on the node's thread."""
         changed = [number for number, value in values.items() if self.engine.set_signal(number, value)]
         if is_heard:
+            now = self.loop.clock()
             for number in values:
+                self.heard[number] = now
                 self.expectations.heard(number)
         for number in changed:
             self.emit("signal", signal=self.structure.signals[number], value=values[number], source=source)

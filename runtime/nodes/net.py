@@ -26,6 +26,7 @@ from dineros.metamodel import rtm
 from dineros.metamodel.errors import DinerosError, FeatureValueError, Location, ModelFileError, with_article
 from dineros.metamodel.files import load
 from dineros.metamodel.lifecycles.states import State as LifecycleState
+from dineros.runtime.firing.acceptance import J
 from dineros.runtime.firing.handlers import Handler, HandlerFunction
 from dineros.runtime.firing.policies import Halt, Policy
 from dineros.runtime.firing.selection import SelectionFunction
@@ -161,6 +162,7 @@ class Net:
         timeout: float | None = None,
         parallel: int = 1,
         policy: Policy | None = None,
+        budget: float | None = None,
         replace: bool = False,
     ) -> Callable[[F], F]:
         """Register the decorated function as a handler; from any thread, also while the net runs.
@@ -182,6 +184,9 @@ class Net:
             How many firings of a transition may be in flight at a time.
         policy : Policy, optional
             What becomes of its failures; by default what the net says.
+        budget : float, optional
+            Seconds that it declares to take at most. One that takes longer is named in the node's log and its
+            diagnostics, and counts all the same.
         replace : bool
             Whether it takes the place of the handler of the same name.
 
@@ -195,7 +200,7 @@ class Net:
 
         def register(function: F) -> F:
             own = name or getattr(function, "__name__", None) or type(function).__name__
-            handler = Handler(transition, own, function, priority, thread, timeout, parallel, policy)
+            handler = Handler(transition, own, function, priority, thread, timeout, parallel, policy, budget)
             self.core.handlers.add(handler, is_replacing=replace)
             return function
 
@@ -235,6 +240,24 @@ class Net:
         self.core.execution.selection = function
         self.core.loop.post(lambda: None)
         return function
+
+    def accepts(self, action: str) -> Callable[[J], J]:
+        """Let the decorated function decide about the goals of an action that may refuse them.
+
+        It gets the data of a goal when it comes, on the node's thread, and returns whether it is accepted.
+        One that it fails for is refused.
+
+        Raises
+        ------
+        HandlerError
+            The node serves no action of this id, or the model does not let it refuse goals.
+        """
+
+        def register(function: J) -> J:
+            self.core.acceptance.register(action, function)
+            return function
+
+        return register
 
     @property
     def policy(self) -> Policy:

@@ -86,10 +86,11 @@ class Runner:
             self.exchange.restore(resume)
         core.exchange = self.exchange
         core.execution.cancel_of = self.exchange.actions.cancel_of
+        self.exchange.actions.accepts = core.acceptance.accepts
         core.obey_state()
         self._loop = core.loop
         self._execution = core.execution
-        self._arrivals = Arrivals(self.exchange, core.engine, core.loop, transport)
+        core.arrivals = self._arrivals = Arrivals(self.exchange, core.engine, core.loop, transport)
         self._thread: threading.Thread | None = None
         self._is_open = False
         self._is_ending = False
@@ -369,6 +370,10 @@ class Runner:
     def requests_wait(self, port: ServerPort) -> None:
         """Have requests taken that the transport keeps."""
         self._post(lambda: self.exchange.serve(port))
+
+    def messages_skipped(self, port: SubscriberPort, message: Message) -> int:
+        """Return how many of its publisher's messages before this one are missing; from any thread."""
+        return self.exchange.messages_skipped(port, message)
 
     def knows_request(self, port: ServerPort, message_id: str) -> bool:
         """Return whether an instance serves a request, or its response is kept."""

@@ -1,19 +1,23 @@
 """What a node says of itself on ROS, and what people may tell it when it is halted.
 
-=============  ========================  ========================================================
-``~/state``    ``std_msgs/msg/String``   its status as JSON, latched
-``~/proceed``  ``std_srvs/srv/Trigger``  a halted node goes on
-``~/release``  ``std_srvs/srv/Trigger``  tokens that were put aside may be taken again; a halted
-                                         node gives up what it has in flight
-=============  ========================  ========================================================
+==============  ========================  ========================================================
+``~/state``     ``std_msgs/msg/String``   its status as JSON, latched
+``~/proceed``   ``std_srvs/srv/Trigger``  a halted node goes on
+``~/release``   ``std_srvs/srv/Trigger``  tokens that were put aside may be taken again; a halted
+                                          node gives up what it has in flight
+``~/describe``  ``std_srvs/srv/Trigger``  what it is, as JSON: places, transitions, ports, handlers
+==============  ========================  ========================================================
 """
 
 from __future__ import annotations
 
+import json
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from dineros.runtime.nodes.description import description_of
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.status import Status
 from dineros.runtime.ros.channels.quality import signal_quality
@@ -32,6 +36,8 @@ class Control:
         The ROS node.
     net : Net
         Its net.
+    said : callable
+        Told each status that is published, from any thread.
 
     Attributes
     ----------
@@ -39,9 +45,10 @@ class Control:
         Whether it may proceed; a managed node does so only while it is active.
     """
 
-    def __init__(self, node: Any, net: Net) -> None:
+    def __init__(self, node: Any, net: Net, said: Callable[[Status], None] = lambda status: None) -> None:
         self._node = node
         self._net = net
+        self._told = said
         self.is_active = True
         self._lock = threading.Lock()
         self._said: Status | None = None
@@ -63,7 +70,11 @@ class Control:
             # message of the node.
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
         )
-        for name, answer in (("~/proceed", self._proceed), ("~/release", self._release)):
+        for name, answer in (
+            ("~/proceed", self._proceed),
+            ("~/release", self._release),
+            ("~/describe", self._describe),
+        ):
 
             def answered(request: Any, response: Any, answer: Any = answer) -> Any:
                 response.success, response.message = answer()
@@ -80,9 +91,11 @@ class Control:
 
         with self._lock:
             status = self._net.status
-            if self._publisher is not None and replace(status, time=0.0) != self._said:
-                self._said = replace(status, time=0.0)
-                self._publisher.publish(String(data=status.json()))
+            if self._publisher is None or replace(status, time=0.0) == self._said:
+                return
+            self._said = replace(status, time=0.0)
+            self._publisher.publish(String(data=status.json()))
+        self._told(status)
 
     def _proceed(self) -> tuple[bool, str]:
         halted = self._net.core.execution.halted
@@ -102,6 +115,11 @@ class Control:
         said += [f"{transition} is released" for transition in given_up]
         LOG.info("told to release: %s", ", ".join(said) or "nothing")
         return bool(said), ", ".join(said) or "nothing is aside or, in a halted node, in flight"
+
+    def _describe(self) -> tuple[bool, str]:
+        return True, json.dumps(
+            {"name": self._node.get_fully_qualified_name(), **description_of(self._net.core)}
+        )
 
     def close(self) -> None:
         """Take topic and services down."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 from dineros.runtime.application.logs import OwnLogs, logs_to
-from dineros.runtime.ros.process.session import RosError
+from dineros.runtime.ros.channels.parameters import LOG_LEVEL
+from dineros.runtime.ros.process.session import LOG, RosError
 
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 """Names of ROS's levels; their numbers are those of Python's."""
@@ -70,7 +71,8 @@ def ros_logs(node: Any, level: str, arguments: Sequence[str] = (), package: str 
     node : rclpy.node.Node
         The node.
     level : str
-        The level from which on it logs, where the arguments of ROS do not tell.
+        The level from which on it logs, where the arguments of ROS do not tell; the parameter `log_level`
+        changes it while the node runs.
     arguments : sequence of str
         The arguments of ROS; ``--log-level NODE.camera:=debug`` sets the level of the logger ``camera``.
     package : str
@@ -96,7 +98,40 @@ def ros_logs(node: Any, level: str, arguments: Sequence[str] = (), package: str 
     handler = RosHandler(node)
     handler.addFilter(OwnLogs(package))
     with logs_to(handler, int(logger.get_effective_level())):
-        yield
+        leave = _obey_parameter(node, logger)
+        try:
+            yield
+        finally:
+            leave()
+
+
+def _obey_parameter(node: Any, logger: Any) -> Callable[[], None]:
+    """Log from another level on when the parameter is set; return what ends that."""
+    from rcl_interfaces.msg import SetParametersResult
+    from rclpy.logging import get_logging_severity_from_string
+
+    def judge(parameters: Any) -> Any:
+        wrong = [
+            each.value for each in parameters if each.name == LOG_LEVEL.name and each.value not in LEVELS
+        ]
+        reason = f"there is no log level {wrong[0]!r}: take one of {', '.join(LEVELS)}" if wrong else ""
+        return SetParametersResult(successful=not wrong, reason=reason)
+
+    def obey(parameters: Any) -> None:
+        for each in parameters:
+            if each.name == LOG_LEVEL.name:
+                logger.set_level(get_logging_severity_from_string(each.value.upper()))
+                logging.getLogger().setLevel(int(logger.get_effective_level()))
+                LOG.info("logs from %s on", each.value)
+
+    node.add_on_set_parameters_callback(judge)
+    node.add_post_set_parameters_callback(obey)
+
+    def leave() -> None:
+        node.remove_on_set_parameters_callback(judge)
+        node.remove_post_set_parameters_callback(obey)
+
+    return leave
 
 
 def _told_levels(arguments: Sequence[str]) -> list[str]:

@@ -14,6 +14,7 @@ from dineros.runtime.nodes.node import Node
 from dineros.runtime.nodes.runner import SETTLING
 from dineros.runtime.ros.channels.transport import RclpyTransport
 from dineros.runtime.ros.control import Control
+from dineros.runtime.ros.diagnostics import Diagnostics
 from dineros.runtime.ros.process.session import Session
 
 SLICE = 0.002
@@ -79,7 +80,8 @@ class RosNode:
         )
         self._loop = core.loop
         self._is_adopted = False
-        self.control = Control(self.session.node, net)
+        self.diagnostics = Diagnostics(self.session.node, net)
+        self.control = Control(self.session.node, net, self.diagnostics.said)
 
     @property
     def failure(self) -> BaseException | None:
@@ -92,6 +94,7 @@ class RosNode:
         self.node.open()
         try:
             self.control.open()
+            self.diagnostics.open()
         except BaseException:
             self.close("failure")
             raise
@@ -116,6 +119,7 @@ class RosNode:
             self.node.close(reason)
         finally:
             self.control.close()
+            self.diagnostics.close()
 
     def _wake(self) -> None:
         """Have what other threads post done at once, not only after the next ROS callback."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
 import threading
 from collections.abc import Awaitable, Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dineros.runtime.scheduling.threads import join
+
+if TYPE_CHECKING:  # it takes a while to import, and most nodes have no coroutines
+    import asyncio
 
 PATIENCE = 1.0
 """Seconds that cancelled coroutines have for tidying up when the node ends."""
@@ -28,6 +30,8 @@ class Workers:
 
     def start_coroutine(self, make: Callable[[], Awaitable[Any]], done: Done) -> Callable[[], None]:
         """Run an awaitable; return what cancels it."""
+        import asyncio
+
         loop = self._started()
         task: list[asyncio.Task[_Outcome]] = []
 
@@ -80,6 +84,8 @@ class Workers:
         loop, thread = self._loop, self._thread
         if loop is None or thread is None:
             return
+        import asyncio
+
         self._loop = self._thread = None
 
         async def end() -> None:
@@ -95,6 +101,8 @@ class Workers:
 
     def _started(self) -> asyncio.AbstractEventLoop:
         if self._loop is None:
+            import asyncio
+
             loop = self._loop = asyncio.new_event_loop()
 
             def run() -> None:

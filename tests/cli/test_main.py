@@ -89,8 +89,8 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-ENDLESS = {"edit"}
-"""Commands that end when the user says so; `models/test_edit.py` does."""
+ENDLESS = {"edit", "top"}
+"""Commands that end when the user says so; `models/test_edit.py` and `test_overview.py` do."""
 
 
 @pytest.mark.parametrize(

@@ -197,10 +197,11 @@ def rest_request(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Atte
 def live_page(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     """Ask the live page's server for the page and for changes."""
     from dineros.views.live.following import LiveTrace, source_of
-    from dineros.views.live.serving import application
+    from dineros.views.live.serving import LivePages, application
     from dineros.views.serving.entrance import Entrance
 
-    app = application(LiveTrace(source_of(seeds.witness(folder)), None, "run"), None, Entrance("TOKEN", 80))
+    pages = LivePages(LiveTrace(source_of(seeds.witness(folder)), None, "run"), None)
+    app = application(pages, Entrance("TOKEN", 80))
     headers = [(b"host", b"127.0.0.1:80"), (b"origin", b"http://127.0.0.1:80")]
 
     def attempt(content: bytes) -> Outcome:

@@ -177,10 +177,17 @@ class Kept:
     def __init__(self, *arguments: Any, **named: Any) -> None:
         self.arguments, self.named = arguments, named
 
+    def perform(self, given: dict[str, str]) -> str:
+        """Return what a launch argument is given, as a `LaunchConfiguration` does."""
+        return given.get(self.arguments[0], "")
+
 
 LAUNCH = {
-    "launch": ["LaunchDescription"],
-    "launch.actions": ["DeclareLaunchArgument", "EmitEvent", "LogInfo", "RegisterEventHandler"],
+    "launch": ["LaunchContext", "LaunchDescription"],
+    "launch.actions": [
+        *("DeclareLaunchArgument", "EmitEvent", "LogInfo"),
+        *("OpaqueFunction", "RegisterEventHandler"),
+    ],
     "launch.event_handlers": ["OnProcessExit"],
     "launch.events": [],
     "launch.events.process": ["ProcessExited", "ShutdownProcess"],
@@ -201,7 +208,9 @@ LAUNCH = {
 }
 
 
-def launched(workspace: Path, monkeypatch: pytest.MonkeyPatch) -> list[Kept]:
+def launched(
+    workspace: Path, monkeypatch: pytest.MonkeyPatch, given: dict[str, str] | None = None
+) -> list[Kept]:
     """Return what the launch file starts; `launch` is not on PyPI, so small stand-ins keep it."""
     for name, classes in LAUNCH.items():
         module = types.ModuleType(name)
@@ -215,7 +224,8 @@ def launched(workspace: Path, monkeypatch: pytest.MonkeyPatch) -> list[Kept]:
     names: dict[str, Any] = {}
     exec(compile(path.read_text(), str(path), "exec"), names)
     (actions,) = names["generate_launch_description"]().arguments
-    return list(actions)
+    (later,) = of_kind(actions, "OpaqueFunction")
+    return [*actions, *later.named["function"](given or {})]
 
 
 def of_kind(actions: list[Kept], kind: str) -> list[Kept]:
@@ -242,7 +252,7 @@ def test_the_launch_file_starts_every_node(workspace: Path, monkeypatch: pytest.
         action.arguments[0]: action.named["default_value"]
         for action in of_kind(actions, "DeclareLaunchArgument")
     }
-    assert defaults["resume"] == "true"
+    assert defaults["resume"] == defaults["log_level"] == ""  # as the files of parameters say
     leaves = [action.arguments[0].named for action in of_kind(actions, "RegisterEventHandler")]
     assert [each["target_action"] for each in leaves] == of_kind(actions, "Node")
     for status, kinds in ((1, []), (2, ["LogInfo", "EmitEvent"])):
@@ -250,6 +260,17 @@ def test_the_launch_file_starts_every_node(workspace: Path, monkeypatch: pytest.
         assert [type(each).__name__ for each in leaves[0]["on_exit"](event, None)] == kinds
     declared = [action.arguments[0] for action in of_kind(actions, "DeclareLaunchArgument")]
     assert declared == ["journal", "resume", "log_level", "respawn"]
+
+
+def test_only_launch_arguments_that_are_given_override_the_files(
+    workspace: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else `log_level: debug` in local.yaml, which is the user's, would do nothing."""
+    for given in ({}, {"log_level": "debug"}, {"journal": "run", "resume": "false"}):
+        for node in of_kind(launched(workspace, monkeypatch, given), "Node"):
+            *files, own = node.named["parameters"]
+            assert [file.arguments[0][1] for file in files][-1] == "local.yaml"
+            assert set(own) == set(given)
 
 
 def test_the_launch_file_activates_lifecycle_nodes(lifecycle: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,17 +23,22 @@ from tests.support.executor_models import executor_models
 from tests.support.history_models import history_models
 from tests.support.lifecycle_models import lifecycle_models
 
+FAMILIES = {
+    "histories": history_models,
+    "executors": executor_models,
+    "actions": action_models,
+    "lifecycles": lifecycle_models,
+}
+
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--models", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--states", type=int, default=2000, help="states of a net that are compared")
-    parser.add_argument("--actions", action="store_true", help="every model has actions")
+    parser.add_argument("--only", choices=FAMILIES, help="models of one kind")
     arguments = parser.parse_args()
-    usual = st.one_of(
-        history_models(), executor_models(), executor_models(), action_models(), lifecycle_models()
-    )
+    usual = st.one_of(executor_models(), *(each() for each in FAMILIES.values()))
     totals: Counter[str] = Counter()
     differences = []
 
@@ -45,7 +50,7 @@ def main() -> int:
         phases=[Phase.generate],
         suppress_health_check=list(HealthCheck),
     )
-    @given(action_models() if arguments.actions else usual)
+    @given(FAMILIES[arguments.only]() if arguments.only else usual)
     def every(model: sym.SystemModel) -> None:
         totals["models"] += 1
         totals.update(features_of_model(model))

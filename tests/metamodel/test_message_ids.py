@@ -49,6 +49,9 @@ def test_numbers_are_a_set(steps: list[tuple[int, int]]) -> None:
     assert all(one[1] + 1 < other[0] for one, other in pairwise(ranges))
     assert Numbers(ranges, limit=None) == numbers
     assert numbers.highest == max(expected, default=0)
+    for number in range(70):
+        ends = [last for _, last in ranges if last <= number]
+        assert numbers.highest_up_to(number) == max(ends, default=0)
 
 
 def test_forged_numbers_silence_nobody() -> None:

@@ -53,7 +53,7 @@ FOLDERS = {
     ],
     "metamodel/files": [
         *("reading", "xml", "atomic", "confined", "watching", "schema"),
-        *("pnml", "tina", "net_formats", "xmi"),
+        *("pnml", "tina", "net_formats", "xmi", "programs"),
     ],
     "metamodel/constraints": ["shape", "index", "wording", "constraint", "circles", "families", "listing"],
     "generators": ["templates", "application", "workspace"],
@@ -98,6 +98,9 @@ FOLDERS = {
         "conversion",
         "channels",
         "control",
+        "metrics",
+        "diagnostics",
+        "overview",
         "logs",
         "running",
         "managed",

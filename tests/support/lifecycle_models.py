@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from dineros.metamodel import sym
 from dineros.metamodel.elements import node_nets
+from tests.support.action_models import action_models
 from tests.support.executor_models import executor_models
 from tests.support.history_models import history_models
 
@@ -13,7 +14,7 @@ from tests.support.history_models import history_models
 @st.composite
 def lifecycle_models(draw: st.DrawFn) -> sym.SystemModel:
     """Return a small system some of whose nodes are managed, and some of whose topics keep messages."""
-    model = draw(st.one_of(history_models(), executor_models()))
+    model = draw(st.one_of(history_models(), executor_models(), action_models()))
     nets = node_nets(model)
     for net in draw(st.lists(st.sampled_from(nets), min_size=1, max_size=3, unique=True)):
         net.lifecycle = draw(lifecycles())

@@ -36,6 +36,8 @@ class LifecycleInterpreter(ExecutorInterpreter):
             self._readers(topic)
         for service in self._services:
             self._calls_of(service)
+        for action in self._actions:
+            self._goals_of(action)
         for node in self._nodes:
             self._works(node)
             self._changes_state(node)
@@ -127,6 +129,34 @@ class LifecycleInterpreter(ExecutorInterpreter):
                     self._if(event.name, server)
                 elif what in ("req", "res") or what.startswith("giveUp."):
                     self._if(event.name, clients[prefix])
+
+    def _goals_of(self, action: sym.ActionChannel) -> None:
+        """Let nothing happen to goals at an end whose node is not there; feedback it had is lost."""
+        server = self._is_there(_node_of(action.server.page))
+        told = ("accept[", "reject", "finish.", "late.", "heeded.", "unheeded.", "feedback[")
+        heard = ("result.", "refused", "feedback.out")
+        asked = ("send", "cancel[", "again[", "nothing", "tooLate.")
+        for event in self.events:
+            if event.name.startswith(f"{action.id}[") and event.name.endswith(("].cancel", "].refuse")):
+                self._if(event.name, server)
+            for client in action.clients:
+                prefix = f"{action.id}.client.{client.client}."
+                if not event.name.startswith(prefix):
+                    continue
+                what = event.name[len(prefix) :]
+                if what.startswith(told):
+                    self._if(event.name, server)
+                elif what.startswith((*heard, *asked)):
+                    self._if(event.name, self._is_there(_node_of(client.goal)))
+        for client in action.clients:
+            node, name = _node_of(client.goal), f"{action.id}.client.{client.client}.feedback"
+            if node is None or node.lifecycle is None or not node.lifecycle.cleansUp:
+                continue
+            if ("come", name) in self._slots:
+                away = self._in(node, UNCONFIGURED, FINALIZED)
+                for word, slot in (("gone", "come"), ("clear", "kept")):
+                    self._lost(f"{name}.{word}", self._slots[slot, name], away)
+                    self._empty[node].append(self._slots[slot, name])
 
     # ------------------------------------------------------------------------------------ topics
 

@@ -7,9 +7,12 @@ from collections.abc import Iterable
 from hypothesis import strategies as st
 
 from dineros.metamodel import pn, sym
+from dineros.metamodel.calls import goal_parts
 from dineros.metamodel.elements import places, transitions
+from tests.support.action_models import action_models
 from tests.support.executor_models import executor_models
 from tests.support.history_models import history_models
+from tests.support.lifecycle_models import lifecycle_models
 from tests.support.vandalism import vandalise
 
 VALUES: list[object] = [None, "", " ", "x y", "../up", "\u2028", "Ä", "class", "{", "a" * 300]
@@ -19,7 +22,9 @@ VALUES += [-1, 0, 1, 2, 40, 2**31 - 1, 2**70, -0.5, 1e-9, 1e300, float("nan"), f
 @st.composite
 def whole_models(draw: st.DrawFn) -> sym.SystemModel:
     """Return a valid model, most of them with several token types."""
-    model = draw(st.one_of(history_models(), executor_models(), executor_models()))
+    model = draw(
+        st.one_of(history_models(), executor_models(), executor_models(), action_models(), lifecycle_models())
+    )
     if draw(st.integers(0, 3)):
         _give_types(draw, model)
     if draw(st.integers(0, 3)):
@@ -67,7 +72,7 @@ def _give_types(draw: st.DrawFn, model: sym.SystemModel) -> None:
                 if isinstance(each, sym.Place):
                     each.tokenType = chosen
     for channel in model.channels:
-        if isinstance(channel, sym.TopicChannel) and draw(st.integers(0, 2)) == 0:
+        if draw(st.integers(0, 2)) == 0:
             _map(channel)
     data = {None: '{"count": 3}', own: '{"article": "bolt"}', note: '{"tags": ["a"]}', installed: "{}"}
     for place in places(model):
@@ -75,20 +80,32 @@ def _give_types(draw: st.DrawFn, model: sym.SystemModel) -> None:
             place.balloons.append(sym.BalloonToken(data=data[place.tokenType]))
 
 
-def _map(channel: sym.TopicChannel) -> None:
-    """Let a topic of the first token type carry an existing ROS message."""
-    used = {getattr(port.place, "tokenType", None) for port in (*channel.publishers, *channel.subscribers)}
-    if {each.id if each else "Order" for each in used} == {"Order"}:
+def _map(channel: sym.Channel) -> None:
+    """Let a topic or a service of the first token type carry existing messages of ROS."""
+    used = {getattr(place, "tokenType", None) for places in _joined_by(channel) for place in places}
+    if {each.id if each else "Order" for each in used} != {"Order"}:
+        return
+    if isinstance(channel, sym.TopicChannel):
         channel.type = "std_msgs/msg/String"
         channel.mappings.append(sym.FieldMapping(messageField="data", tokenField="article"))
+    elif isinstance(channel, sym.ServiceChannel):
+        channel.type = "std_srvs/srv/Trigger"
+        carried = sym.FieldMapping(part="response", messageField="message", tokenField="article")
+        channel.mappings.append(carried)
 
 
 def _joined(model: sym.SystemModel) -> Iterable[list[pn.Place]]:
     """Yield places whose tokens are of one type."""
     for channel in model.channels:
-        if isinstance(channel, sym.TopicChannel):
-            yield [port.place for port in (*channel.publishers, *channel.subscribers)]
-        if isinstance(channel, sym.ServiceChannel):
-            yield [channel.server.entry, *(client.request for client in channel.clients)]
-            answered = [client.response for client in channel.clients]
-            yield [channel.server.exit, *answered, *(c.timedOut for c in channel.clients if c.timedOut)]
+        yield from _joined_by(channel)
+
+
+def _joined_by(channel: sym.Channel) -> Iterable[list[pn.Place]]:
+    if isinstance(channel, sym.TopicChannel):
+        yield [port.place for port in (*channel.publishers, *channel.subscribers)]
+    elif isinstance(channel, sym.ServiceChannel):
+        yield [channel.server.entry, *(client.request for client in channel.clients)]
+        answered = [client.response for client in channel.clients]
+        yield [channel.server.exit, *answered, *(c.timedOut for c in channel.clients if c.timedOut)]
+    elif isinstance(channel, sym.ActionChannel):
+        yield from goal_parts(channel).values()

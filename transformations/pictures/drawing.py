@@ -1,8 +1,9 @@
 """Pictures of rules: both sides beside each other in the notation of the paper (Sect. 5.5).
 
 Places are circles with their tokens inside, transitions are bars, inhibitor arcs end in a circle, read arcs
-have two heads, topics are blue and services green. An underlined element on the left and one on the right
-with the same label are the same; what the rule makes is orange and bold.
+have two heads, topics are blue and round, services green and pointed, as in pictures of nets; signals are
+yellow. Arcs run behind names. An underlined element on the left and one on the right with the same label are
+the same; what the rule makes is orange and bold.
 """
 
 from __future__ import annotations
@@ -31,8 +32,8 @@ COLOURS = {"kept": KEPT, "matched": KEPT, "created": CREATED, "deleted": DELETED
 STYLES = {"kept": "solid", "matched": "solid", "created": "bold", "deleted": "dashed"}
 
 _HEAD = """digraph {
-  graph [rankdir=LR, bgcolor=white, fontname="Helvetica,Arial,sans-serif", fontsize=12, nodesep=0.25,
-         ranksep=0.35, pad=0.15, newrank=true, color="#cbd5e1"]
+  graph [rankdir=LR, bgcolor=white, outputorder=edgesfirst, color="#cbd5e1", nodesep=0.25, ranksep=0.35,
+         fontname="Helvetica,Arial,sans-serif", fontsize=12, pad=0.15, newrank=true]
   node [fontname="Helvetica,Arial,sans-serif", fontsize=11, color="#222222"]
   edge [fontname="Helvetica,Arial,sans-serif", fontsize=10, color="#222222", arrowsize=0.7]
 """
@@ -40,6 +41,7 @@ _INVISIBLE = 'label="", peripheries=0'
 _LEGEND = (
     "underlined: the same element on both sides &#160; <FONT COLOR='{0}'><B>bold</B></FONT>: made by the rule"
 )
+LETTER = 7  # how wide one is, about
 NAME_HEIGHT = 20  # leaves room for the subscript
 _ABOUT = 46  # characters in a line of notes
 
@@ -251,8 +253,8 @@ def _shape(side: str, shape: Shape) -> str:
         border = {"topic": "#1d4ed8", "service": "#15803d"}.get(form)
         if border and shape.status == "kept":
             common[0] = f'color="{border}"'
-        form = {"signal": "hexagon", "topic": "box", "service": "box"}.get(form, "box")
-        rounded = ",rounded" if fill == "white" else ""
+        rounded = ",rounded" if form in ("topic", "element") else ""
+        form = {"service": "hexagon"}.get(form, "box")
         common += [f"shape={form}", f'style="{style}{rounded}"', f'fillcolor="{fill}"', "margin=0.08"]
         common.append(f"label=<{_inside(shape)}>")
     return f'      "{side} {shape.key}" [{", ".join(common)}]'
@@ -283,14 +285,14 @@ def _around(shape: Shape, letter: str, height: int) -> str:
     inside = html.escape(shape.inside) or "&#160;"
     middle = f'<TR><TD HEIGHT="{height}" FIXEDSIZE="TRUE" WIDTH="{height}">{inside}</TD></TR>'
     return _table(
-        _blank(1 + len(notes)) + middle + _row(_name(shape, letter), 1, NAME_HEIGHT) + _notes(notes)
+        _blank(1 + len(notes)) + middle + _row(_before(_name(shape, letter)), 1, NAME_HEIGHT) + _notes(notes)
     )
 
 
 def _bar(shape: Shape, colour: str, width: int) -> str:
     """Return the label of a transition: its bar is a cell of its own, where arcs end."""
     bar = f'<TD PORT="bar" BGCOLOR="{colour}" FIXEDSIZE="TRUE" WIDTH="{width}" HEIGHT="36"></TD>'
-    below = _row(_name(shape, "T"), 3, NAME_HEIGHT) + _notes(shape.notes, 3)
+    below = _row(_before(_name(shape, "T")), 3, NAME_HEIGHT) + _notes(shape.notes, 3)
     return _table(f"{_blank(1 + len(shape.notes), 3)}<TR><TD></TD>{bar}<TD></TD></TR>{below}")
 
 
@@ -310,6 +312,16 @@ def _row(text: str, columns: int = 1, height: int = 0) -> str:
 def _notes(notes: list[str], columns: int = 1) -> str:
     return "".join(
         _row(f'<FONT POINT-SIZE="9" COLOR="{QUIET}">{html.escape(note)}</FONT>', columns) for note in notes
+    )
+
+
+def _before(name: str) -> str:
+    """Return a name that arcs run behind: on white, no wider than itself."""
+    letters = len(html.unescape(re.sub("<[^>]*>", "", name)))
+    size = f'FIXEDSIZE="TRUE" WIDTH="{LETTER * letters + 4}" HEIGHT="{NAME_HEIGHT - 4}"'
+    return (
+        '<TABLE BORDER="0" CELLBORDER="0" CELLPADDING="0" CELLSPACING="0">'
+        f'<TR><TD></TD><TD BGCOLOR="white" {size}>{name}</TD><TD></TD></TR></TABLE>'
     )
 
 

@@ -24,7 +24,7 @@ from dineros.transformations.rules import (
     topics,
 )
 from dineros.transformations.rules.actions import callbacks as served
-from dineros.transformations.rules.actions import ends, feedback, goals, publishing, slots
+from dineros.transformations.rules.actions import ends, feedback, goals, managed, publishing, slots
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,13 @@ _MANAGED = (
     lifecycle.L3Late,
     lifecycle.L3Ask,
     lifecycle.L3GiveUp,
+    managed.L3Accept,
+    managed.L3Goal,
+    managed.L3Tell,
+    managed.L3End,
+    managed.L3Send,
+    managed.L3Wish,
+    managed.L3Hear,
     coming_and_going.L4,
     coming_and_going.L4Kept,
     coming_and_going.L4Deliver,
@@ -85,6 +92,8 @@ _MANAGED = (
     coming_and_going.L4Read,
     coming_and_going.L4Clear,
     coming_and_going.L4Cleared,
+    managed.L4Feedback,
+    managed.L4FeedbackCleared,
     coming_and_going.L5,
     coming_and_going.L5Replace,
     coming_and_going.L5ReplaceFinalized,

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 from dineros.metamodel import pn
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.records import Header, Record, RecordDecoder
+from dineros.metamodel.records import Header, Record, RecordDecoder, Stop
 from dineros.metamodel.records.following import Follower, new_records
 from dineros.views.traces.building import TraceBuilder
 from dineros.views.traces.coding import TraceCoder
@@ -88,6 +88,7 @@ class LiveTrace:
         self._drawing: threading.Thread | None = None
         self._merger = Merger([])
         self._waiting_since: float | None = None
+        self._running: dict[str, bool] = {}
         self._changes: deque[tuple[int, str]] = deque(maxlen=KEPT)
         self._snapshot()
 
@@ -95,6 +96,11 @@ class LiveTrace:
     def is_waiting(self) -> bool:
         """Whether something else than new records changes what it shows: a drawing, or patience that ends."""
         return self._drawing is not None or self._waiting_since is not None
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether each node that has begun has said that it stops."""
+        return bool(self._running) and not any(self._running.values())
 
     def poll(self) -> list[str]:
         """Read what is new; return the messages for the pages that are up to date.
@@ -117,7 +123,8 @@ class LiveTrace:
         if change is None:
             return []
         self.number += 1
-        message = json.dumps({"type": "change", "number": self.number, **change}, ensure_ascii=False)
+        said = {"type": "change", "number": self.number, "ended": self.has_ended, **change}
+        message = json.dumps(said, ensure_ascii=False)
         self._changes.append((self.number, message))
         return [message]
 
@@ -140,6 +147,7 @@ class LiveTrace:
                 "number": self.number,
                 "view": self._snapshot(),
                 "net": self._net,
+                "ended": self.has_ended,
             },
             ensure_ascii=False,
         )
@@ -158,6 +166,8 @@ class LiveTrace:
         force = self._waiting_since is not None and now - self._waiting_since > PATIENCE
         for node, record in self._merger.ready(force=force):
             self._builder.add(record, node or None)
+            if not isinstance(record, Header):
+                self._running[record.node or node] = not isinstance(record, Stop)
         if force or not self._merger.waiting:
             self._waiting_since = None
         elif self._waiting_since is None:

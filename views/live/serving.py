@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import json
 import re
 from collections.abc import AsyncIterator
 from functools import partial
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
 INTERVAL = 0.15
 """Seconds between two looks at files that are written without a pause, or at what tells of no changes."""
+
+LEAVING = 2.0
+"""Seconds, at most, that an ending server waits for pages to have been told."""
 
 _LONGEST = 15
 """Most digits or letters of what a page says that it has seen."""
@@ -64,31 +68,37 @@ def serve_live(
         folder = path.parent if path.suffix == ".jsonl" else path
         title, source = title or path.resolve().name, source_of(path)
     trace = LiveTrace(source, model, title or "run")
-    make = partial(application, trace, folder)
-    return serve_page(make, path, port, what="the live page", longest_message=1 << 12)  # pages say nothing
+    live = LivePages(trace, folder)
+    make = partial(application, live)
+    # Pages say nothing.
+    return serve_page(make, path, port, what="the live page", longest_message=1 << 12, leave=live.leave)
 
 
-def application(trace: LiveTrace, folder: Path | None, entrance: Entrance) -> ASGIApp:
+def application(live: LivePages, entrance: Entrance) -> ASGIApp:
     """Return the application that serves a trace to those whom the entrance lets in."""
     from starlette.applications import Starlette
     from starlette.routing import Route, WebSocketRoute
 
-    live = _Live(trace, folder, entrance)
+    live.entrance = entrance
     routes = [Route("/", live.page, methods=["GET"]), WebSocketRoute("/changes", live.changes)]
     return guarded(Starlette(routes=routes, lifespan=live.lifespan))
 
 
-class _Live:
+class LivePages:
     """Who gets the next change."""
 
-    def __init__(self, trace: LiveTrace, folder: Path | None, entrance: Entrance) -> None:
+    entrance: Entrance
+
+    def __init__(self, trace: LiveTrace, folder: Path | None) -> None:
         self.trace = trace
         self._folder = folder
-        self._entrance = entrance
         self._pages: set[asyncio.Queue[str]] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
 
     @contextlib.asynccontextmanager
     async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
+        """Follow the trace as long as the server runs."""
+        self._loop = asyncio.get_running_loop()
         task = asyncio.create_task(self._follow())
         try:
             yield
@@ -103,22 +113,37 @@ class _Live:
                 if files is not None:
                     files.forget()
                 # In the loop itself, not in a thread: nobody may be greeted between a change and its sending.
-                for message in self.trace.poll():
-                    for page in self._pages:
-                        page.put_nowait(message)
+                self._tell(self.trace.poll())
                 await asyncio.sleep(INTERVAL)
                 if files is not None and not self.trace.is_waiting:
                     await changed(files)
 
+    def _tell(self, messages: list[str]) -> None:
+        for message in messages:
+            for page in self._pages:
+                page.put_nowait(message)
+
+    def leave(self) -> None:
+        """Tell the pages the rest, and that nothing more will come."""
+        if self._loop is not None:
+            with contextlib.suppress(TimeoutError, RuntimeError):  # of a page that does not listen
+                asyncio.run_coroutine_threadsafe(self._leave(), self._loop).result(LEAVING)
+
+    async def _leave(self) -> None:
+        self._tell([*self.trace.poll(), json.dumps({"type": "end"})])
+        await asyncio.gather(*(page.join() for page in self._pages))
+
     async def page(self, request: Request) -> Response:
-        allowed = self._entrance.lets_in(request)
-        return self._entrance.page(request, live_page(self._entrance.streams) if allowed else None)
+        """Answer with the page."""
+        allowed = self.entrance.lets_in(request)
+        return self.entrance.page(request, live_page(self.entrance.streams) if allowed else None)
 
     async def changes(self, socket: WebSocket) -> None:
+        """Tell a page what is new, until it goes."""
         from starlette.responses import PlainTextResponse
         from starlette.websockets import WebSocketDisconnect
 
-        if not await self._entrance.lets_in_stream(socket):
+        if not await self.entrance.lets_in_stream(socket):
             return
         epoch, number = (socket.query_params.get(name, "") for name in ("epoch", "number"))
         if len(epoch) > _LONGEST or not re.fullmatch(rf"[0-9]{{0,{_LONGEST}}}", number):
@@ -137,6 +162,7 @@ class _Live:
                 await asyncio.wait({getting, listening}, return_when=asyncio.FIRST_COMPLETED)
                 if getting.done():
                     await socket.send_text(getting.result())
+                    queue.task_done()
                 else:
                     getting.cancel()
         except (WebSocketDisconnect, RuntimeError):

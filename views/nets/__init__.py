@@ -12,8 +12,9 @@ from dineros.views.nets.contents.model import Box, Edge, Node, ViewModel
 from dineros.views.nets.contents.operations import around, collapse, collapse_if_large, expand, with_badges
 from dineros.views.nets.differences.comparing import compare, differences
 from dineros.views.nets.drawing.page import to_html
+from dineros.views.nets.drawing.paper import Paper, collapse_to_read
 from dineros.views.nets.drawing.png import to_png
-from dineros.views.nets.drawing.saving import FORMATS, save_picture
+from dineros.views.nets.drawing.saving import FORMATS, save_for_paper, save_picture
 from dineros.views.nets.drawing.svg import to_svg
 from dineros.views.nets.placement.placing import layout
 
@@ -22,14 +23,17 @@ __all__ = [
     "Box",
     "Edge",
     "Node",
+    "Paper",
     "ViewModel",
     "around",
     "collapse",
     "collapse_if_large",
+    "collapse_to_read",
     "compare",
     "differences",
     "expand",
     "layout",
+    "save_for_paper",
     "save_picture",
     "to_html",
     "to_png",

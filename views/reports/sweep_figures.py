@@ -69,7 +69,8 @@ def sweep_figures(rows: Sequence[Row], suffix: str = ".svg", *, title: str = "")
         figure.legend(
             handles, labels, loc="outside lower center", ncols=min(4, max(1, len(labels))), frameon=False
         )
-        figure.supxlabel(names or "model", fontsize=9)
+        # Of a panel, not of the figure: what belongs to the figure stands where its legend does.
+        panels[len(panels) // 2].set_xlabel(names or "model", fontsize=9)
         if title:
             figure.suptitle(title, fontsize=11)
         content = io.BytesIO()

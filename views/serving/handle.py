@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp
 
 
+Leave = Callable[[], None]
+"""What is done, in the thread that ends a server, before it ends."""
+
+
 class PageHandle:
     """A page that is served.
 
@@ -29,12 +33,14 @@ class PageHandle:
         Where it is, token included.
     """
 
-    def __init__(self, url: str, server: Any, thread: threading.Thread) -> None:
+    def __init__(self, url: str, server: Any, thread: threading.Thread, leave: Leave | None = None) -> None:
         self.url = url
-        self._server, self._thread = server, thread
+        self._server, self._thread, self._leave = server, thread, leave
 
     def stop(self) -> None:
-        """End the server; returns when it has ended."""
+        """Tell the pages what there is left to tell, and end the server; returns when it has ended."""
+        if self._leave is not None and self._thread.is_alive():
+            self._leave()
         self._server.should_exit = True
         self._thread.join()
 
@@ -45,7 +51,13 @@ class PageHandle:
 
 
 def serve_page(
-    make: Callable[[Entrance], ASGIApp], path: Path | None, port: int, *, what: str, longest_message: int
+    make: Callable[[Entrance], ASGIApp],
+    path: Path | None,
+    port: int,
+    *,
+    what: str,
+    longest_message: int,
+    leave: Leave | None = None,
 ) -> PageHandle:
     """Serve a page on this machine only.
 
@@ -61,6 +73,8 @@ def serve_page(
         What it is called in messages.
     longest_message : int
         Bytes of what a page may send at once.
+    leave : callable, optional
+        What is done before the server ends.
 
     Raises
     ------
@@ -85,7 +99,7 @@ def serve_page(
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run, args=([listening],), name=f"dineros {what}", daemon=True)
     thread.start()
-    return PageHandle(f"http://{HOST}:{bound}/?token={token}", server, thread)
+    return PageHandle(f"http://{HOST}:{bound}/?token={token}", server, thread, leave)
 
 
 def _address(path: Path | None, port: int) -> tuple[socket.socket, str]:

@@ -5,6 +5,7 @@ What a record does to a lane is a *mark*: a list of the lane's number, a letter,
 
 | lane | marks |
 |---|---|
+| managed node | ``l`` number of its state, 1 where it failed to change |
 | signal | ``v`` value |
 | queue | ``p`` level (publish), ``k`` level (take), ``d`` level, count (drop), ``n`` level |
 | client | call, after ``q`` request, ``s`` serve, ``r`` reply, ``a`` answer, ``o`` late, ``g`` given up |
@@ -21,6 +22,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from dineros.metamodel import records as rec
+from dineros.metamodel.lifecycles.states import STATES, State
 from dineros.metamodel.records import Header, Record, Start
 from dineros.metamodel.records.schema import ServiceStep
 from dineros.metamodel.records.schema import Step as StepRecord
@@ -152,7 +154,10 @@ class TraceBuilder:
         self.initial = dict(header.marking)
         self.marking = dict(header.marking)
         asked = _WORD.findall(header.property or "")
-        for signal, value in sorted(header.signals_initial.items(), key=lambda item: item[0] not in asked):
+        for node in self.facts.managed if header.kind == "witness" else ():
+            self._state_lane(node)
+        initial = {} if header.signals == "none" else header.signals_initial  # else they have no values
+        for signal, value in sorted(initial.items(), key=lambda item: item[0] not in asked):
             self.signals[signal] = value
             self._signal_lane(signal, value)
         self._lanes_of_channels()
@@ -215,6 +220,9 @@ class TraceBuilder:
             for signal, value in record.signals.items():
                 self.signals[signal] = value
                 self._signal_lane(signal, value)
+            state = record.lifecycle if isinstance(record, rec.Checkpoint) else ""
+            if state or node in self.facts.managed:
+                self._state_lane(node or "?", state or "unconfigured")
             return None
         mine = [place for place in self.marking if self.facts.owner_of(place) == node] if known else []
         change = {
@@ -286,7 +294,7 @@ class TraceBuilder:
             case rec.Transfer():
                 step.text = said or f"{self._name(record.channel)}: {record.stage}"
             case rec.Lifecycle():
-                step.text = said or f"{node}: {record.label}; it is {record.state}"
+                self._lifecycle(step, record)
             case rec.Stop():
                 step.text = f"{node} stops" + (f": {record.reason}" if record.reason else "")
         return step
@@ -309,6 +317,14 @@ class TraceBuilder:
             aside = isinstance(record, rec.Aside)
             step.marks.append([lane.index, "z" if aside else "u"])
             step.text = f"{label} {'leaves tokens aside' if aside else 'takes its tokens again'}"
+
+    def _lifecycle(self, step: Step, record: rec.Lifecycle) -> None:
+        lane, state = self._state_lane(step.node or "?"), STATES.index(record.state)
+        failed = self._counts[lane.index] == state
+        self._counts[lane.index] = state
+        step.marks.append([lane.index, "l", state, int(failed)])
+        outcome = f"it stays {record.state}" if failed else f"it is {record.state}"
+        step.text = step.text or f"{step.node}: {record.label}; {outcome}"
 
     def _topic(self, step: Step, record: rec.Publish | rec.Take | rec.Drop) -> None:
         channel, place = record.channel, record.place
@@ -412,6 +428,15 @@ class TraceBuilder:
 
     def _name(self, channel: str) -> str:
         return self.facts.channels.get(channel, channel)
+
+    def _state_lane(self, node: str, initial: State = "unconfigured") -> Lane:
+        state = STATES.index(initial)
+        lane = self.lanes.make(
+            "state", node, group="lifecycle", kind="state", id=node, label=self.facts.label_of(node),
+            node=node, initial=state,
+        )  # fmt: skip
+        self._counts.setdefault(lane.index, state)
+        return lane
 
     def _signal_lane(self, signal: str, initial: bool) -> Lane:
         return self.lanes.make(

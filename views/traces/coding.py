@@ -42,6 +42,7 @@ class TraceCoder:
             "model": header.model if header else "",
             "property": header.property if header else None,
             "verdict": header.verdict if header else None,
+            "signalsOff": header is not None and header.signals == "none",
             "variant": " ".join(filter(None, (header.signals, header.overflow))) if header else "",
             "loop": self.builder.loop,
             "cause": _cause(header),

@@ -54,6 +54,8 @@ class Facts:
         The client whose request or response place this is, by channel and place.
     goals : dict of (str, str) to str
         The place of the goals of each client of an action, by channel and client.
+    managed : list of str
+        Node nets that are managed.
     """
 
     owner: dict[str, str] = field(default_factory=dict)
@@ -67,6 +69,7 @@ class Facts:
     channels: dict[str, str] = field(default_factory=dict)
     ports: dict[tuple[str, str], str] = field(default_factory=dict)
     goals: dict[tuple[str, str], str] = field(default_factory=dict)
+    managed: list[str] = field(default_factory=list)
 
     def owner_of(self, element: str | None) -> str | None:
         """Return the node net of an element; that of its prototype for one of a server instance."""
@@ -124,6 +127,8 @@ def facts_of(model: pn.Net | None) -> Facts:
                 facts.clauses[node.id] = _clause(clause)
     for net in node_nets(model):
         facts.owner.update({signal.id: net.id for signal in net.signals})
+        if net.lifecycle is not None:
+            facts.managed.append(net.id)
     for channel in model.channels if isinstance(model, sym.SystemModel) else ():
         _add_channel(facts, channel)
     pages = server_pages(model)

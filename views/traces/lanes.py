@@ -1,14 +1,14 @@
-"""The lanes of a trace: one for each signal, queue, client, transition, and place of the property."""
+"""The lanes of a trace: of managed nodes, signals, queues, clients, transitions, places of the property."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
-Group = Literal["property", "signals", "topics", "services", "actions", "transitions"]
-Kind = Literal["signal", "queue", "client", "transition", "place"]
+Group = Literal["property", "lifecycle", "signals", "topics", "services", "actions", "transitions"]
+Kind = Literal["state", "signal", "queue", "client", "transition", "place"]
 
-GROUPS: tuple[Group, ...] = ("property", "signals", "topics", "services", "actions", "transitions")
+GROUPS: tuple[Group, ...] = get_args(Group)
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Lane:
     kind : str
         How it is drawn.
     id : str
-        Id of its element: signal, place of a port, client, transition.
+        Id of its element: node net, signal, place of a port, client, transition.
     label, note : str
         What stands before it, and what stands behind that in small letters.
     node : str or None

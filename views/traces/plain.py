@@ -14,6 +14,7 @@ _THEMES = {
 }
 _HEADINGS = {
     "property": "Property",
+    "lifecycle": "Managed nodes",
     "signals": "Signals",
     "topics": "Topics",
     "services": "Services",
@@ -21,6 +22,7 @@ _HEADINGS = {
     "transitions": "Transitions",
 }
 _WORDS = {
+    "l": "changes its state (0 unconfigured, 1 inactive, 2 active, 3 finalized)",
     "p": "publish",
     "k": "take",
     "d": "message lost",
@@ -174,7 +176,7 @@ def _lane(
             f'<path d="M{x(at):.1f} {top + 3}v14" stroke="{colours["soft"]}">'
             f"<title>{at + 1}: {_WORDS.get(mark[0], '')}</title></path>"
         )
-        text = str(mark[1]) if mark[0] == "n" else mark[0]
+        text = str(mark[1]) if mark[0] in ("n", "l") else mark[0]
         yield _text(x(at) + 2, top + 14, text, colours["ink"])
 
 

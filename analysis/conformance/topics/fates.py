@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from dineros.metamodel.message_ids import MessageIdError, Numbers, parse_id
 from dineros.metamodel.records import Take
 
@@ -40,6 +42,7 @@ class Fates:
         return number not in taken
 
 
+@lru_cache(maxsize=4096)  # those under way are looked at again and again
 def _parsed(message: str) -> tuple[str, int] | None:
     try:
         return parse_id(message)

@@ -110,14 +110,14 @@ class HistoryFlow:
         if marking[queue.source] < 1:
             return None
         if marking[queue.capacity] > 0:
-            self._fire(queue.enter)
+            self._enter(pair)
             return None
         victim = self._victim(pair)
         has_way = marking[reader.source] < 1 or marking[reader.capacity] > 0
         has_way = has_way and self._is_there(pair)
         if victim is None and has_way and (forced or self._are_decided(pair)):
             self._pass_on(pair)
-            self._fire(queue.enter)
+            self._enter(pair)
         elif victim is not None or (forced and not has_way):
             self._fire(queue.drop)
             self._forget(pair, victim)
@@ -126,6 +126,12 @@ class HistoryFlow:
             reason = f"the {queue.text} has no room, and nothing says that it has lost a message"
             return Waiting(reason, (self.topic.node_of[pair.subscriber],), is_forcible=True)
         return None
+
+    def _enter(self, pair: Pair) -> None:
+        """Take a message into a writer history, in place of a delivered one where that keeps no more."""
+        needs = self._net.pre[pair.queue.enter]
+        has_room = all(self._marking[place] >= weight for place, weight in needs)
+        self._fire(pair.queue.enter if has_room or pair.replace is None else pair.replace)
 
     def _is_there(self, pair: Pair) -> bool:
         """Tell whether messages can be delivered to the subscriber of a pair."""
@@ -159,7 +165,7 @@ class HistoryFlow:
         if self._marking[reader.source] >= 1:
             self._fire(reader.enter)
         if self._marking[pair.queue.load] < 1:
-            self._fire(pair.queue.enter)
+            self._enter(pair)
         self._fire(pair.queue.leave)
 
     def take(self, record: Take, leave: int) -> Fault | bool:
@@ -187,7 +193,7 @@ class HistoryFlow:
             The message before which they are missing: they are of the same publisher.
         """
         place = record.place or ""
-        if record.queue != "subscriber":
+        if record.queue not in ("subscriber", "restart"):
             return Fault(f"a topic of ROS 2 has no {record.queue} queue")
         if self.topic.node_of.get(place) != record.node:
             return Fault(f"{place!r} is no subscriber of topic channel {record.channel!r}")
@@ -227,7 +233,7 @@ class HistoryFlow:
             here = self._here(pair)
             if pair.lose is not None and here.all >= 1:
                 if here.load < 1:
-                    self._fire(pair.queue.enter)
+                    self._enter(pair)
                 self._fire(pair.lose)
             elif pair.lose is None and here.arriving >= 1 and here.load >= pair.queue.limit:
                 self._fire(pair.queue.drop)

@@ -74,6 +74,8 @@ class Pair:
         The transition that loses a message on the way; None: it is reliable.
     miss : int or None
         The transition that loses a message since the subscriber is not there; None: it always is.
+    replace : int or None
+        The transition that takes a message into the history in place of a delivered one; None: none is kept.
     """
 
     publisher: str
@@ -82,6 +84,7 @@ class Pair:
     queue: Queue
     lose: int | None
     miss: int | None = None
+    replace: int | None = None
 
 
 @dataclass(frozen=True)

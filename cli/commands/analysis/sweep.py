@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from dineros.cli.analysing import HOLDS, OVERFLOW, SIGNALS, UNKNOWN, budget_options, load_valid
+from dineros.cli.models import load_named
 from dineros.cli.options import json_option, middleware_option, model_argument, output_option, settings_option
 from dineros.cli.presentation.sweeps import say_begun_sweep, say_sweep, say_sweep_as_json
 from dineros.cli.searching import search
@@ -49,7 +50,8 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
     multiple=True,
     required=True,
     metavar="ELEMENT.FEATURE[,..]=VALUES",
-    help="Values as 0..10, 0..10..2 or 1,2,5; repeatable; features before one '=' take the same value.",
+    help="Values as 0..10, 0..10..2 or 1,2,5; repeatable; features before one '=' take the same value. Of a "
+    "program as MODEL, a parameter of its function build, such as robots=1..5.",
 )
 @click.option(
     "--signals",
@@ -132,6 +134,7 @@ def sweep(
     from dineros.analysis.sweeps import sweep as run_sweep
     from dineros.analysis.sweeps.sweep import journal_path
     from dineros.metamodel.errors import DinerosError, Location
+    from dineros.metamodel.files.programs import is_program
 
     if workers is not None and scheduler is not None:
         raise click.UsageError("--workers is for this machine; a scheduler has its own")
@@ -168,7 +171,7 @@ def sweep(
         workers, of_point = share_of_memory(memory, workers or os.cpu_count() or 1)
     try:
         outcome = run_sweep(
-            net,
+            (lambda values: load_named(model, [*settings, *values])) if is_program(model) else net,
             Grid(axes, *_variants(net, signals, overflow), _REDUCED[reduced]),
             output,
             engine=engine,

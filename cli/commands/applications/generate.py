@@ -19,6 +19,7 @@ FOUND = 1
     "dineros generate sorting.sym.xmi -o workspace --check",
     "dineros generate sorting.sym.xmi -o workspace --templates our_templates --lifecycle",
     "dineros generate sorting.sym.xmi -o workspace --tests witness.jsonl",
+    "dineros generate sorting.sym.xmi -o workspace --systemd --container",
 )
 @model_argument()
 @click.option(
@@ -41,6 +42,10 @@ FOUND = 1
 )
 @click.option("--default-templates", is_flag=True, help="Go back to our templates.")
 @click.option("--lifecycle/--plain", default=None, help="Lifecycle nodes or plain nodes; remembered.")
+@click.option("--systemd/--no-systemd", default=None, help="A unit that runs the nodes; remembered.")
+@click.option(
+    "--container/--no-container", default=None, help="A Containerfile for podman or docker; remembered."
+)
 @click.option("--maintainer", metavar="'NAME <ADDRESS>'", help="Maintainer of the packages; remembered.")
 @click.option("--license", "licence", metavar="NAME", help="Licence of the packages; remembered.")
 @click.option(
@@ -59,6 +64,8 @@ def generate(
     templates: Path | None,
     default_templates: bool,
     lifecycle: bool | None,
+    systemd: bool | None,
+    container: bool | None,
     maintainer: str | None,
     licence: str | None,
     tests: tuple[Path, ...],
@@ -84,6 +91,8 @@ def generate(
         default_templates=default_templates,
         maintainer=maintainer,
         license=licence,
+        systemd=systemd,
+        container=container,
         tests=tests,
     )
     work = generators.check if check else generators.generate

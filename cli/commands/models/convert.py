@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from dineros.cli.console import note, summarise, warn, working
-from dineros.cli.models import load, refuse_settings_that_break, violations_of
+from dineros.cli.models import load_named, refuse_settings_that_break, violations_of
 from dineros.cli.options import command, model_argument, output_option, settings_option
 from dineros.cli.outputs import PICTURES, refuse_output
 
@@ -36,7 +36,7 @@ def convert(model: Path, output: Path, properties: str | None, settings: tuple[s
     from dineros.metamodel import files
 
     refuse_output(output, (*files.SUFFIXES, *PICTURES))
-    net = load(model, settings)
+    net = load_named(model, settings)
     if properties is not None:
         from dineros.cli.stored_properties import take_in
 

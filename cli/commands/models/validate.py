@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dineros.cli.console import say, say_json, summarise, warn
-from dineros.cli.models import load, violations_of
+from dineros.cli.models import load_named, violations_of
 from dineros.cli.options import command, json_option, model_argument, settings_option
 from dineros.metamodel.errors import counted
 
@@ -45,7 +45,7 @@ def validate(
     from dineros.metamodel.errors import CollectedModelFileError
 
     try:
-        net = load(model, settings)
+        net = load_named(model, settings)
     except CollectedModelFileError as found:
         for error in found.errors:
             warn(str(error))

@@ -237,21 +237,3 @@ def start_steps_positive(lifecycle: sym.Lifecycle, index: Index) -> Outcome:
 def configured_before_active(lifecycle: sym.Lifecycle, index: Index) -> Outcome:
     """The start order configures a node before it activates it."""
     return lifecycle.configureStep < lifecycle.activateStep
-
-
-@constraint(
-    "{it} is managed, and {found} as if its node were always active",
-    fix="let another node net have the action, or leave the lifecycle out",
-    guard=lambda node_net, index: node_net.lifecycle is not None,
-    severity="warning",
-)
-def managed_node_has_no_action(node_net: sym.NodeNet, index: Index) -> Outcome:
-    """No rule says what becomes of the goals of a node that is not active."""
-    ends: list[tuple[EObject, pn.Place | None]] = [
-        *((port, port.entry) for port in index.all(sym.ActionServerPort)),
-        *((port, port.goal) for port in index.all(sym.ActionClientPort)),
-    ]
-    for port, place in ends:
-        if place is not None and index.node_net_of(place) is node_net:
-            return f"{describe(port)} is in the net"
-    return True

@@ -27,6 +27,8 @@ class Parameter:
         Its range, for numbers.
     is_any : bool
         Whether a value of another type is taken as well.
+    is_fixed : bool
+        Whether it can be set at the start only.
     """
 
     name: str
@@ -35,6 +37,7 @@ class Parameter:
     least: float | None = None
     most: float | None = None
     is_any: bool = False
+    is_fixed: bool = True
 
 
 REQUEST_TIMEOUT = Parameter(
@@ -61,7 +64,22 @@ WATCHDOG = Parameter(
     86400.0,
 )
 SEED = Parameter("seed", -1, "Seed of the firing selection; -1: another one in each run.", -1, 2**32 - 1)
-LOG_LEVEL = Parameter("log_level", "info", "What is logged: debug, info, warn, error or fatal, and worse.")
+DIAGNOSTICS_PERIOD = Parameter(
+    "diagnostics_period",
+    1.0,
+    "Seconds between two looks at how the node fares, told on /diagnostics; 0: it does not look.",
+    0.0,
+    3600.0,
+)
+METRICS_PORT = Parameter(
+    "metrics_port", 0, "Port on 127.0.0.1 where Prometheus finds the node's metrics; 0: none.", 0, 65535
+)
+LOG_LEVEL = Parameter(
+    "log_level",
+    "info",
+    "What is logged: debug, info, warn, error or fatal, and worse; also while the node runs.",
+    is_fixed=False,
+)
 
 
 def signal_parameters(signals: Iterable[tuple[str, bool]]) -> dict[str, Parameter]:
@@ -126,7 +144,7 @@ def period_parameters(timers: Iterable[tuple[str, float]]) -> dict[str, Paramete
 
 
 def declare(node: Any, parameter: Parameter) -> Any:
-    """Declare a parameter of a ROS node, read-only, and return its value.
+    """Declare a parameter of a ROS node and return its value.
 
     An integer is taken for a number: `5` for `5.0`, as nobody writes the point on a command line.
 
@@ -141,7 +159,7 @@ def declare(node: Any, parameter: Parameter) -> Any:
     if node.has_parameter(parameter.name):
         return node.get_parameter(parameter.name).value
     descriptor = ParameterDescriptor(
-        description=parameter.description, read_only=True, dynamic_typing=parameter.is_any
+        description=parameter.description, read_only=parameter.is_fixed, dynamic_typing=parameter.is_any
     )
     if parameter.least is not None and parameter.most is not None:
         if isinstance(parameter.default, float):

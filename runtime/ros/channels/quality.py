@@ -7,6 +7,9 @@ message, the paper's queue drops the newest: as many tokens are lost, but not th
 from __future__ import annotations
 
 import contextlib
+import time
+from bisect import bisect_right
+from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -182,3 +185,34 @@ class LossCounter:
             return 0  # a publisher counts what it numbers: this is another one that uses its ids
         # A publisher that began anew counts anew, and may be ahead of its predecessor; the ids go on.
         return max(0, min(missing, skipped))
+
+
+class FillMeter:
+    """Tells how full the history of a subscription was, which rclpy cannot be asked for.
+
+    With each message comes when the middleware received it. Those that were taken after that moment waited
+    when it came, so that the fill is known exactly, if only in hindsight.
+
+    Parameters
+    ----------
+    depth : int
+        Of the history.
+    """
+
+    def __init__(self, depth: int) -> None:
+        self._taken: deque[int] = deque(maxlen=max(1, depth))
+        self._most = 0
+
+    def took(self, received: int) -> None:
+        """Note that a message is taken now which was received then, in nanoseconds since the epoch."""
+        if received <= 0:  # a middleware that does not say
+            return
+        waiting = 1 + len(self._taken) - bisect_right(self._taken, received)
+        self._taken.append(time.time_ns())
+        if waiting > self._most:
+            self._most = min(waiting, self._taken.maxlen or waiting)
+
+    def most_since(self) -> int:
+        """Return how many messages waited at a time, at most, since this was asked last."""
+        most, self._most = self._most, 0
+        return most

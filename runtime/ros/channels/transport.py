@@ -35,6 +35,7 @@ from dineros.runtime.ros.channels.parameters import (
 from dineros.runtime.ros.channels.pausing import pausing_group
 from dineros.runtime.ros.channels.quality import (
     SERVICE_DEPTH,
+    FillMeter,
     LossCounter,
     overriding_options,
     service_quality,
@@ -90,6 +91,7 @@ class RclpyTransport(GoalCarrier):
         self._signals: RosSignals | None = None
         self._timers: RosTimers | None = None
         self._checks: dict[Port, Check | None] = {}
+        self._meters: dict[SubscriberPort, FillMeter] = {}
 
     def open(self, ports: Ports, receiver: Receiver) -> None:
         """Make publishers, subscriptions, clients and services; wait for the subscribers that are expected.
@@ -166,6 +168,7 @@ class RclpyTransport(GoalCarrier):
                 lost = counter.lost_before(message.id, sequence, subscription.get_publisher_count)
                 arrived(port, message, lost)
 
+        meter = self._meters[port] = FillMeter(port.limit)
         group = pausing_group(lambda: receiver.is_open(port))
         if port.type is not None and port.is_kept:
             take = self._with_companion(node, port, interface, codec, receiver, accept, group)
@@ -174,6 +177,10 @@ class RclpyTransport(GoalCarrier):
             def take(ros_message: Any, info: Mapping[str, Any]) -> None:
                 accept(decode(ros_message), info)
 
+        def taken(ros_message: Any, info: Mapping[str, Any]) -> None:
+            meter.took(info["received_timestamp"])
+            take(ros_message, info)
+
         subscription = self._own(
             node.destroy_subscription,
             _made(
@@ -181,7 +188,7 @@ class RclpyTransport(GoalCarrier):
                 lambda: node.create_subscription(
                     interface,
                     port.topic,
-                    take,
+                    taken,
                     topic_quality(port),
                     callback_group=group,
                     qos_overriding_options=overriding_options(port),
@@ -387,6 +394,11 @@ class RclpyTransport(GoalCarrier):
         """Wait for the response to a request no longer."""
         assert self._clients is not None
         self._clients.forget(port, message_id)
+
+    def most_waiting(self, port: SubscriberPort) -> int:
+        """Return how full the history of a subscription was, at most, since this was asked last."""
+        meter = self._meters.get(port)
+        return 0 if meter is None else meter.most_since()
 
     def check(self, port: Port, part: str = "") -> Check | None:
         """Return what raises for data outside the ranges of the ROS fields that it is mapped to."""

@@ -109,7 +109,9 @@ def test_mutated_traces_against_all_orders(model: sym.SystemModel, seed: int) ->
         if not allowed:
             assert verdict.status != "conforms"
         elif verdict.status == "violated":
-            assert all("lost" in found.reason for found in verdict.violations), verdict
+            told = [found for found in verdict.violations if "lost" not in found.reason]
+            # A loss of what was never sent, or what waits for the node that tells it.
+            assert not told or any(isinstance(found.record, Drop) for found in told), verdict
 
 
 class TestWhatIsNotAllowed:

@@ -34,7 +34,7 @@ def test_an_axis_is_read(text: str, features: tuple[str, ...], values: tuple[str
     ("text", "says"),
     [
         ("A.tokens", "not of the form"),
-        ("tokens=1", "not of the form"),
+        ("A tokens=1", "not of the form"),
         ("A.tokens,=1", "not of the form"),
         ("A.tokens=", "empty value"),
         ("A.tokens=1,,2", "empty value"),

@@ -254,3 +254,51 @@ def test_a_journal_from_somebody_else(run: Run, cycle: Path, tmp_path: Path, kin
     said = "is a symbolic link, which is not followed here" if kind == "link" else "is not a plain file"
     assert is_one_line_of_wrong_use(result, said)
     assert kind == "pipe" or (tmp_path / "victim").read_bytes() == b""
+
+
+PROGRAM = """
+from dineros.metamodel import pn
+from dineros.metamodel.build import flow
+
+def build(lamps: int = 2):
+    page = pn.Page(id="page")
+    for number in range(lamps):
+        off, on = pn.Place(id=f"off{number}", tokens=1, page=page), pn.Place(id=f"on{number}", page=page)
+        flow(off, pn.Transition(id=f"press{number}", page=page), on)
+    return pn.Net(id="lamps", pages=[page])
+"""
+
+
+def test_a_parameter_of_a_program_is_varied_like_a_feature(run: Run, tmp_path: Path) -> None:
+    program, table = tmp_path / "lamps.py", tmp_path / "lamps.csv"
+    program.write_text(PROGRAM, encoding="utf-8")
+    result = run("sweep", program, "--vary", "lamps=1..4", "--workers", 1, "-o", table)
+    assert result.exit_code == 0, result.stderr
+    assert [row["lamps"] + ":" + row["states"] for row in rows(table)] == [
+        f"{lamps}:{2**lamps}" for lamps in range(1, 5)
+    ]
+    both = tmp_path / "both.csv"
+    result = run("sweep", program, "--vary", "lamps=1,2", "--vary", "off0.tokens=1..2", "-o", both)
+    assert result.exit_code == 0, result.stderr
+    assert [int(row["states"]) for row in rows(both)] == [2, 3, 4, 6]
+
+
+@pytest.mark.parametrize(
+    ("vary", "message"),
+    [
+        ("lamp=1..2", "build has no parameter 'lamp' (did you mean 'lamps'?)"),
+        ("lamps=1,many", "lamps: takes a whole number, not 'many'"),
+        ("off7.tokens=1..2", "no element has the id or name 'off7'"),
+    ],
+)
+def test_what_a_program_does_not_have_is_refused(run: Run, tmp_path: Path, vary: str, message: str) -> None:
+    program, table = tmp_path / "lamps.py", tmp_path / "lamps.csv"
+    program.write_text(PROGRAM, encoding="utf-8")
+    result = run("sweep", program, "--vary", vary, "-o", table)
+    assert (result.exit_code, message in result.stderr, table.exists()) == (2, True, False), result.stderr
+
+
+def test_a_file_has_no_parameters(run: Run, cycle: Path, tmp_path: Path) -> None:
+    result = run("sweep", cycle, "--vary", "robots=1..2", "-o", tmp_path / "t.csv")
+    assert result.exit_code == 2
+    assert "robots is no feature of an element" in result.stderr

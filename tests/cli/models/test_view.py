@@ -135,3 +135,40 @@ def test_wrong_use(
     monkeypatch.chdir(tmp_path)
     assert is_one_line_of_wrong_use(run("view", model, *arguments), part)
     assert not (tmp_path / "out.svg").exists()
+
+
+def test_pictures_for_paper(run: Run, model: Path, tmp_path: Path) -> None:
+    out = tmp_path / "figure.svg"
+    result = run("view", model, "--width", "400", "--aspect", "4:1", "-o", out)
+    assert (result.exit_code, result.stdout, result.stderr) == (0, f"{model} -> {out}\n", "")
+    assert 'width="400mm" height="100mm"' in out.read_text(encoding="utf-8")
+
+
+def test_a_model_that_is_too_large_for_the_paper(run: Run, model: Path, tmp_path: Path) -> None:
+    result = run("view", model, "--width", "90", "-o", tmp_path / "figure.svg")
+    assert result.exit_code == 0
+    assert "is too large for 90 mm" in result.stderr
+    assert "one by one" in result.stderr
+    assert (tmp_path / "figure-talker.svg").is_file()
+    refused = run("view", model, "--width", "20", "-o", tmp_path / "small.svg")
+    assert is_one_line_of_wrong_use(refused, "it needs")
+    assert not list(tmp_path.glob("small*"))
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--aspect", "4:3"),
+        ("--width", "90", "--aspect", "wide"),
+        ("--width", "90", "--aspect", "1:0"),
+        ("--width", "90", "--aspect", "99:1"),
+        ("--width", "5"),
+    ],
+)
+def test_wrong_sizes_of_paper(run: Run, model: Path, tmp_path: Path, options: tuple[str, ...]) -> None:
+    assert run("view", model, *options, "-o", tmp_path / "x.svg").exit_code == 2
+    assert not (tmp_path / "x.svg").exists()
+
+
+def test_a_width_is_of_paper_only(run: Run, model: Path, tmp_path: Path) -> None:
+    assert run("view", model, "--width", "90", "-o", tmp_path / "x.html").exit_code == 2

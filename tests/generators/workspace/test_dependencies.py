@@ -45,8 +45,8 @@ def requirements(package: Path) -> list[str]:
 
 
 def test_they_reach_the_package_and_stay(cook: Path, tmp_path: Path) -> None:
-    needed = ["rclpy", "kitchen_interfaces", "std_msgs", "std_srvs"]
-    assert (depends(cook, "exec_depend"), requirements(cook)) == (needed, ["setuptools", "dineros"])
+    needed = ["rclpy", "diagnostic_msgs", "kitchen_interfaces", "std_msgs", "std_srvs"]
+    assert (depends(cook, "exec_depend"), requirements(cook)) == (needed, ["setuptools", "dineros-runtime"])
 
     file = cook / "dependencies.toml"
     file.write_text(DECLARED, encoding="utf-8")
@@ -64,7 +64,11 @@ def test_they_reach_the_package_and_stay(cook: Path, tmp_path: Path) -> None:
     assert file.read_text(encoding="utf-8") == DECLARED
     assert depends(cook, "exec_depend") == [*needed, "geometry_msgs", "python3-numpy"]
     assert depends(cook, "test_depend") == ["python3-pytest", "libstdc++-dev"]
-    assert requirements(cook) == ["setuptools", "dineros", 'transitions>=0.9; python_version < "3.13"']
+    assert requirements(cook) == [
+        "setuptools",
+        "dineros-runtime",
+        'transitions>=0.9; python_version < "3.13"',
+    ]
 
 
 @pytest.mark.parametrize(

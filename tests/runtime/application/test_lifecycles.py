@@ -10,7 +10,7 @@ import pytest
 from dineros.analysis.conformance import conform
 from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.records import Drop, Lifecycle, Publish, Record, read_trace, traces_of_runs
+from dineros.metamodel.records import Drop, Lifecycle, Publish, Record, Take, read_trace, traces_of_runs
 from dineros.metamodel.settings import apply
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.journal import JournalRecorder, resume_journal
@@ -117,4 +117,16 @@ def test_reader_that_is_cleaned_up_conforms(tmp_path: Path) -> None:
         for label in ("deactivate", "cleanup", "configure", "activate"):
             app.nets["listener"].change_state(label)
         app.run(lambda app: False, timeout=1)
+    assert conforms(model, tmp_path)
+
+
+def test_writer_that_keeps_for_a_reader_that_comes_again_conforms(tmp_path: Path) -> None:
+    """It sends more than it keeps: what is new takes the place of what is delivered."""
+    model = talk(None, sym.Lifecycle(deactivates=True, cleansUp=True), tokens=6, depth=2)
+    (topic,) = model.channels
+    assert isinstance(topic, sym.TopicChannel)
+    topic.qos = sym.QualityOfService(durability="transientLocal")
+    with application(model, tmp_path) as app:
+        app.run(lambda app: False, timeout=1)
+    assert len([each for each in records(tmp_path, "listener") if isinstance(each, Take)]) > 2
     assert conforms(model, tmp_path)

@@ -17,6 +17,7 @@ from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.channels import goals
 from dineros.runtime.channels.transport import Receiver
 from dineros.runtime.firing.cancels import CancelRequest
+from dineros.runtime.firing.handlers import HandlerError
 from dineros.runtime.journal.recording import Checkpoint, ListRecorder
 from dineros.runtime.journal.state import rebuild
 from dineros.runtime.nets.ports import (
@@ -450,3 +451,31 @@ def test_a_checkpoint_with_goals_is_a_record() -> None:
     record = decode_record(encode_fields("checkpoint", 0, bench.node.checkpoint()))
     assert isinstance(record, CheckpointRecord)
     assert record.slots["Delivery[1].Parcel"]["message"] == "g"
+
+
+def test_developers_decide_which_goals_are_accepted() -> None:
+    """One that their function fails for is refused, and the error recorded; nothing of it is worked on."""
+    bench = server(slots=3)
+    seen: list[Data] = []
+
+    @bench.net.accepts("Delivery")
+    def is_light(goal: Data) -> bool:
+        seen.append(goal)
+        if len(seen) == 3:
+            raise RuntimeError("the scales are broken")
+        return len(seen) != 2
+
+    for goal in "ghig":
+        bench.ask(goal)
+    assert bench.answers == [("g", True), ("h", False), ("i", False), ("g", True)]
+    assert len(seen) == 3, "what is worked on is not asked about again"
+    assert bench.marked == {"Delivery[1].Parcel": 1}
+    (error,) = events(bench.recorder, "error")
+    assert "is_light" in str(error["error"]) and "the scales are broken" in str(error["error"])
+
+
+def test_only_what_the_model_lets_refuse_goals_has_a_say() -> None:
+    with pytest.raises(HandlerError, match="the server of action Delivery may not refuse goals"):
+        server(rejects=False).net.accepts("Delivery")(bool)
+    with pytest.raises(HandlerError, match="the node serves no action 'Delivry'"):
+        server().net.accepts("Delivry")(bool)

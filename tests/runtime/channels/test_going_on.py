@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import random
 import threading
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 
-from dineros.analysis.conformance import conform
+from dineros.analysis.conformance import Verdict, conform
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.records import Drop, Take, read_trace, traces_of_runs
@@ -23,6 +25,7 @@ from dineros.runtime.nets.ports import Message, PublisherPort
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.node import Node
 from dineros.transformations.flattening.split import split
+from tests.runtime.channels.test_local import talk
 from tests.support.talker import talker
 
 
@@ -197,3 +200,36 @@ def two_talkers() -> sym.SystemModel:
     flow(heard, sym.Transition(id="Note", page=page), sym.Place(id="Noted", page=page))
     words.subscribers.append(sym.SubscriberPort(place=heard, limit=1))
     return model
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_was_under_way_and_is_not_sent_again_is_told_as_lost(tmp_path: Path, seed: int) -> None:
+    """Both ends die with more under way than the publisher keeps, which histories of ROS 2 may lose."""
+    model = talk(30, publisher=1, subscriber=1)
+    model.middleware = "ros2"  # type: ignore[assignment]
+    draw = random.Random(seed)
+    for _ in range(3):
+        network, ends = LocalNetwork(seed=seed), []
+        for id in ("listener", "talker"):
+            recorder, checkpoint = resume_journal(tmp_path, id)
+            made = Node(part(id, model), network.transport(), recorder, resume=checkpoint)
+            made.open()
+            ends.append(made)
+        for _ in range(40):
+            draw.choice([ends[0].step, ends[1].step, ends[1].step, network.step])()
+        for made in ends:
+            made.close()
+    traces = {n: list(read_trace(files)) for n, files in traces_of_runs([tmp_path]).items()}
+
+    def verdict_on(queue: Literal["subscriber", "restart"], more: int = 0) -> Verdict:
+        """Replay the losses as they are told where only the publisher ended, or by some more at the last."""
+        told = list(traces["listener"])
+        drops = {number: each for number, each in enumerate(told) if isinstance(each, Drop)}
+        for number, each in drops.items():
+            extra = more if number == max(drops) else 0
+            told[number] = replace(each, queue=queue, count=each.count + extra)
+        return conform(model, {"talker": partial(iter, traces["talker"]), "listener": partial(iter, told)})
+
+    assert (verdict_on("subscriber").status, verdict_on("restart").status) == ("conforms", "conforms")
+    (deviation, *_) = verdict_on("restart", 20).violations
+    assert deviation.reason.startswith("the publisher was started again, and had sent more meanwhile")

@@ -11,13 +11,14 @@ import time
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from dineros.analysis.conformance import conform
 from dineros.generators import Options, generate
 from dineros.generators.workspace.building import build_interfaces, environment
+from dineros.metamodel import sym
+from dineros.metamodel.elements import find
 from dineros.metamodel.files import save
 from dineros.metamodel.records import read_trace, traces_of_runs
 from dineros.runtime.ros.process.domains import claimed_domain
@@ -240,8 +241,8 @@ def ros(errand_workspace: Path, tmp_path: Path, reach: Reach) -> Iterator[Ros]:
     remove_abandoned()
 
 
-def lay_out(ros: Ros, **options: Any) -> None:
-    for part in split(errands(**options)):
+def lay_out(ros: Ros, model: sym.SystemModel) -> None:
+    for part in split(model):
         save(part, ros.folder / f"{part.node.id}.rtm.xmi")
 
 
@@ -251,15 +252,15 @@ def kill(ros: Ros, process: Process) -> None:
     ros.processes.remove(process)
 
 
-def assert_conforms(ros: Ros, **options: Any) -> None:
+def assert_conforms(ros: Ros, model: sym.SystemModel) -> None:
     found = traces_of_runs([ros.folder / "journal"])
     traces = {node: partial(read_trace, files) for node, files in found.items()}
-    verdict = conform(errands(**options), traces)
+    verdict = conform(model, traces)
     assert verdict.status == "conforms", (verdict.violations, verdict.unknown)
 
 
 def test_all_paths_of_goals_of_a_plain_client(ros: Ros) -> None:
-    lay_out(ros)
+    lay_out(ros, errands())
     runner = ros.node("runner", handlers=OBEDIENT)
     told = json.loads(ros.script(PLAIN_CLIENT).splitlines()[-1])
     for name in ("errand", "chore"):
@@ -295,7 +296,7 @@ def outcomes(ros: Ros, channel: str) -> dict[int, str]:
 
 
 def test_all_paths_of_goals_of_a_plain_server(ros: Ros) -> None:
-    lay_out(ros, goals=5)
+    lay_out(ros, errands(goals=5))
     server = ros.folder / "server.py"
     server.write_text(PLAIN_SERVER)
     boss = ros.node("boss", {"request_timeout": 2.0}, handlers=RECALLS)
@@ -315,7 +316,7 @@ def test_all_paths_of_goals_of_a_plain_server(ros: Ros) -> None:
 
 def test_killed_nodes_lose_and_repeat_no_goal(ros: Ros) -> None:
     """Client and server are killed in turn; each goal ends once, as it was worked on, at both ends."""
-    lay_out(ros, goals=12, outstanding=2)
+    lay_out(ros, errands(goals=12, outstanding=2))
     draw = random.Random(7)
     running = {
         node: ros.node(node, {"request_timeout": 0.5}, handlers=handlers)
@@ -335,7 +336,7 @@ def test_killed_nodes_lose_and_repeat_no_goal(ros: Ros) -> None:
     assert sorted(finished) == sorted(accepted) == sorted(set(accepted))
     heard = {record["message"]: record["outcome"] for record in ros.records("boss", "outcome")}
     assert heard == finished
-    assert_conforms(ros, goals=12, outstanding=2)
+    assert_conforms(ros, errands(goals=12, outstanding=2))
     begun = ros.fired("runner", "Errand[1].TBeginErrand") + ros.fired("runner", "Errand[2].TBeginErrand")
     assert len(begun) == 12
 
@@ -346,7 +347,7 @@ def test_killed_nodes_lose_and_repeat_no_goal(ros: Ros) -> None:
 )
 def test_a_node_that_dies_before_it_records(ros: Ros, node: str, methods: tuple[str, ...]) -> None:
     """What it had sent, it sends again as the same: nothing is worked on, heard or ended twice."""
-    lay_out(ros, goals=2)
+    lay_out(ros, errands(goals=2))
     handlers = {"boss": RECALLS, "runner": SLOW}
     deadly = DEADLY.replace("METHODS", repr(methods)) + handlers[node]
     other = "runner" if node == "boss" else "boss"
@@ -359,12 +360,65 @@ def test_a_node_that_dies_before_it_records(ros: Ros, node: str, methods: tuple[
     for channel in ("Errand", "Chore"):
         ros.wait(lambda: len(outcomes(ros, channel)) == 2, f"the end of all goals of {channel}")  # noqa: B023
     assert [process.interrupt() for process in running.values()] == [0, 0]
-    assert_conforms(ros, goals=2)
+    assert_conforms(ros, errands(goals=2))
     assert len(ros.records("runner", "feedback")) == len(ros.records("runner", "accept"))
 
 
+CHANGE = """
+import sys
+import rclpy
+from lifecycle_msgs.srv import ChangeState
+from lifecycle_msgs.msg import Transition
+rclpy.init()
+node = rclpy.create_node("somebody")
+for name, id in zip(sys.argv[1::2], map(int, sys.argv[2::2])):
+    client = node.create_client(ChangeState, f"/{name}/change_state")
+    assert client.wait_for_service(30)
+    future = client.call_async(ChangeState.Request(transition=Transition(id=id)))
+    rclpy.spin_until_future_complete(node, future, timeout_sec=30)
+    print(future.result().success)
+"""
+CONFIGURE, CLEAN_UP, ACTIVATE, DEACTIVATE = range(1, 5)
+
+
+def change(ros: Ros, *changes: str | int) -> None:
+    """Change the state of nodes, one after the other."""
+    said = ros.script(CHANGE.replace("sys.argv[", f"{['', *map(str, changes)]}["))
+    assert said == "True\n" * (len(changes) // 2)
+
+
+def managed_errands() -> sym.SystemModel:
+    model = errands(goals=4, outstanding=2)
+    for name in ("runner", "boss"):
+        find(model, name, sym.NodeNet).lifecycle = sym.Lifecycle(deactivates=True, cleansUp=True)
+    return model
+
+
+def test_goals_of_managed_nodes(ros: Ros) -> None:
+    """They wait for a server that is not there, and go on while it is inactive, or when it comes again."""
+    lay_out(ros, managed_errands())
+    running = [
+        ros.node(node, {"request_timeout": 0.5}, handlers=handlers)
+        for node, handlers in (("runner", SLOW), ("boss", NEVER_RECALLS))
+    ]
+    change(ros, "boss", CONFIGURE)
+    ros.wait(lambda: ros.records("boss", "goal"), "goals that are sent")
+    assert ros.records("runner", "accept") == []
+    change(ros, "runner", CONFIGURE)
+    ros.wait(lambda: ros.records("runner", "finish"), "a goal that an inactive node works on")
+    change(ros, "runner", ACTIVATE, "runner", DEACTIVATE, "runner", CLEAN_UP)
+    change(ros, "boss", CLEAN_UP, "runner", CONFIGURE, "boss", CONFIGURE)
+    for channel in ("Errand", "Chore"):
+        ros.wait(lambda: len(outcomes(ros, channel)) == 4, f"the end of all goals of {channel}")  # noqa: B023
+    assert [process.interrupt() for process in running] == [0, 0]
+    accepted = [record["message"] for record in ros.records("runner", "accept")]
+    finished = [record["message"] for record in ros.records("runner", "finish")]
+    assert sorted(finished) == sorted(accepted) == sorted(set(accepted))
+    assert_conforms(ros, managed_errands())
+
+
 def test_a_goal_that_its_server_has_lost_counts_as_aborted(ros: Ros) -> None:
-    lay_out(ros, goals=1)
+    lay_out(ros, errands(goals=1))
     server = ros.folder / "server.py"
     server.write_text(PLAIN_SERVER)
     plain = ros.start("plain", server)

@@ -333,13 +333,3 @@ def same_action(small: Small) -> None:
 def two_types(small: Small) -> None:
     small.net.otherTokenTypes.append(sym.TokenType(id="Note"))
     small["Delivered0"].tokenType = small["Note"]
-
-
-@CASES.breaks(
-    "managed-node-has-no-action",
-    f"node net 'robot' is managed, and {_SERVER} is in the net as if its node were always active",
-    "let another node net have the action, or leave the lifecycle out",
-    of=acting,
-)
-def managed_server(small: Small) -> None:
-    small["robot"].lifecycle = sym.Lifecycle()

@@ -238,3 +238,18 @@ def test_a_rule_reads_as_text() -> None:
     assert "for all     incoming Arc with target = transition with incoming.kind != inhibitor" in text
     assert "arc       incoming.source <-> change.to_true with weight incoming.weight" in text
     assert "queue.capacity -o queue.drop" in rule_text(topics.T5a)
+
+
+def test_signs_mean_what_they_mean_in_pictures_of_nets() -> None:
+    """Services are pointed, topics round, and nothing else is."""
+    pointed = re.findall(r'"L (\w+)" \[.*shape=hexagon', rule_dot(services.S2) + rule_dot(signals.I4))
+    assert pointed == ["service"]
+    assert re.search(r'"L channel" \[.*shape=box.*rounded', rule_dot(topics.T2))
+    assert not re.search(r'"L signal" \[.*rounded', rule_dot(signals.I4))
+
+
+def test_arcs_run_behind_names() -> None:
+    source = rule_dot(topics.T2)
+    assert "outputorder=edgesfirst" in source
+    names = re.findall(r"<TD[^>]*><U>?<I>[PT]</I>|<TD[^>]*><I>[PT]</I>", source)
+    assert names and all('BGCOLOR="white"' in name for name in names)

@@ -11,7 +11,15 @@ from dineros.views.javascript.client import evaluate
 from dineros.views.javascript.modules import linked, name_of
 from tests.support.layouter import needs_layouter
 
-ENTRIES = ("edit/page.js", "net/elk.js", "net/page.js", "trace/figure.js", "trace/live.js", "trace/main.js")
+ENTRIES = (
+    "edit/page.js",
+    "net/elk.js",
+    "net/page.js",
+    "net/worker.js",
+    "trace/figure.js",
+    "trace/live.js",
+    "trace/main.js",
+)
 """What pages run, and what Python asks V8 for."""
 
 

@@ -17,7 +17,6 @@ from dineros.metamodel.files import watching
 from dineros.metamodel.records import Record
 from dineros.views.live import serving
 from dineros.views.live.following import LiveTrace
-from dineros.views.serving.entrance import Entrance
 from dineros.views.serving.handle import changed
 from tests.views.live.test_live_page import script
 
@@ -86,7 +85,7 @@ def test_files_are_looked_at_when_they_have_changed(tmp_path: Path, monkeypatch:
             looked.put_nowait(None)
             return super().poll()
 
-    live = serving._Live(Counting(Feed(), None, "run"), tmp_path, Entrance("token", 1))
+    live = serving.LivePages(Counting(Feed(), None, "run"), tmp_path)
 
     async def follow() -> None:
         following = asyncio.create_task(live._follow())

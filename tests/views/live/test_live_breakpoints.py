@@ -77,7 +77,7 @@ def test_they_survive_a_reload_and_a_restart_of_the_server(
     assert following(page)
 
     handle.stop()
-    page.wait_for_selector("#connection[data-state=lost]", timeout=20_000)
+    page.wait_for_selector("#connection[data-state=ended]", timeout=20_000)
     append(tmp_path / "run", second)  # while nobody serves
     append(tmp_path / "run", third)
     before = steps(page)

@@ -7,7 +7,7 @@ import logging
 import re
 import socket
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from urllib.error import HTTPError
@@ -18,7 +18,7 @@ import pytest
 from playwright.sync_api import Page
 
 from dineros.metamodel.files import load
-from dineros.metamodel.records import Record, encode_record
+from dineros.metamodel.records import Record, Stop, encode_record
 from dineros.views.serving.handle import PageHandle
 from dineros.views.traces.merging import merge
 from tests.views.browser import Visit, wait_until
@@ -33,7 +33,7 @@ def script() -> list[Record]:
     return [record for _, record in merge({node: scribe.records for node, scribe in run().items()})]
 
 
-def append(folder: Path, records: list[Record]) -> None:
+def append(folder: Path, records: Sequence[Record]) -> None:
     for record in records:
         with (folder / f"{record.node}.jsonl").open("a", encoding="utf-8") as file:
             file.write(f"{encode_record(record)}\n")
@@ -66,7 +66,7 @@ def test_a_page_follows_and_catches_up_after_the_server_restarts(
     page.wait_for_selector("#net [data-id=SelectRed]", state="attached", timeout=60_000)
 
     handle.stop()
-    page.wait_for_selector("#connection[data-state=lost]", timeout=20_000)
+    page.wait_for_selector("#connection[data-state=ended]", timeout=20_000)
     append(folder, second)  # while nobody serves
     again = serve(folder, load(CASE_STUDY))
     assert again.url == handle.url
@@ -87,6 +87,59 @@ def test_a_page_follows_and_catches_up_after_the_server_restarts(
     # The marking on the net is that after the last step.
     assert page.query_selector("#net [data-id=StateEnd] .tokens circle")
     assert not page.query_selector("#net [data-id=StateGet] .tokens circle")
+    one.problems[:] = [problem for problem in one.problems if "ERR_CONNECTION_REFUSED" not in problem]
+
+
+def test_a_run_that_ends_stays_to_be_read(tmp_path: Path, visit: NewVisit, serve: Serve) -> None:
+    folder, records = tmp_path / "run", script()
+    folder.mkdir()
+    stopped = {str(record.node) for record in records if record.event == "stop"}
+    ends = [
+        Stop(sequence=99, time=1100.0, node=node) for node in sorted({str(r.node) for r in records} - stopped)
+    ]
+    append(folder, records)
+    handle = serve(folder)
+    one = visit()
+    one.page.goto(handle.url)
+    wait_for_steps(one.page, 15)
+    assert one.page.get_attribute("#connection", "data-state") == "live"
+    append(folder, ends[:-1])
+    append(folder, ends[-1:])  # and at once, as at the end of a command
+    handle.stop()
+    one.page.wait_for_selector("#connection[data-state=ended]", timeout=20_000)
+    last = steps(one.page)
+    assert one.page.inner_text("#connection") == f"the run has ended · {last} steps"
+    assert one.page.evaluate("dinerosTrace.traces[0].text(dinerosTrace.traces[0].length - 1)").endswith(
+        "stops"
+    )
+    one.page.keyboard.press("Home")  # it can still be read
+    assert "step 1 of" in one.page.inner_text("#detail")
+    one.page.wait_for_timeout(1000)
+    assert "lost" not in one.page.inner_text("#head")
+    one.problems[:] = [problem for problem in one.problems if "ERR_CONNECTION_REFUSED" not in problem]
+
+
+def test_a_server_that_leaves_a_run_that_goes_on_says_so(
+    tmp_path: Path, visit: NewVisit, serve: Serve
+) -> None:
+    handle = serve(save_run(tmp_path / "run"))
+    one = visit()
+    one.page.goto(handle.url)
+    wait_for_steps(one.page, 15)
+    handle.stop()
+    one.page.wait_for_selector("#connection[data-state=ended]", timeout=20_000)
+    assert one.page.inner_text("#connection").startswith("no longer followed · ")
+    one.problems[:] = [problem for problem in one.problems if "ERR_CONNECTION_REFUSED" not in problem]
+
+
+def test_a_connection_that_is_lost_is_called_so(tmp_path: Path, visit: NewVisit, serve: Serve) -> None:
+    handle = serve(save_run(tmp_path / "run"))
+    handle._leave = None  # as where its process was killed
+    one = visit()
+    one.page.goto(handle.url)
+    wait_for_steps(one.page, 15)
+    handle.stop()
+    one.page.wait_for_selector("#connection[data-state=lost]", timeout=20_000)
     one.problems[:] = [problem for problem in one.problems if "ERR_CONNECTION_REFUSED" not in problem]
 
 

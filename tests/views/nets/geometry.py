@@ -132,12 +132,12 @@ def crossed(picture: dict[str, Any]) -> Iterator[str]:
             if id in (edge["source"], edge["target"]):
                 continue
             for one, other in itertools.pairwise(edge["points"]):
-                if _enters(one, other, area):
+                if enters(one, other, area):
                     yield f"{edge['id']} runs through {id}"
                     break
 
 
-def _enters(one: list[float], other: list[float], area: Area) -> bool:
+def enters(one: list[float], other: list[float], area: Area) -> bool:
     """Tell whether a piece of a line is inside of an area for more than a moment."""
     enters, leaves = 0.0, 1.0
     for axis in (0, 1):

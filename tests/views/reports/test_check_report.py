@@ -83,11 +83,31 @@ def test_a_report_shows_verdicts_pictures_and_figures(tmp_path: Path, visit: New
     paper = "element => getComputedStyle(element).fill"  # each theme has its own style, though both are there
     colours = [finding.locator(f".net .on-{theme} .paper").evaluate(paper) for theme in ("light", "dark")]
     assert colours[0] == "rgb(255, 255, 255)" != colours[1]
+    frames = finding.locator(".trace .on-light svg svg").all()  # of lanes: as wide as the picture says
+    assert frames and all(
+        frame.evaluate("frame => !getComputedStyle(frame).minWidth.includes('800')") for frame in frames
+    )
     one.page.emulate_media(color_scheme="dark")
     assert finding.locator(".trace .on-dark").is_visible()
     one.page.click("summary")
     assert finding.locator("ol li").count() == 9
     assert "Steps 8 to 9 repeat for ever" in finding.inner_text()
+
+
+def test_pictures_of_both_themes_and_of_all_findings_keep_apart(tmp_path: Path, visit: NewVisit) -> None:
+    file = tmp_path / "report.html"
+    file.write_text(report(), encoding="utf-8")
+    page = visit().page
+    page.goto(file.as_uri())
+    ids = page.eval_on_selector_all("[id]", "found => found.map((one) => one.id)")
+    assert len(ids) == len(set(ids))
+    assert page.locator("svg [id]").count() == 0  # what other pictures could refer to
+    styles = page.eval_on_selector_all("svg style", "found => found.map((one) => one.textContent)")
+    for style in styles:
+        rules = [rule.partition("{")[0] for rule in style.split("}") if rule]
+        theme = rules[0].split()[0]
+        assert all(part.strip().startswith(theme) for rule in rules for part in rule.split(",")), rules
+    assert {style.split()[0] for style in styles} == {".net-light", ".net-dark"}
 
 
 def test_a_finding_about_the_whole_model_has_no_picture_of_a_part() -> None:

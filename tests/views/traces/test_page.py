@@ -10,12 +10,13 @@ import pytest
 from playwright.sync_api import Page
 
 from dineros.metamodel.files import load
+from dineros.metamodel.records import Fire, Header
 from dineros.views.traces.coding import TraceCoder
 from dineros.views.traces.comparing import first_divergence
 from dineros.views.traces.net_pane import net_content
 from dineros.views.traces.page import trace_page
 from tests.views.browser import Visit, work
-from tests.views.samples import CASE_STUDY, lasso, long_run, run
+from tests.views.samples import CASE_STUDY, Scribe, lasso, long_run, run
 from tests.views.traces.test_building import built
 
 NewVisit = Callable[..., Visit]
@@ -225,9 +226,9 @@ def test_print_shows_one_picture(tmp_path: Path, visit: NewVisit) -> None:
     page = one.open(page_of(tmp_path / "t.html", lasso()))
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     page.emulate_media(media="print")
-    assert page.locator("#print svg").is_visible()
+    assert page.locator("#print > svg").is_visible()
     assert not page.locator("#scroller").is_visible()
-    assert page.locator("#print svg g.lane").count() == len(labels(page))
+    assert page.locator("#print > svg g.lane").count() == len(labels(page))
 
 
 def test_names_that_look_like_markup_do_no_harm(tmp_path: Path, visit: NewVisit) -> None:
@@ -262,3 +263,42 @@ def test_20_000_steps_render_and_scroll(tmp_path: Path, visit: NewVisit) -> None
     done = work(page, moves)
     assert 5000 < done["steps"] < 10_000 < done["marks"] < 100_000
     assert cursor(page) == 10_000
+
+
+def test_labels_and_lanes_scroll_together_by_keyboard(tmp_path: Path, visit: NewVisit) -> None:
+    page = visit(viewport={"width": 1300, "height": 300}).open(page_of(tmp_path / "t.html", lasso()))
+    tops = "() => ['labels', 'scroller'].map((id) => document.getElementById(id).scrollTop)"
+    last = page.locator("#labels button:visible").last
+    last.focus()
+    page.wait_for_timeout(100)
+    labels_top, lanes_top = page.evaluate(tops)
+    assert labels_top == lanes_top > 0
+    lane = page.locator("#labels .lane").last
+    row = page.evaluate("dinerosTrace.view.rows.filter((row) => row.type === 'lane').at(-1).y")
+    box, window = lane.bounding_box(), page.locator("#scroller").bounding_box()
+    assert box is not None and window is not None
+    assert box["y"] == pytest.approx(window["y"] + row - lanes_top, abs=1)
+
+
+def test_a_clause_says_nothing_of_signals_that_are_off(tmp_path: Path, visit: NewVisit) -> None:
+    witness = Scribe()
+    off: dict[str, Any] = {"signals": "none", "signals_initial": {"Danger": False}}
+    witness.write(Header, kind="witness", model="sorting", source=str(CASE_STUDY), overflow="weighted", **off)
+    witness.write(Fire, transition="TStop", node="executor", text="TStop", change={})
+    page = visit().open(page_of(tmp_path / "t.html", witness))
+    clause = page.inner_text("#detail .clause")
+    assert "Danger" in clause and "signals are off" in clause
+    assert "✗" not in clause and "decided" not in clause
+    assert labels(page, "signal") == []
+
+
+def test_the_net_follows_steps_of_signals(tmp_path: Path, visit: NewVisit, net: dict[str, Any]) -> None:
+    page = visit().open(page_of(tmp_path / "t.html", lasso(), net=net))
+    page.keyboard.press("ArrowRight")
+    assert "signal Red becomes true" in page.inner_text("#detail .text")
+    assert page.query_selector("#net [data-id=Red].true.marked")
+    lamp, pane = page.locator("#net [data-id=Red] .lamp").bounding_box(), page.locator("#net").bounding_box()
+    assert lamp is not None and pane is not None
+    assert pane["x"] < lamp["x"] < pane["x"] + pane["width"]
+    assert pane["y"] < lamp["y"] < pane["y"] + pane["height"]
+    assert lamp["width"] > 3  # it can be seen

@@ -36,6 +36,21 @@ class Taken(Fragment):
         super().__init__(move=move)
 
 
+class Wish(Fragment):
+    """A client asks to cancel its goal.
+
+    Parameters
+    ----------
+    move : Expression
+        The transition that does it.
+    """
+
+    roles: Mapping[str, type[EObject]] = {"move": pn.Transition}
+
+    def __init__(self, move: Expression) -> None:
+        super().__init__(move=move)
+
+
 class Heard(Fragment):
     """A client takes an answer or feedback.
 
@@ -215,6 +230,8 @@ class A3(Rule):
     )
     arcs = [arc(wish, ask), arc(executing, ask), arc(ask, asked), read(in_use, ask)]
 
+    asks = Wish(ask)
+
 
 class A3Again(Rule):
     """That it asks again changes nothing."""
@@ -234,6 +251,8 @@ class A3Again(Rule):
     )
     arcs = [arc(wish, ask), read(canceling, ask), read(in_use, ask)]
 
+    asks = Wish(ask)
+
 
 class A3Nothing(Rule):
     """A request to cancel is gone where the client has no goal under way."""
@@ -252,6 +271,8 @@ class A3Nothing(Rule):
         ),
     )
     arcs = [arc(wish, ask), read(ready, ask, weight=client.outstanding)]
+
+    asks = Wish(ask)
 
 
 class A3Over(Rule):
@@ -273,6 +294,8 @@ class A3Over(Rule):
         ),
     )
     arcs = [arc(wish, ask), read(result, ask)]
+
+    asks = Wish(ask)
 
 
 class A3Hear(Rule):

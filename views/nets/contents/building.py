@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from dineros.metamodel import elements, pn, pnm, rtm, sym
 from dineros.metamodel.elements import label
+from dineros.metamodel.lifecycles.states import STATES
 from dineros.views.nets.contents.channels import draw_channels, draw_ports
 from dineros.views.nets.contents.glyphs import finish_box, finish_edge_label, finish_node
 from dineros.views.nets.contents.groups import group_by_name
@@ -105,6 +106,7 @@ def _box(page: pn.Page, outer: pn.Page | None) -> Box:
         box.kind = "node"
         threads = f", {page.threads} threads" if page.executor == sym.Executor.multi else ""
         box.subtitle = f"{'managed ' if page.lifecycle is not None else ''}ROS node{threads}"
+        box.states = list(STATES) if page.lifecycle is not None else []
         box.signals = [Signal(signal.id, label(signal), bool(signal.initial)) for signal in page.signals]
         box.detail = {"ROS package": page.package or label(page)}
         if page.namespace:

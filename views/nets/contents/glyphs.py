@@ -57,7 +57,12 @@ def finish_box(box: Box) -> None:
         )
         x = round(x + text_width(signal.label, SMALL_SIZE, bold=True) + 26, 1)
     box.head += signals
-    box.header = (round(max(title + 40, subtitle + 18, x), 1), height + (18 if signals else 0))
+    height += 18 if signals else 0
+    if box.states:
+        states, wide = _states(box, height)
+        box.head += states
+        x, height = max(x, wide), height + 20
+    box.header = (round(max(title + 40, subtitle + 18, x), 1), height)
     lines = [("title", box.title), ("subtitle", box.subtitle), ("subtitle", box.summary)]
     lines = [(style, text) for style, text in lines if text]
     box.width = round(max(title + 24, subtitle, text_width(box.summary, SMALL_SIZE)) + 24, 1)
@@ -66,6 +71,19 @@ def finish_box(box: Box) -> None:
         f'<text class="{style}" y="{13 * index - 6.5 * len(lines) + 10:g}">{escape(text)}</text>'
         for index, (style, text) in enumerate(lines)
     )
+
+
+def _states(box: Box, top: float) -> tuple[str, float]:
+    """Draw the states of a managed node, the present one pointed out; return the width too."""
+    drawn, x = "", 9.0
+    for number, state in enumerate(box.states):
+        wide = round(text_width(state, SMALL_SIZE, bold=True) + 8, 1)
+        drawn += (
+            f'<g class="state{"" if number else " now"}"><rect x="{x:g}" y="{top:g}" width="{wide:g}" '
+            f'height="14" rx="3"/><text x="{x + wide / 2:g}" y="{top + 10:g}">{escape(state)}</text></g>'
+        )
+        x = round(x + wide + 3, 1)
+    return f'<g class="life">{drawn}</g>', x + 9
 
 
 def finish_edge_label(label: str) -> tuple[float, float]:

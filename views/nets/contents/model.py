@@ -127,6 +127,8 @@ class Box:
         Whether it is shown as one shape, without its content.
     signals : list of Signal
         Input signals, of a ROS node.
+    states : list of str
+        States of a managed ROS node; it begins in the first.
     summary : str
         What it holds, in words; shown while it is collapsed.
     header : tuple of float
@@ -152,6 +154,7 @@ class Box:
     parent: str | None = None
     collapsed: bool = False
     signals: list[Signal] = field(default_factory=list)
+    states: list[str] = field(default_factory=list)
     summary: str = ""
     detail: dict[str, str] = field(default_factory=dict)
     header: tuple[float, float] = (0.0, 0.0)

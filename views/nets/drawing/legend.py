@@ -68,7 +68,7 @@ def legend_svg() -> str:
     words = "".join(
         f'<text x="140" y="{at + 4:g}" style="text-anchor:start">{text}</text>' for at, text in texts
     )
-    return f'<svg class="net" viewBox="0 0 {_WIDTH} {y}" role="img">{markup(picture, {})}{words}</svg>'
+    return f'<svg class="net" viewBox="0 0 {_WIDTH} {y}">{markup(picture, {})}{words}</svg>'
 
 
 def _said(node: Node, x: float, y: float) -> dict[str, Any]:

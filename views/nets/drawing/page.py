@@ -18,7 +18,6 @@ from dineros.views.nets.drawing.legend import legend_svg
 from dineros.views.nets.placement.placing import layout
 from dineros.views.policy import content_policy
 
-_STYLES = ("net.css", "page.css")
 _KEYS = (
     ("/ or f", "search"),
     ("arrows, + and -", "move, zoom; also by dragging and the wheel"),
@@ -53,13 +52,15 @@ def to_html(view: ViewModel) -> str:
         title=view.title,
         kind=f"{view.kind}, {places} places, {transitions} transitions",
         keys=_KEYS,
-        style=Markup("".join(map(_static, _STYLES))),
+        signs=Markup(_static("net.css")),
+        style=Markup(_static("page.css")),
         legend=Markup(legend_svg()),
         view=_data(view.to_json()),
         positioned=_data(layout(view)),
         elk=_packed_elk(),
+        layout=Markup(linked("net/worker.js")),
         script=Markup(script),
-        policy=content_policy([script, _elk()]),
+        policy=content_policy([script], workers=True),
     )
     return page
 

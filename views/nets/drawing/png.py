@@ -37,6 +37,7 @@ def to_png(svg: str, *, scale: float = 2.0) -> bytes:
             return resvg_py.svg_to_bytes(
                 svg_string=svg,
                 zoom=scale,
+                dpi=96,  # of CSS: what millimetres are
                 font_dirs=[str(folder)],
                 font_family="Liberation Sans",
                 sans_serif_family="Liberation Sans",
@@ -46,8 +47,11 @@ def to_png(svg: str, *, scale: float = 2.0) -> bytes:
 
 
 def size_of(svg: str) -> tuple[float, float]:
-    """Return width and height of an SVG file in its own units."""
+    """Return width and height of an SVG file in pixels of CSS, of which 96 are an inch."""
     import re
 
-    found = re.search(r'<svg[^>]*?\swidth="([\d.]+)[^"]*"[^>]*?\sheight="([\d.]+)', svg)
-    return (float(found[1]), float(found[2])) if found else (1000.0, 1000.0)
+    found = re.search(r'<svg[^>]*?\swidth="([\d.]+)(mm)?[^"]*"[^>]*?\sheight="([\d.]+)', svg)
+    if not found:
+        return 1000.0, 1000.0
+    unit = 96 / 25.4 if found[2] else 1.0
+    return float(found[1]) * unit, float(found[3]) * unit

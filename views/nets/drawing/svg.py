@@ -9,9 +9,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from html import escape
 from importlib.resources import files
-from typing import Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 Point: TypeAlias = Sequence[float]
+if TYPE_CHECKING:
+    from dineros.views.nets.drawing.paper import Paper
+
 Theme: TypeAlias = Literal["light", "dark"]
 
 _STILL = ".net .fold{display:none}.net .collapsed .fold{display:inline}"  # nothing collapses on a click here
@@ -32,6 +35,7 @@ def to_svg(
     signals: Mapping[str, bool] | None = None,
     highlights: Iterable[str] = (),
     theme: Theme = "light",
+    paper: Paper | None = None,
 ) -> str:
     """Return the picture of a positioned net as a complete SVG file.
 
@@ -47,8 +51,19 @@ def to_svg(
         Ids of elements to point out.
     theme : {"light", "dark"}
         Dark lines on white, or light ones on black.
+    paper : Paper, optional
+        The size it has in print; pixels otherwise.
     """
     width, height = _number(positioned["width"]), _number(positioned["height"])
+    box, around = f"0 0 {width} {height}", ""
+    if paper is not None:
+        area = paper.area(positioned)
+        x, y, wide, high = map(_number, area)
+        box, around = (
+            f"{x} {y} {wide} {high}",
+            f'<rect class="paper" x="{x}" y="{y}" width="{wide}" height="{high}"/>',
+        )
+        width, height = f"{paper.width:g}mm", f"{paper.width * area[3] / area[2]:.6g}mm"
     body = markup(positioned, marking or {})
     for id, value in (signals or {}).items():
         body = _with_class(body, "signal", id, "true", value)
@@ -56,8 +71,8 @@ def to_svg(
         body = _with_class(body, r"[^\"]*?", _shown(positioned, id), "marked", True)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" class="net net-{theme}" width="{width}" height="{height}" '
-        f'viewBox="0 0 {width} {height}" role="img">'
-        f"<title>{escape(positioned['title'])}</title><style>{stylesheet(theme)}{_STILL}</style>{body}</svg>\n"
+        f'viewBox="{box}" role="img">'
+        f"<title>{escape(positioned['title'])}</title><style>{stylesheet(theme)}</style>{around}{body}</svg>\n"
     )
 
 
@@ -90,8 +105,8 @@ def stylesheet(theme: Theme) -> str:
     for block in themes:
         text = text.replace(block, "")
     text = re.sub(r"var\((--net-[\w-]+)\)", lambda found: values[found[1]], text)
-    text = text.replace(".net ", f".net-{theme} ")  # in a page with both, each style is for its own picture
-    return re.sub(r"\s*\n\s*", "", text)
+    # In a page with both, each style is for its own picture.
+    return re.sub(r"\s*\n\s*", "", f"{text}{_STILL}".replace(".net ", f".net-{theme} "))
 
 
 def markup(positioned: Mapping[str, Any], marking: Mapping[str, int]) -> str:

@@ -14,7 +14,7 @@ from dineros.views.nets.placement.shown import visible
 from dineros.views.nets.placement.straight import layout_straight
 
 
-def layout(view: ViewModel) -> dict[str, Any]:
+def layout(view: ViewModel, *, aspect: float | None = None) -> dict[str, Any]:
     """Put the visible part of a view on a plane.
 
     There always is a picture: where ELK or its process fails, one line of the log says why, and Graphviz
@@ -24,6 +24,9 @@ def layout(view: ViewModel) -> dict[str, Any]:
     ----------
     view : ViewModel
         The view; collapsed boxes hide their content.
+    aspect : float, optional
+        Width by height that the layout is to come near to, by breaking it into several lines, as text is: for
+        paper. Only ELK does that, with what no editor arranged.
 
     Returns
     -------
@@ -32,7 +35,7 @@ def layout(view: ViewModel) -> dict[str, Any]:
         pixels; `x`, `y` of boxes (left upper corner; `width` and `height` too) and nodes (centre); `points`
         of edges and, where they have a label, its middle, `labelAt`.
     """
-    shown, failed = view.to_json(), None
+    shown, failed = view.to_json() | ({} if aspect is None else {"aspect": aspect}), None
     if elk.is_there():
         try:
             return elk.layout_by_elk(shown)

@@ -5,14 +5,18 @@ import { lookUp } from "../maps.js";
 import { crosses } from "./lines.js";
 
 /** @import { Area, DrawnLine, Path, Picture, PlacedNode, Plan, Point, Size } from "./types.js" */
-/** @typedef {"below" | "above" | "right" | "left"} CaptionSide */
+/** @typedef {"below" | "above" | "right" | "left" | "below right" | "below left" | "above right" | "above left"} CaptionSide */
 /** @typedef {Pick<DrawnLine, "source" | "target"> & { points: Point[] }} Course */
 /** @typedef {PlacedNode & { room: Size }} Captioned */
 
 const OWN = 10;
 const OTHER = 3;
+/** How much worse each side is than the one before. */
+const LATER = 0.6;
+/** How far a caption's room reaches beyond its letters. */
+const LOOSE = 2;
 /** @type {CaptionSide[]} */
-const SIDES = ["below", "above", "right", "left"];
+const SIDES = ["below", "above", "right", "left", "below right", "below left", "above right", "above left"];
 
 /**
  * @param {PlacedNode} node
@@ -54,15 +58,24 @@ function shift(node, side) {
   const [wide, down] = node.room;
   const middle = -(node.height + down) / 2 - 1;
   const aside = (node.width + wide) / 2 + 1;
+  const up = -node.height - down - 2;
+  const along = (wide - node.width) / 2 - LOOSE; // from the edge of the shape on
   /** @type {Record<CaptionSide, Point>} */
   const shifts = {
     below: [0, 0],
-    above: [0, -node.height - down - 2],
+    above: [0, up],
     right: [aside, middle],
     left: [-aside, middle],
+    "below right": [along, 0],
+    "below left": [-along, 0],
+    "above right": [along, up],
+    "above left": [-along, up],
   };
   return shifts[side];
 }
+
+/** @type {(room: Area) => Area} */
+const letters = ([left, top, right, bottom]) => [left + LOOSE, top + LOOSE, right - LOOSE, bottom - LOOSE];
 
 /** @type {(one: Area, other: Area) => boolean} */
 const meet = (one, other) => one[0] < other[2] && other[0] < one[2] && one[1] < other[3] && other[1] < one[3];
@@ -106,15 +119,15 @@ export function chooseCaptions(picture, plan, lines, paths) {
       ];
       /** @type {(side: CaptionSide, rank: number) => number} */
       const cost = (side, rank) => {
-        const text = caption(node, shift(node, side));
+        const text = letters(caption(node, shift(node, side)));
         const all = around(node, shift(node, side));
-        const marked = (node.change || node.badge) && (side === "above" || side === "left");
+        const marked = (node.change || node.badge) && /above|^left/.test(side);
         const within = text[0] > frame[0] && text[1] > frame[1] && text[2] < frame[2] && text[3] < frame[3];
         if (rank && (marked || !within || others.some((other) => meet(all, other)))) return Infinity;
         return near.reduce(
           (sum, line) =>
             sum + (passes(line, text) ? (line.source === id || line.target === id ? OWN : OTHER) : 0),
-          rank,
+          rank * LATER,
         );
       };
       const costs = SIDES.map(cost);

@@ -48,7 +48,7 @@ function neighbours(page, title, id, from, to) {
       const said = `${page.labels.get(edge[to])} (${WORDS[edge.kind]}${edge.label ? `, ${edge.label}` : ""})`;
       return make("li", {}, make("button", { onclick: () => page.find(edge[to]) }, said));
     });
-  return lines.length ? [make("dt", {}, title), make("ul", {}, ...lines)] : [];
+  return lines.length ? [make("h3", {}, title), make("ul", {}, ...lines)] : [];
 }
 
 /** Shows what differs between two models. @type {(page: NetPage) => void} */

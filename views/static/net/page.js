@@ -1,40 +1,24 @@
 // The page of a net: shows a view, collapses and expands its pages in place, searches, shows neighbourhoods.
 // Works from a file: everything it needs stands in the page.
 
-import { byId, isInField, make } from "../elements.js";
+import { byId } from "../elements.js";
 import { lookUp } from "../maps.js";
+import { read, written } from "./address.js";
+import { bindKeys, bindPointer, bindTools } from "./controls.js";
 import { describe, listChanges } from "./detail.js";
-import { layout } from "./layout.js";
+import { laidOut } from "./engine.js";
+import { netFigure } from "./figure.js";
+import { areaOf, linesOf, outer, shownFor } from "./joined.js";
 import { Pan } from "./pan.js";
 import { DrawnNet } from "./renderer.js";
 import { Search } from "./search.js";
 import { around } from "./shown.js";
-import { facts, heading, spoken, WORDS } from "./words.js";
+import { spoken } from "./words.js";
 
-/** @import { Box, Edge, Engine, Item, Picture, View } from "./types.js" */
+/** @import { Box, Edge, Item, Picture, Placed, View } from "./types.js" */
 
 /** JSON that stands in the page. @type {(id: string) => any} */
 const data = (id) => JSON.parse(byId(id, HTMLScriptElement).text);
-
-/** @type {Promise<Engine> | undefined} */
-let engine;
-
-/** Unpacks ELK, when it is needed for the first time. */
-async function loadElk() {
-  const letters = atob(byId("elk", HTMLScriptElement).text.trim());
-  const packed = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  const script = document.createElement("script");
-  script.textContent = await new Response(stream).text();
-  document.head.append(script);
-  return new ELK();
-}
-
-/** The drawn element that something happened to. @type {(event: Event) => SVGElement | null} */
-const groupAt = ({ target }) => (target instanceof Element ? target.closest("#picture g[data-id]") : null);
-
-/** @type {(group: SVGElement) => string} */
-const idOf = (group) => group.dataset.id ?? "";
 
 export class NetPage {
   svg = byId("picture", SVGSVGElement);
@@ -47,6 +31,8 @@ export class NetPage {
   part = null;
   /** @type {string | null} */
   selected = null;
+  /** What the mouse or the keyboard is at. @type {string | null} */
+  pointed = null;
   working = Promise.resolve();
 
   /**
@@ -73,32 +59,72 @@ export class NetPage {
     this.drawn = new DrawnNet(this.svg, positioned);
     this.pan = new Pan(this.svg);
     this.search = new Search(this);
-    this.bindPointer();
-    this.bindKeys();
-    this.bindTools();
+    bindPointer(this);
+    bindKeys(this);
+    bindTools(this);
     this.present();
     if (everything.compared) listChanges(this);
+    addEventListener("hashchange", () => this.follow());
+    if (location.hash) this.follow();
   }
 
   // Drawing
 
-  /** @param {Picture} positioned */
-  show(positioned) {
+  /**
+   * Shows another picture: `anchor`, or what stands for it, stays where it is in the window; or all is seen.
+   *
+   * @type {(positioned: Picture, anchor: string | null) => void}
+   */
+  show(positioned, anchor) {
+    const before = anchor && this.cornerOf(anchor);
+    this.hint.hidden = true;
     this.picture = positioned;
     this.drawn = new DrawnNet(this.svg, positioned);
-    if (this.selected) this.drawn.highlight([this.selected]);
     this.pan.redrawn();
+    const after = anchor && this.cornerOf(anchor);
+    const { at } = this.pan;
+    if (before && after) this.pan.look({ ...at, x: at.x + after.x - before.x, y: at.y + after.y - before.y });
+    else this.pan.fit();
+    this.mark();
     this.present();
+  }
+
+  /** The right upper corner of what is shown for an element, where boxes have their sign. @type {(id: string) => { x: number, y: number } | null} */
+  cornerOf(id) {
+    const item = this.placed(id);
+    if (!item) return null;
+    const { x, y, width } = areaOf(item);
+    return { x: x + width, y };
+  }
+
+  /** @type {(id: string) => Placed | null} */
+  placed(id) {
+    return shownFor(this.picture, this.shapes, id);
+  }
+
+  /** Points out what is chosen, and the lines of that and of what is pointed at. */
+  mark() {
+    const { selected, pointed, picture } = this;
+    const shown = selected && (this.drawn.element(selected) ? selected : this.placed(selected)?.id);
+    this.drawn.highlight(shown ? [shown] : []);
+    this.drawn.highlight([...linesOf(picture, shown ?? null), ...linesOf(picture, pointed)], "near");
+  }
+
+  /** @param {string | null} id */
+  point(id) {
+    if (id === this.pointed) return;
+    this.pointed = id;
+    this.mark();
   }
 
   /** Makes what was drawn known to keyboards and screen readers, and says how much it is. */
   present() {
     const { everything, picture, part } = this;
-    for (const item of [...picture.boxes, ...picture.nodes]) {
-      const group = this.drawn.element(item.id);
-      group?.setAttribute("tabindex", "0");
-      group?.setAttribute("role", "button");
-      group?.setAttribute("aria-label", spoken(lookUp(this.shapes, item.id)));
+    for (const { id } of [...picture.boxes, ...picture.nodes]) {
+      const said = spoken(lookUp(this.shapes, id)); // beside the texts that it has itself
+      const group = this.drawn.element(id);
+      for (const [name, value] of Object.entries({ tabindex: "0", role: "button", ...said }))
+        group?.setAttribute(name, value);
     }
     const hidden = everything.nodes.length - picture.nodes.length;
     this.say(
@@ -111,7 +137,8 @@ export class NetPage {
     document.body.dataset.ready = String(Number(document.body.dataset.ready || 0) + 1);
   }
 
-  relayout() {
+  /** Lays out what is to be seen; see `show`. @type {(anchor?: string | null) => Promise<void>} */
+  relayout(anchor = null) {
     /** @type {(box: Box) => Box} */
     const folded = (box) => ({ ...box, collapsed: this.folded.get(box.id) || undefined });
     let view = { ...this.everything, boxes: this.everything.boxes.map(folded) };
@@ -119,12 +146,13 @@ export class NetPage {
     document.body.classList.add("busy");
     this.say("laying out …");
     this.working = this.working
-      .then(() => layout(view, () => (engine ??= loadElk())))
+      .then(() => laidOut(view))
       .then(
-        (positioned) => this.show(positioned),
+        (positioned) => this.show(positioned, anchor),
         (error) => this.say(`the layout failed: ${error.message}`),
       )
       .finally(() => document.body.classList.remove("busy"));
+    this.remember();
     return this.working;
   }
 
@@ -136,23 +164,55 @@ export class NetPage {
   /** @param {string | null} id */
   select(id) {
     this.selected = id;
-    this.drawn.highlight(id ? [id] : []);
     this.side.hidden = !id && !this.everything.compared;
+    this.mark();
     if (id) describe(this, lookUp(this.items, id));
     else if (this.everything.compared) listChanges(this);
+    this.pan.keep(); // beside what has come or gone
+    const item = id && this.picture.nodes.find((one) => one.id === id);
+    if (item) this.pan.bringIn(areaOf(item));
+    this.remember();
+  }
+
+  // Links
+
+  /** Keeps what is seen in the address. */
+  remember() {
+    const { selected: element, part } = this;
+    /** @type {(collapsed: boolean) => string[]} */
+    const turned = (collapsed) =>
+      this.everything.boxes
+        .filter(
+          ({ id, collapsed: first = false }) => first !== collapsed && this.folded.get(id) === collapsed,
+        )
+        .map(({ id }) => id);
+    const said = written({ element, part, open: turned(false), closed: turned(true) });
+    if (said !== location.hash.slice(1))
+      history.replaceState(null, "", said ? `#${said}` : location.href.split("#")[0]);
+  }
+
+  /** Goes to where the address leads. */
+  follow() {
+    const { element, part, open, closed } = read(location.hash);
+    const unknown = [element ?? [], part?.ids ?? [], open, closed].flat().filter((id) => !this.items.has(id));
+    if (unknown.length) {
+      this.say(`the link leads to ${unknown.join(", ")}, which is not here`);
+      return;
+    }
+    this.part = part;
+    for (const { id, collapsed = false } of this.everything.boxes) {
+      const turned = collapsed ? open.includes(id) : closed.includes(id);
+      this.folded.set(id, collapsed !== turned);
+    }
+    this.relayout().then(() => (element === null ? this.select(null) : this.find(element)));
   }
 
   // Going about
 
   /** @param {string} id */
   go(id) {
-    const node = this.picture.nodes.find((one) => one.id === id);
-    if (node) {
-      this.pan.show(node.x - node.width / 2, node.y - node.height / 2, node.width, node.height);
-      return;
-    }
-    const box = this.picture.boxes.find((one) => one.id === id);
-    if (box) this.pan.show(box.x, box.y, box.width, box.height);
+    const item = this.placed(id);
+    if (item) this.pan.show(areaOf(item));
   }
 
   /**
@@ -170,7 +230,7 @@ export class NetPage {
       opened = true;
     }
     const shape = "source" in item ? lookUp(this.shapes, item.source) : item;
-    let box = "title" in shape ? shape.parent : shape.box;
+    let box = outer(shape);
     while (box !== undefined && box !== null) {
       if (this.folded.get(box)) {
         this.folded.set(box, false);
@@ -190,7 +250,10 @@ export class NetPage {
   toggle(id) {
     this.folded.set(id, !this.folded.get(id));
     this.part = null;
-    this.relayout().then(() => {
+    const { pan } = this;
+    this.relayout(pan.fitted ? null : id).then(() => {
+      const box = this.placed(id);
+      if (box && pan.scaleOf(box) >= pan.at.scale) pan.bringIn(areaOf(box));
       this.drawn.element(id)?.focus({ preventScroll: true });
       if (this.selected === id) describe(this, lookUp(this.items, id));
     });
@@ -200,7 +263,20 @@ export class NetPage {
   foldAll(value) {
     for (const id of this.folded.keys()) this.folded.set(id, value);
     this.part = null;
-    this.relayout();
+    this.relayout(this.pan.fitted ? null : (this.selected ?? this.middle()));
+  }
+
+  /** What is nearest to the middle of the window. @type {() => string | null} */
+  middle() {
+    const { x, y, width, height } = this.pan.view;
+    /** @type {(item: Placed) => number} */
+    const off = (item) => {
+      const area = areaOf(item);
+      return Math.hypot(area.x + area.width / 2 - x - width / 2, area.y + area.height / 2 - y - height / 2);
+    };
+    const { nodes, boxes } = this.picture;
+    const items = [...nodes, ...boxes.filter((box) => box.collapsed)];
+    return items.length ? items.reduce((a, b) => (off(a) <= off(b) ? a : b)).id : null;
   }
 
   /**
@@ -231,110 +307,15 @@ export class NetPage {
     this.find(changes[(at + by + changes.length + (at < 0 && by < 0 ? 1 : 0)) % changes.length].id);
   }
 
-  // Pointer, keys and tools
-
-  bindPointer() {
-    const { svg, hint } = this;
-    svg.addEventListener("click", (event) => {
-      const group = groupAt(event);
-      if (!group) this.select(null);
-      else if (event.target instanceof Element && event.target.closest(".fold")) this.toggle(idOf(group));
-      else if (this.items.has(idOf(group))) this.select(idOf(group));
-    });
-    svg.addEventListener("dblclick", (event) => {
-      const group = groupAt(event);
-      if (group && this.folded.has(idOf(group))) this.toggle(idOf(group));
-    });
-    svg.addEventListener("pointermove", (event) => {
-      const group = event.buttons ? null : groupAt(event);
-      const item = group && this.items.get(idOf(group));
-      hint.hidden = !item;
-      if (item) this.showHint(item, event.clientX, event.clientY);
-    });
-    svg.addEventListener("pointerleave", () => {
-      hint.hidden = true;
-    });
+  /** What is shown, as a file in the colours of the page. */
+  figure() {
+    const theme = document.body.dataset.theme === "dark" ? "dark" : "light";
+    return netFigure(this.picture, byId("signs", HTMLStyleElement).textContent ?? "", theme);
   }
 
-  /**
-   * Shows in short what is under the mouse.
-   *
-   * @param {Item | Edge} item
-   * @param {number} x
-   * @param {number} y
-   */
-  showHint(item, x, y) {
-    const { hint } = this;
-    const stands = this.picture.edges.find((edge) => edge.id === item.id)?.stands ?? [];
-    const isEdge = "source" in item;
-    const title = stands.length > 1 ? `${stands.length} lines` : isEdge ? WORDS[item.kind] : heading(item);
-    const lines = facts(item, this.labels)
-      .filter(([name]) => name !== "Id" || heading(item) !== item.id)
-      .map(([name, text]) => make("div", {}, `${name}: ${text}`));
-    hint.replaceChildren(make("b", {}, title), ` ${isEdge ? "" : WORDS[item.kind]}`, ...lines);
-    const right = Math.min(x + 14, window.innerWidth - hint.offsetWidth - 8);
-    const below = y + 16 + hint.offsetHeight <= window.innerHeight;
-    hint.style.left = `${Math.max(4, right)}px`;
-    hint.style.top = `${Math.max(4, below ? y + 16 : y - hint.offsetHeight - 10)}px`;
-  }
-
-  bindKeys() {
-    const { pan } = this;
-    /** @type {Record<string, () => unknown>} */
-    const keys = {
-      ArrowLeft: () => pan.move(-0.1, 0),
-      ArrowRight: () => pan.move(0.1, 0),
-      ArrowUp: () => pan.move(0, -0.1),
-      ArrowDown: () => pan.move(0, 0.1),
-      "+": () => pan.zoom(1.25),
-      "=": () => pan.zoom(1.25),
-      "-": () => pan.zoom(0.8),
-      0: () => pan.fit(),
-      "/": () => this.search.field.focus(),
-      f: () => this.search.field.focus(),
-      a: () => this.showAroundSelected(),
-      e: () => this.showEverything(),
-      x: () => this.foldAll(false),
-      c: () => this.foldAll(true),
-      n: () => this.nextChange(1),
-      p: () => this.nextChange(-1),
-      "?": () => this.help.showModal(),
-      Escape: () => this.select(null),
-    };
-    document.addEventListener("keydown", (event) => {
-      if (event.ctrlKey || event.metaKey || event.altKey || isInField(event) || this.help.open) return;
-      const presses = event.key === "Enter" || event.key === " ";
-      const group = groupAt(event);
-      if (group && presses) {
-        if (this.folded.has(idOf(group)) && event.key === " ") this.toggle(idOf(group));
-        else this.select(idOf(group));
-      } else if (presses && event.target instanceof HTMLButtonElement) return;
-      else if (keys[event.key]) keys[event.key]();
-      else return;
-      event.preventDefault();
-    });
-  }
-
-  bindTools() {
-    /** @type {(id: string, work: () => void) => void} */
-    const onClick = (id, work) => byId(id, HTMLButtonElement).addEventListener("click", work);
-    onClick("around", () => {
-      if (!this.showAroundSelected()) this.say("choose an element first: click it, or search for it");
-    });
-    onClick("everything", () => this.showEverything());
-    onClick("expand", () => this.foldAll(false));
-    onClick("collapse", () => this.foldAll(true));
-    onClick("fit", () => this.pan.fit());
-    onClick("keys", () => this.help.showModal());
-    const dark = matchMedia("(prefers-color-scheme: dark)");
-    const theme = byId("theme", HTMLSelectElement);
-    const paint = () => {
-      const automatic = dark.matches ? "dark" : "light";
-      document.body.dataset.theme = theme.value === "auto" ? automatic : theme.value;
-    };
-    theme.addEventListener("change", paint);
-    dark.addEventListener("change", paint);
-    paint();
+  /** Of files. */
+  get name() {
+    return this.everything.id.replace(/[^\w.-]+/g, "_") || "net";
   }
 }
 

@@ -9,12 +9,15 @@ export class Pan {
   pointers = new Map();
   /** How far the pointers have moved since they went down. */
   moved = 0;
+  /** The left upper corner of what is seen, and pixels of the window per unit of the plane. */
+  at = { x: 0, y: 0, scale: 1 };
+  /** Whether everything is shown, as it is at first. */
+  fitted = true;
 
   /** @param {SVGSVGElement} svg its viewBox is all it holds */
   constructor(svg) {
     this.svg = svg;
     this.whole = this.viewBox();
-    this.view = this.whole;
     this.bind();
     this.fit();
   }
@@ -25,34 +28,54 @@ export class Pan {
     return { x, y, width, height };
   }
 
-  /** @param {Part} view */
-  look(view) {
-    this.view = view;
-    this.svg.setAttribute("viewBox", [view.x, view.y, view.width, view.height].join(" "));
-  }
-
   get size() {
     return { width: this.svg.clientWidth || 800, height: this.svg.clientHeight || 600 };
   }
 
-  /** A part of the plane with the form of the window. @type {(part: Part) => Part} */
-  framed(part) {
-    const by = Math.min(this.size.width / part.width, this.size.height / part.height);
-    const width = this.size.width / by;
-    const height = this.size.height / by;
-    return { x: part.x - (width - part.width) / 2, y: part.y - (height - part.height) / 2, width, height };
+  /** What is seen: a part with the form of the window. @type {Part} */
+  get view() {
+    const { x, y, scale } = this.at;
+    return { x, y, width: this.size.width / scale, height: this.size.height / scale };
+  }
+
+  /** @param {{ x: number, y: number, scale: number }} at */
+  look(at) {
+    this.at = at;
+    this.fitted = false;
+    const { x, y, width, height } = this.view;
+    this.svg.setAttribute("viewBox", [x, y, width, height].join(" "));
+  }
+
+  /** Shows all of a part, in the middle. @type {(part: Part) => void} */
+  frame({ x, y, width, height }) {
+    const scale = this.scaleOf({ width, height });
+    const { size } = this;
+    this.look({ x: x - (size.width / scale - width) / 2, y: y - (size.height / scale - height) / 2, scale });
+  }
+
+  /** The largest scale at which something can be seen as a whole. @type {(part: Pick<Part, "width" | "height">) => number} */
+  scaleOf({ width, height }) {
+    return Math.min(this.size.width / width, this.size.height / height);
   }
 
   /** Shows everything. */
   fit() {
     const { x, y, width, height } = this.whole;
-    this.look(this.framed({ x: x - 8, y: y - 8, width: width + 16, height: height + 16 }));
+    this.frame({ x: x - 8, y: y - 8, width: width + 16, height: height + 16 });
+    this.fitted = true;
   }
 
-  /** Shows everything that has been drawn anew. */
+  /** Goes on looking at the same part, from the same corner: the picture or the window has another size. */
+  keep() {
+    const { fitted } = this;
+    this.look(this.at);
+    this.fitted = fitted;
+  }
+
+  /** Takes the size of a picture that was drawn anew. */
   redrawn() {
     this.whole = this.viewBox();
-    this.fit();
+    this.keep();
   }
 
   /**
@@ -61,40 +84,46 @@ export class Pan {
    * @type {(factor: number, atX?: number, atY?: number) => void}
    */
   zoom(factor, atX, atY) {
-    const { view, size } = this;
+    const { at, size } = this;
     const box = this.svg.getBoundingClientRect();
-    const along = atX === undefined ? 0.5 : (atX - box.left) / box.width;
-    const down = atY === undefined ? 0.5 : (atY - box.top) / box.height;
-    const most = this.framed(this.whole).width * 2;
-    const width = Math.min(Math.max(view.width / factor, size.width / MOST), most);
-    const by = width / view.width;
-    this.look({
-      x: view.x + view.width * (1 - by) * along,
-      y: view.y + view.height * (1 - by) * down,
-      width,
-      height: view.height * by,
-    });
+    const along = atX === undefined ? size.width / 2 : atX - box.left;
+    const down = atY === undefined ? size.height / 2 : atY - box.top;
+    const least = Math.min(this.scaleOf(this.whole) / 2, at.scale);
+    const scale = Math.max(least, Math.min(at.scale * factor, Math.max(MOST, at.scale)));
+    const by = 1 / at.scale - 1 / scale;
+    this.look({ x: at.x + along * by, y: at.y + down * by, scale });
   }
 
   /** Moves by parts of what is seen. @type {(dx: number, dy: number) => void} */
   move(dx, dy) {
     const { x, y, width, height } = this.view;
-    this.look({ x: x + dx * width, y: y + dy * height, width, height });
+    this.look({ ...this.at, x: x + dx * width, y: y + dy * height });
   }
 
-  /**
-   * Brings a part into view, enlarged as far as it stays readable.
-   *
-   * @type {(x: number, y: number, width: number, height: number) => void}
-   */
-  show(x, y, width, height) {
-    const { view, size } = this;
-    const scale = Math.min(size.width / view.width, size.height / view.height);
-    const wanted = Math.max(scale, Math.min(1.2, size.width / (width * 1.5), size.height / (height * 1.5)));
-    const wide = Math.max(size.width / wanted, width * 1.1);
-    const high = Math.max(size.height / wanted, height * 1.1);
-    const left = x + width / 2 - wide / 2;
-    this.look(this.framed({ x: left, y: y + height / 2 - high / 2, width: wide, height: high }));
+  /** Moves a part, at the same scale, no further than brings it into sight; of what is too large, its corner. @type {(part: Part) => void} */
+  bringIn(part) {
+    const { view } = this;
+    /** @type {(from: number, length: number, start: number, room: number) => number} */
+    const by = (from, length, start, room) =>
+      Math.min(from - start, Math.max(0, from + length - start - room));
+    const dx = by(part.x, part.width, view.x, view.width);
+    const dy = by(part.y, part.height, view.y, view.height);
+    if (dx || dy) this.look({ ...this.at, x: view.x + dx, y: view.y + dy });
+  }
+
+  /** Shows a part in the middle, enlarged as far as it stays readable. @type {(part: Part) => void} */
+  show({ x, y, width, height }) {
+    const readable = Math.min(1.2, this.scaleOf({ width: width * 1.5, height: height * 1.5 }));
+    const scale = Math.min(
+      Math.max(this.at.scale, readable),
+      this.scaleOf({ width: width * 1.1, height: height * 1.1 }),
+    );
+    const { size } = this;
+    this.look({
+      x: x + width / 2 - size.width / scale / 2,
+      y: y + height / 2 - size.height / scale / 2,
+      scale,
+    });
   }
 
   bind() {
@@ -130,7 +159,9 @@ export class Pan {
       },
       { passive: false },
     );
-    new ResizeObserver(() => this.look(this.framed(this.view))).observe(svg);
+    // A window of another size shows everything again if it did before; what opens beside moves nothing.
+    addEventListener("resize", () => this.fitted && this.fit());
+    new ResizeObserver(() => this.keep()).observe(svg);
   }
 
   /** Moves with one pointer, enlarges with two. @type {(event: PointerEvent) => void} */

@@ -98,6 +98,7 @@ export function cutView(view) {
     chains,
     order: ["", ...view.boxes.filter((box) => !box.collapsed).map((box) => box.id)],
     large: view.nodes.length > MANY,
+    aspect: view.aspect,
   };
 }
 
@@ -248,6 +249,12 @@ export function freeGraph(plan, id, sizes) {
   return made;
 }
 
+/** Several lines, as of text, where a form is asked for. @type {(plan: Plan) => Record<string, string>} */
+function wrapping({ aspect }) {
+  if (!aspect) return {};
+  return { "elk.layered.wrapping.strategy": "MULTI_EDGE", "elk.aspectRatio": String(aspect) };
+}
+
 /** @type {(plan: Plan, id: string, box: Box | undefined) => Frame} */
 function frame(plan, id, box) {
   const padding = box
@@ -258,7 +265,7 @@ function frame(plan, id, box) {
     children: [],
     edges: [],
     ports: [],
-    layoutOptions: { ...OPTIONS, ...(plan.large ? LARGE : SMALL), "elk.padding": padding },
+    layoutOptions: { ...OPTIONS, ...(plan.large ? LARGE : SMALL), ...wrapping(plan), "elk.padding": padding },
   };
 }
 

@@ -33,9 +33,9 @@ const DOTS = [
 const ENTITIES = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "'": "&#x27;" };
 
 /** @type {(text: string) => string} */
-const escaped = (text) => text.replace(/[&<>"']/g, (found) => ENTITIES[found]);
+export const escaped = (text) => text.replace(/[&<>"']/g, (found) => ENTITIES[found]);
 /** A number with at most one decimal. @type {(value: number) => string} */
-const number = (value) => String(Math.floor(value * 10 + 0.5) / 10 + 0);
+export const number = (value) => String(Math.floor(value * 10 + 0.5) / 10 + 0);
 
 /** @type {(count: number) => string} */
 function tokens(count) {
@@ -191,8 +191,8 @@ export class DrawnNet {
   references = new Map();
   /** @type {Map<string, number>} */
   shown = new Map();
-  /** @type {SVGElement[]} */
-  marked = [];
+  /** What is pointed out, by how. @type {Map<string, SVGElement[]>} */
+  marked = new Map();
 
   /**
    * @param {SVGSVGElement} svg
@@ -244,14 +244,26 @@ export class DrawnNet {
     for (const [id, value] of Object.entries(values)) this.groups.get(id)?.classList.toggle("true", value);
   }
 
+  /** Shows the states that managed nodes are in, by id of box and number. @type {(states: Record<string, number>) => void} */
+  setStates(states) {
+    for (const [id, state] of Object.entries(states))
+      this.groups
+        .get(id)
+        ?.querySelectorAll(".life > .state")
+        .forEach((one, number) => {
+          one.classList.toggle("now", number === state);
+        });
+  }
+
   /**
    * Marks elements by id (nodes, boxes, arcs), and unmarks all others.
    *
-   * @type {(ids: Iterable<string>) => void}
+   * @type {(ids: Iterable<string>, how?: "marked" | "near") => void}
    */
-  highlight(ids) {
-    for (const group of this.marked) group.classList.remove("marked");
-    this.marked = [...ids].flatMap((id) => this.groups.get(id) ?? []);
-    for (const group of this.marked) group.classList.add("marked");
+  highlight(ids, how = "marked") {
+    for (const group of this.marked.get(how) ?? []) group.classList.remove(how);
+    const found = [...ids].flatMap((id) => this.groups.get(id) ?? []);
+    for (const group of found) group.classList.add(how);
+    this.marked.set(how, found);
   }
 }

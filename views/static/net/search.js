@@ -48,9 +48,7 @@ export class Search {
       this.chosen = 0;
       this.list();
     });
-    this.field.addEventListener("blur", () => {
-      this.results.hidden = true;
-    });
+    this.field.addEventListener("blur", () => this.open(false));
     this.field.addEventListener("keydown", (event) => this.pressed(event));
   }
 
@@ -67,20 +65,34 @@ export class Search {
         };
         return make(
           "li",
-          { role: "option", "aria-selected": String(index === this.chosen), onmousedown },
+          {
+            id: `found-${index}`,
+            role: "option",
+            "aria-selected": String(index === this.chosen),
+            onmousedown,
+          },
           heading(item),
           make("small", {}, WORDS[item.kind] + (item.id === heading(item) ? "" : ` ${item.id}`)),
         );
       }),
     );
-    this.results.hidden = !this.matches.length;
+    this.open(this.matches.length > 0);
     if (this.field.value.trim())
       this.page.say(this.matches.length ? `${this.matches.length} found` : "nothing found");
   }
 
+  /** @param {boolean} on */
+  open(on) {
+    this.results.hidden = !on;
+    this.field.setAttribute("aria-expanded", String(on));
+    if (on) this.field.setAttribute("aria-activedescendant", `found-${this.chosen}`);
+    else this.field.removeAttribute("aria-activedescendant");
+    this.results.children[on ? this.chosen : 0]?.scrollIntoView({ block: "nearest" });
+  }
+
   /** @param {number} index */
   choose(index) {
-    this.results.hidden = true;
+    this.open(false);
     this.page.svg.focus({ preventScroll: true });
     if (this.matches[index]) this.page.find(this.matches[index].id);
   }

@@ -70,6 +70,8 @@ export interface Box extends Shape {
   parent?: string | null;
   collapsed?: boolean;
   signals?: Signal[];
+  /** Of a managed ROS node; it begins in the first. */
+  states?: string[];
   summary?: string;
   header: Size;
   head: string;
@@ -95,6 +97,8 @@ export interface View {
   title: string;
   kind: string;
   compared?: boolean;
+  /** Width by height that the layout comes near to; else it is one line from left to right. */
+  aspect?: number;
   boxes: Box[];
   nodes: Node[];
   edges: Edge[];
@@ -104,6 +108,7 @@ export interface View {
 
 export type PlacedBox = Box & Spot;
 export type PlacedNode = Node & Spot & { /** By how much its caption moves. */ captionAt?: Point };
+export type Placed = PlacedBox | PlacedNode;
 export type PlacedEdge = Edge & { points: Point[]; labelAt?: Point };
 
 export interface Picture extends View {
@@ -237,6 +242,7 @@ export interface Plan {
   /** Ids of sheets, outer ones first. */
   order: string[];
   large: boolean;
+  aspect?: number;
 }
 
 // Where things go on sheets that were arranged: see stored.js.

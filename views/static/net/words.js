@@ -57,8 +57,10 @@ export function facts(item, labels) {
   return found;
 }
 
-/** What a screen reader says of a node or a box. @type {(item: Item) => string} */
-export const spoken = (item) =>
-  `${WORDS[item.kind]} ${heading(item)}` +
-  (item.tokens ? `, ${item.tokens} tokens` : "") +
-  (item.change ? `, ${item.change}` : "");
+/** What a screen reader says of a node or a box beside its texts. @type {(item: Item) => Record<string, string>} */
+export const spoken = (item) => ({
+  "aria-roledescription": WORDS[item.kind],
+  "aria-description": [item.tokens ? `${item.tokens} tokens` : "", item.change ?? ""]
+    .filter(Boolean)
+    .join(", "),
+});

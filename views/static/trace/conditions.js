@@ -23,6 +23,7 @@ export const EVENTS = [
   "aside",
   "release",
   "transfer",
+  "lifecycle",
   "start",
   "checkpoint",
   "stop",

@@ -3,6 +3,9 @@
 /** @import { Call, FilledLane, Growth, Lane, Literal, Mark, Step, View } from "./types.js" */
 /** @typedef {Map<number, number>} Marking  tokens by number of the place */
 
+/** States of managed nodes, as marks number them. */
+export const STATES = ["unconfigured", "inactive", "active", "finalized"];
+
 const EVERY = 256; // steps between two kept markings
 
 /**
@@ -186,7 +189,7 @@ export class Data {
       if (latest === null || first.since > latest.since) latest = first;
     }
     if (latest) latest.deciding = true;
-    return { text: clause.text, disjunctions };
+    return { text: clause.text, off: this.view.signalsOff, disjunctions };
   }
 
   /** @type {(signal: string, negated: boolean, step: number) => Literal} */

@@ -2,7 +2,7 @@
 
 import { make } from "../elements.js";
 import { causeOf } from "./cause_detail.js";
-import { seconds } from "./data.js";
+import { STATES, seconds } from "./data.js";
 
 /** @import { Child } from "../types.js" */
 /** @import { Data } from "./data.js" */
@@ -35,8 +35,9 @@ const clock = (time) =>
 /** @type {(literal: Literal) => string} */
 const named = ({ negated, signal }) => `${negated ? "¬" : ""}${signal}`;
 
-/** @type {(literal: Literal) => HTMLElement} */
-function literalOf(literal) {
+/** @type {(literal: Literal, off: boolean) => HTMLElement} */
+function literalOf(literal, off) {
+  if (off) return make("span", { class: "literal" }, named(literal));
   const { value, holds, since, deciding } = literal;
   let state = "value unknown";
   if (value !== null) state = `${literal.signal} is ${value}`;
@@ -58,7 +59,7 @@ function clauseOf(data, step) {
     if (literals.length > 1) parts.push("(");
     literals.forEach((literal, j) => {
       if (j) parts.push(" ∨ ");
-      parts.push(literalOf(literal));
+      parts.push(literalOf(literal, clause.off));
     });
     if (literals.length > 1) parts.push(")");
   });
@@ -69,6 +70,7 @@ function clauseOf(data, step) {
     { class: "clause" },
     make("h3", {}, "Clause"),
     make("p", { title: clause.text }, ...parts),
+    clause.off && make("p", { class: "why" }, "signals are off in this trace: every clause counts as true"),
     deciding && make("p", { class: "why" }, "decided by ", make("b", {}, named(deciding)), since),
   );
 }
@@ -166,7 +168,9 @@ export function fillTip(tip, app, step, row) {
   if (row && row.lane.kind !== "transition" && row.lane.kind !== "client") {
     const { label, note, capacity } = row.lane;
     const most = capacity ? ` of ${capacity}` : "";
-    lines.push(make("div", { class: "level" }, `${label} ${note}: ${data.level(row.lane, step)}${most}`));
+    const level = data.level(row.lane, step);
+    const said = row.lane.kind === "state" ? STATES[level] : `${level}${most}`;
+    lines.push(make("div", { class: "level" }, `${label}${note && ` ${note}`}: ${said}`));
   }
   tip.replaceChildren(...lines);
 }

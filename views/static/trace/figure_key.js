@@ -1,6 +1,7 @@
 // What the colours and marks of a figure mean.
 
-import { cross, diamond, hourglass, nodeColour, nodeLetter, square, triangle } from "./shapes.js";
+import { STATES } from "./data.js";
+import { cross, diamond, drawState, hourglass, nodeColour, nodeLetter, square, triangle } from "./shapes.js";
 import { points, textWidth } from "./surface.js";
 
 /** @import { Data } from "./data.js" */
@@ -46,11 +47,17 @@ export function drawKey(surface, theme, left, top, lanes, causes) {
   };
   const kinds = new Set(lanes.map((lane) => lane.kind));
   const marks = lanes.flatMap((lane) =>
-    lane.marks.map(([letter, value]) => ({ kind: lane.kind, letter, value })),
+    lane.marks.map(([letter, value, more]) => ({ kind: lane.kind, letter, value, more })),
   );
   const calls = lanes.flatMap((lane) => lane.calls.filter(Boolean));
   const waits = { stroke: theme.service, width: 1.6 };
   surface.begin("key", "key", "");
+  if (kinds.has("state"))
+    STATES.forEach((name, number) => {
+      item(name, () => drawState(surface, theme, number, x, x + 15, top, 13));
+    });
+  if (marks.some(({ kind, letter, more }) => kind === "state" && letter === "l" && more))
+    item("fails to change its state", () => cross(surface, x + 7, middle, theme));
   if (kinds.has("queue")) {
     item("publish", () => surface.path(triangle(x + 7, middle, true), { fill: theme.topic, closed: true }));
     item("take", () => {

@@ -1,11 +1,12 @@
 // How lanes look.
 
-import { lastAtMost } from "./data.js";
+import { lastAtMost, STATES } from "./data.js";
 import {
   arrow,
   bars,
   cross,
   diamond,
+  drawState,
   hourglass,
   letterOfEnd,
   nodeColour,
@@ -20,7 +21,15 @@ import { points, textWidth } from "./surface.js";
 /** @typedef {(step: number, mark: Mark, x: number) => void} Visit */
 
 /** @type {Record<LaneKind | "heading", number>} */
-export const HEIGHTS = { heading: 24, signal: 20, queue: 30, client: 30, transition: 18, place: 30 };
+export const HEIGHTS = {
+  heading: 24,
+  state: 22,
+  signal: 20,
+  queue: 30,
+  client: 30,
+  transition: 18,
+  place: 30,
+};
 
 /** A place on the surface, near enough to what is seen. @type {(view: Seen, x: number) => number} */
 export const clampX = (view, x) => Math.max(view.left - 20, Math.min(view.left + view.width + 20, x));
@@ -95,6 +104,25 @@ function signal(view, lane, y, height) {
   }
   const line = stairs(values, (value) => (value ? top : low));
   surface.path(line, { stroke: theme.signal, width: 1.6 });
+}
+
+/** A managed node: a band whose height and colour are its state, which stands in it. @type {DrawLane} */
+function state(view, lane, y, height) {
+  const { surface, theme } = view;
+  const base = y + height - 3;
+  const values = levels(view, lane);
+  for (let i = 0; i + 1 < values.length; i++) {
+    const [x, value] = values[i];
+    const [from, to] = [clampX(view, x), clampX(view, values[i + 1][0])];
+    const line = drawState(surface, theme, value, from, to, y + 3, height - 6);
+    const begin = Math.max(from, view.left);
+    if (textWidth(STATES[value], 9.5) + 8 <= Math.min(to, view.left + view.width) - begin)
+      surface.text(begin + 4, line, STATES[value], { fill: theme.ink, size: 9.5 });
+  }
+  visible(view, lane, "l", (_, [, , failed], x) => {
+    if (failed) cross(surface, x, y + height / 2, theme);
+    else surface.path(points(x, y + 2, x, base), { stroke: theme.ink, width: 1.4 });
+  });
 }
 
 /** @type {(lane: FilledLane) => number} */
@@ -242,7 +270,7 @@ function transition(view, lane, y, height) {
 }
 
 /** @type {Record<LaneKind, DrawLane>} */
-const DRAWERS = { signal, queue, client, transition, place: queue };
+const DRAWERS = { state, signal, queue, client, transition, place: queue };
 
 /** @type {DrawLane} */
 export function drawLane(view, lane, y, height) {

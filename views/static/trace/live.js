@@ -8,10 +8,17 @@ import { App, known } from "./page.js";
 /** @import { Picture } from "../net/types.js" */
 /** @import { Growth, View } from "./types.js" */
 /**
- * @typedef {{ type: "snapshot", epoch: string, number: number, view: View, net: Picture | null }} Snapshot
+ * @typedef {object} Snapshot
+ * @property {"snapshot"} type
+ * @property {string} epoch
+ * @property {number} number
+ * @property {boolean} ended whether all nodes have stopped
+ * @property {View} view
+ * @property {Picture | null} net
  */
-/** @typedef {Growth & { type: "change", number: number }} Change */
-/** @typedef {Snapshot | Change | { type: "problem", text: string } | { type: "nothing new" }} Message */
+/** @typedef {Growth & { type: "change", number: number, ended: boolean }} Change */
+/** @typedef {{ type: "nothing new" } | { type: "end" }} Other */
+/** @typedef {Snapshot | Change | { type: "problem", text: string } | Other} Message */
 
 const FIRST_WAIT = 300; // milliseconds between two attempts to come back
 const LONGEST_WAIT = 3000;
@@ -29,6 +36,10 @@ class Live {
    */
   known = null;
   wait = FIRST_WAIT;
+  /** Whether all nodes have stopped. */
+  ended = false;
+  /** Whether the server has said that nothing more will come. */
+  left = false;
   state = make("span", { id: "connection", role: "status", "data-state": "waiting" }, "connecting…");
   button = make(
     "button",
@@ -46,7 +57,7 @@ class Live {
     this.connect();
   }
 
-  /** @type {(name: "live" | "lost" | "stopped", text: string) => void} */
+  /** @type {(name: "live" | "lost" | "stopped" | "ended", text: string) => void} */
   tell(name, text) {
     this.state.dataset.state = name;
     this.state.textContent = text;
@@ -139,19 +150,24 @@ class Live {
     const { length } = app.traces[0];
     if (this.stopped && !app.following)
       this.tell("stopped", `stopped at a breakpoint · live · ${length} steps`);
+    else if (this.ended) this.tell("ended", `the run has ended · ${length} steps`);
+    else if (this.left) this.tell("ended", `no longer followed · ${length} steps`);
     else this.tell("live", `live · ${length} steps`);
   }
 
   /** Takes a message; false where something is missing before it. @type {(message: Message) => boolean} */
   receive(message) {
     const { app } = this;
+    this.left = message.type === "end";
     if (message.type === "snapshot") {
+      this.ended = message.ended;
       this.known = { epoch: message.epoch, number: message.number };
       if (app) this.resume(app, message);
       else this.begin(message);
     } else if (message.type === "change") {
       if (!app || !this.known || message.number !== this.known.number + 1) return false;
       this.known.number = message.number;
+      this.ended = message.ended;
       const [data] = app.traces;
       const { length, timed } = data;
       data.append(message);
@@ -180,7 +196,9 @@ class Live {
         this.tell("lost", "not allowed: open the printed address");
         return;
       }
-      this.tell("lost", "connection lost, trying again…");
+      // Somebody may go on with the run later, at the same address: the page comes back then.
+      if (this.left) this.wait = LONGEST_WAIT;
+      else this.tell("lost", "connection lost, trying again…");
       setTimeout(() => this.connect(), this.wait);
       this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT);
     };

@@ -138,6 +138,8 @@ export class NetPane {
     this.drawn.setSignals(
       Object.fromEntries(signals.map((lane) => [lane.id, Boolean(data.level(lane, step))])),
     );
+    const states = data.lanes.filter((lane) => lane.kind === "state");
+    this.drawn.setStates(Object.fromEntries(states.map((lane) => [lane.id, data.level(lane, step)])));
     const touched = this.touched(data, step);
     this.drawn.highlight(touched);
     this.box.dataset.step = String(step);
@@ -149,7 +151,7 @@ export class NetPane {
   }
 
   /**
-   * Ids of what a step is about: the transition or channel, places that changed, the signal.
+   * Ids of what a step is about: the transition or channel, places that changed, the signal, the managed node.
    *
    * @type {(data: Data, step: number) => string[]}
    */
@@ -164,7 +166,7 @@ export class NetPane {
     for (const [index] of marks) {
       const lane = data.lanes[index];
       if (lane.channel) found.add(lane.channel);
-      else if (lane.kind === "signal") found.add(lane.id);
+      else if (lane.kind === "signal" || lane.kind === "state") found.add(lane.id);
     }
     return [...found].filter((id) => this.drawn.element(id));
   }
@@ -177,9 +179,13 @@ export class NetPane {
   sight(ids) {
     const [wide, high] = this.room;
     if (!this.view || wide < 40 || high < 40) return;
-    const spots = this.content.nodes.filter(
+    const heads = this.content.boxes
+      .filter(({ id, signals = [] }) => ids.includes(id) || signals.some((signal) => ids.includes(signal.id)))
+      .map(({ x, y, header }) => ({ x: x + header[0] / 2, y: y + header[1] / 2 }));
+    const nodes = this.content.nodes.filter(
       (node) => ids.includes(node.id) || (node.target && ids.includes(node.target) && ids.length < 2),
     );
+    const spots = [...heads, ...nodes];
     if (!spots.length) return;
     const left = Math.min(...spots.map((spot) => spot.x)) - 70;
     const right = Math.max(...spots.map((spot) => spot.x)) + 70;

@@ -11,6 +11,7 @@ import { HEIGHTS } from "./lanes.js";
 /** @type {[Group, string][]} */
 const GROUPS = [
   ["property", "Property"],
+  ["lifecycle", "Managed nodes"],
   ["signals", "Signals"],
   ["topics", "Topics"],
   ["services", "Services"],
@@ -19,7 +20,7 @@ const GROUPS = [
 ];
 
 /** Whether nothing ever happens on a lane. @type {(lane: FilledLane) => boolean} */
-const idle = (lane) => !lane.at.length && lane.kind !== "place";
+const idle = (lane) => !lane.at.length && lane.kind !== "place" && lane.kind !== "state";
 
 /**
  * A filter: words that must all occur; `a|b` is one or the other; `-word` must not.

@@ -110,7 +110,6 @@ const number = (value) => String(Math.round(value * 100) / 100);
 export class SvgSurface {
   /** @type {string[]} */
   parts = [];
-  clips = 0;
 
   /** @type {(stroke: Stroke) => string} */
   style({ fill = "none", stroke, width = 1, dash, opacity = 1 }) {
@@ -145,14 +144,14 @@ export class SvgSurface {
 
   /** @type {Surface["clip"]} */
   clip(x, y, width, height) {
-    const id = `clip${this.clips++}`;
-    const size = `width="${number(width)}" height="${number(height)}"`;
-    const shape = `<rect x="${number(x)}" y="${number(y)}" ${size}/>`;
-    this.parts.push(`<clipPath id="${id}">${shape}</clipPath><g clip-path="url(#${id})">`);
+    // An inner picture, not a clipPath: ids would be those of other pictures on the same page.
+    const [left, top, wide, high] = [x, y, Math.max(width, 0), height].map(number);
+    const size = `x="${left}" y="${top}" width="${wide}" height="${high}"`;
+    this.parts.push(`<svg ${size} viewBox="${left} ${top} ${wide} ${high}">`);
   }
 
   unclip() {
-    this.parts.push("</g>");
+    this.parts.push("</svg>");
   }
 
   /** @type {Surface["begin"]} */

@@ -1,6 +1,7 @@
 // The tool bar: filter, nodes, axis, folding, zoom, search, colours, saving.
 
 import { byId, make } from "../elements.js";
+import { saveFile } from "../saving.js";
 import { lastAtMost } from "./data.js";
 import { nodeColour, nodeLetter } from "./shapes.js";
 
@@ -154,8 +155,6 @@ export class Tools {
   }
 
   save() {
-    const href = URL.createObjectURL(new Blob([this.app.figure()], { type: "image/svg+xml" }));
-    make("a", { href, download: "trace.svg" }).click();
-    setTimeout(() => URL.revokeObjectURL(href), 1000);
+    saveFile(new Blob([this.app.figure()], { type: "image/svg+xml" }), "trace.svg");
   }
 }

@@ -5,8 +5,8 @@ import type { Data } from "./data.js";
 import type { Scale } from "./scale.js";
 
 export type Point = [x: number, y: number];
-export type Group = "property" | "signals" | "topics" | "services" | "actions" | "transitions";
-export type LaneKind = "signal" | "queue" | "client" | "transition" | "place";
+export type Group = "property" | "lifecycle" | "signals" | "topics" | "services" | "actions" | "transitions";
+export type LaneKind = "state" | "signal" | "queue" | "client" | "transition" | "place";
 
 export interface Lane {
   group: Group;
@@ -74,6 +74,8 @@ export interface View extends Tables {
   property: string | null;
   verdict: string | null;
   variant: string;
+  /** Whether signals have no values in it: then all clauses count as true. */
+  signalsOff: boolean;
   loop: number | null;
   cause: Cause | null;
   /** Places and their tokens before the first step. */

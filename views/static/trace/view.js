@@ -52,6 +52,14 @@ export class LanesView {
       this.draw();
     };
     scroller.addEventListener("scroll", scrolled, { passive: true });
+    // The keyboard goes from label to label: their lanes come along, as far as they reach.
+    const { labels } = this;
+    const led = () => {
+      scroller.scrollTop = labels.scrollTop;
+      labels.scrollTop = scroller.scrollTop;
+    };
+    labels.addEventListener("scroll", led, { passive: true });
+    labels.addEventListener("wheel", (event) => scroller.scrollBy(0, event.deltaY), { passive: true });
     scroller.addEventListener("click", (event) => app.select(this.stepAt(event)));
     scroller.addEventListener("mousemove", (event) => this.hover(event));
     scroller.addEventListener("mouseleave", () => {

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from dineros.views.javascript.modules import linked
-from dineros.views.nets import ViewModel, collapse, compare, save_picture, view_of
+from dineros.views.nets import collapse, compare, view_of
 from tests.support.layouter import needs_layouter
 from tests.support.talker import talker
-from tests.views.browser import wait_until
-from tests.views.nets.arranged import displaced, stands
+from tests.views.nets.arranged import displaced
+from tests.views.nets.drawing.page_parts import area, centres, drawn, opened, positioned, saved, shown
 from tests.views.nets.samples import arranged_study, case_study
 
 if TYPE_CHECKING:
@@ -30,43 +30,9 @@ def study_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return saved(view_of(case_study()), tmp_path_factory.mktemp("page"))
 
 
-def saved(view: ViewModel, folder: Path) -> Path:
-    path = folder / f"{view.id}.html"
-    save_picture(view, path)
-    return path
-
-
 @pytest.fixture
 def study(visit: Visits, study_page: Path) -> Page:
     return opened(visit(), study_page)
-
-
-def opened(one: Visit, file: Path) -> Page:
-    one.page.goto(file.as_uri())
-    drawn(one.page, 1)
-    return one.page
-
-
-def drawn(page: Page, times: int) -> None:
-    """Wait until the picture was drawn so many times."""
-    ready = f"Number(document.body.dataset.ready) >= {times} && !document.body.classList.contains('busy')"
-    wait_until(page, ready, timeout=60)
-
-
-def shown(page: Page) -> set[str]:
-    found: list[str] = page.evaluate(
-        """[...document.querySelectorAll('#picture g[data-id]:not(.edge):not(.signal)')]
-           .map((one) => one.dataset.id)"""
-    )
-    assert len(found) == len(set(found))
-    return set(found)
-
-
-def area(page: Page, id: str) -> dict[str, float]:
-    found: dict[str, float] = page.evaluate(
-        '(id) => document.querySelector(`#picture [data-id="${id}"]`).getBoundingClientRect().toJSON()', id
-    )
-    return found
 
 
 def width_shown(page: Page) -> float:
@@ -188,7 +154,8 @@ def test_wheel_drag_and_keys_move_the_picture(study: Page) -> None:
 def test_elements_are_reached_by_keyboard(study: Page) -> None:
     study.focus("#picture")
     study.keyboard.press("Tab")
-    assert study.evaluate("document.activeElement.getAttribute('aria-label')") == "ROS node selector"
+    assert study.evaluate("document.activeElement.dataset.id") == "selector"
+    assert study.evaluate("document.activeElement.ariaRoleDescription") == "ROS node"
     study.keyboard.press("Enter")
     assert study.inner_text("#detail h2") == "selector"
 
@@ -301,28 +268,3 @@ def test_stored_positions_hold_while_pages_open_and_close(visit: Visits, tmp_pat
     page.click('[data-id="executor"] .fold')
     drawn(page, 4)
     assert centres(page) == before
-
-
-def positioned(page: Page) -> dict[str, Any]:
-    """Return what the page shows as a layout: boxes and nodes in the picture's coordinates."""
-    found: dict[str, Any] = page.evaluate(
-        """() => {
-          const boxes = [], nodes = [], number = (one, name) => Number(one.getAttribute(name));
-          for (const group of document.querySelectorAll('#picture g[data-id]:not(.edge):not(.signal)')) {
-            const id = group.dataset.id, frame = group.querySelector(':scope > .frame');
-            if (frame) {
-              const [x, y, width, height] = ['x', 'y', 'width', 'height'].map((name) => number(frame, name));
-              boxes.push({id, collapsed: group.classList.contains('collapsed'), x, y, width, height});
-            } else {
-              const [x, y] = group.parentNode.getAttribute('transform').match(/-?[\\d.]+/g).map(Number);
-              nodes.push({id, x, y});
-            }
-          }
-          return {boxes, nodes};
-        }"""
-    )
-    return found
-
-
-def centres(page: Page) -> dict[str, tuple[float, float]]:
-    return stands(positioned(page))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -19,7 +20,7 @@ from tests.support.layouter import needs_layouter
 from tests.support.system_packages import needs
 from tests.support.talker import talker
 from tests.views.nets.arranged import at, covered, displaced, nested_nets, scale_of, sheets, stands, systems
-from tests.views.nets.geometry import crossed, faults, label_overlaps
+from tests.views.nets.geometry import crossed, enters, faults, label_overlaps
 from tests.views.nets.samples import arranged_study, case_study
 
 needs_graphviz = needs("graphviz")
@@ -335,3 +336,26 @@ def test_a_model_without_positions_is_shown_as_the_one_with_them() -> None:
     assert view.node("Words").position == (0, 0)
     assert view.box("listener").position == (600, 0)
     check(view, layout_by_elk)
+
+
+@needs_layouter
+def test_no_line_crosses_a_name_that_can_stand_beside() -> None:
+    """A ring as editors draw them: the lines of each sign come from two sides, and leave others free."""
+    names = ("P-LoopFrame", "T-IntervalFrame", "P3", "T-PollFrame", "P4", "T-SubmitFrame")
+    spots = ((55, 179), (173, 104), (342, 106), (436, 173), (340, 251), (169, 256))
+    ring: list[pn.Place | pn.Transition] = []
+    for name, (x, y) in zip(names, spots, strict=True):
+        graphics = pn.Graphics(positions=[pn.Point(x=x, y=y)])
+        ring.append((pn.Place if name[0] == "P" else pn.Transition)(id=name, graphics=graphics))
+    margin = [pn.Graphics(positions=[pn.Point(x=x, y=300)]) for x in (-40, 560)]
+    apart = [pn.Place(id=f"margin{number}", graphics=at) for number, at in enumerate(margin)]
+    page = pn.Page(id="FrameChange", objects=[*ring, *apart])
+    flow(*ring, ring[0])
+    picture = layout(view_of(pn.Net(id="net", pages=[page])))
+    for node in picture["nodes"]:
+        (wide, high), (dx, dy) = node["room"], node.get("captionAt", (0, 0))
+        top = node["y"] + node["height"] / 2 + dy
+        name = (node["x"] + dx - wide / 2, top, node["x"] + dx + wide / 2, top + high)
+        for edge in picture["edges"]:
+            for one, other in itertools.pairwise(edge["points"]):
+                assert not enters(one, other, name), (node["id"], edge["id"])

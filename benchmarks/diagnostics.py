@@ -1,0 +1,111 @@
+"""What telling how it fares costs a busy node: processor time of a firing, with and without.
+
+A node with a handler fires as fast as it can on ROS, in a process of its own, by turns: without looking at
+itself (``diagnostics_period`` 0), looking each second while nobody listens, and while somebody listens on
+``/diagnostics``. It should add less than 1 %.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+
+from dineros.metamodel import rtm, sym
+from dineros.metamodel.build import flow
+from dineros.runtime import Net
+from dineros.runtime.ros.process.domains import claimed_domain
+from dineros.runtime.ros.process.environment import ros_environment
+from dineros.runtime.ros.process.memory import remove_abandoned
+from dineros.runtime.ros.running import RosNode
+from dineros.transformations.flattening.split import split
+
+WAYS = {"no look": ("0.0", False), "nobody listens": ("1.0", False), "somebody listens": ("1.0", True)}
+WARM = 5_000
+
+LISTENER = """
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+rclpy.init()
+node = rclpy.create_node("listener")
+node.create_subscription(DiagnosticArray, "/diagnostics", lambda message: None, 10)
+rclpy.spin(node)
+"""
+
+
+def lamp(tokens: int = 1) -> rtm.RuntimeModel:
+    """Return a node that blinks for ever; without tokens it waits."""
+    on, off = sym.Place(id="On", tokens=tokens), sym.Place(id="Off")
+    dim, light = sym.Transition(id="Dim"), sym.Transition(id="Light")
+    node = sym.NodeNet(id="lamp", objects=[on, off, dim, light])
+    flow(on, dim, off, light, on)
+    (part,) = split(sym.SystemModel(id="room", pages=[node]))
+    return part
+
+
+def blink(period: str, firings: int) -> None:
+    """Print the processor time of a firing, in microseconds."""
+    net = Net(lamp(), seed=1)
+    net.handler("Dim")(lambda firing: None)
+    net.handler("Light")(lambda firing: None)
+    execution = net.core.execution
+    with RosNode(net, arguments=["--ros-args", "-p", f"diagnostics_period:={period}"]):
+        while execution.firings < WARM:
+            time.sleep(0.05)
+        begun, used = execution.firings, time.process_time()
+        while execution.firings < begun + firings:
+            time.sleep(0.2)
+        used, done = time.process_time() - used, execution.firings - begun
+        print(used / done * 1e6)
+
+
+@contextmanager
+def listening(environment: dict[str, str]) -> Iterator[None]:
+    """Have somebody listen as long as the block lasts."""
+    listener = subprocess.Popen([sys.executable, "-c", LISTENER], env=environment, stderr=subprocess.DEVNULL)
+    try:
+        yield
+    finally:
+        listener.kill()
+        listener.wait()
+        remove_abandoned()
+
+
+def main() -> None:
+    """Measure, by turns."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--firings", type=int, default=100_000, help="in each run")
+    parser.add_argument("--turns", type=int, default=5)
+    parser.add_argument("--blink", help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.blink is not None:
+        blink(given.blink, given.firings)
+        return
+    found: dict[str, list[float]] = {way: [] for way in WAYS}
+    with tempfile.TemporaryDirectory() as folder, claimed_domain() as domain:
+        environment = ros_environment(Path(folder), domain, "memory", os.environ)
+        command = [sys.executable, "-m", "benchmarks.diagnostics", "--firings", str(given.firings), "--blink"]
+        for _ in range(given.turns):
+            for way, (period, is_heard) in WAYS.items():
+                with listening(environment) if is_heard else nullcontext():
+                    done = subprocess.run(
+                        [*command, period], env=environment, capture_output=True, text=True, check=True
+                    )
+                found[way].append(float(done.stdout))
+    least = min(found["no look"])
+    for way, times in found.items():
+        added = 100 * (min(times) / least - 1)
+        print(
+            f"{way:18} {min(times):6.2f} µs a firing (median {statistics.median(times):.2f}), {added:+.1f} %"
+        )
+
+
+if __name__ == "__main__":
+    main()

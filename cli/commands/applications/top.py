@@ -1,0 +1,48 @@
+"""``dineros top``: a running application in the terminal."""
+
+from __future__ import annotations
+
+import click
+
+from dineros.cli.options import command, json_option
+
+
+@command(
+    "dineros top",
+    "dineros top --domain 7 --reach network",
+    "dineros top --once --seconds 3 --json",
+)
+@click.option(
+    "--domain", type=click.IntRange(0, 101), metavar="N", help="ROS domain; by default ROS_DOMAIN_ID."
+)
+@click.option(
+    "--reach",
+    type=click.Choice(["memory", "machine", "network"]),
+    default="machine",
+    show_default=True,
+    help="How far ROS messages go, as for the nodes.",
+)
+@click.option("--once", is_flag=True, help="Listen for --seconds, show what was heard, and end.")
+@click.option(
+    "--seconds",
+    type=click.FloatRange(0.1, 3600),
+    default=3.0,
+    show_default=True,
+    metavar="S",
+    help="How long to listen with --once.",
+)
+@json_option
+def top(domain: int | None, reach: str, once: bool, seconds: float, as_json: bool) -> int:
+    """Show the nodes of a running application: their states, queues, losses, and what waits for what.
+
+    All of it is what the nodes tell on /diagnostics, once a second. Ctrl-C ends it. With --once, the exit
+    status is 1 where no node was heard.
+    """
+    from dineros.cli.presentation.overviews import show_live, show_once
+    from dineros.cli.running.running import domain_of
+    from dineros.metamodel.errors import DinerosError
+
+    if as_json and not once:
+        raise DinerosError("--json needs --once", hint="one object is printed, and then the command ends")
+    chosen = domain_of(domain)
+    return show_once(chosen, reach, seconds, as_json) if once else show_live(chosen, reach)  # type: ignore[arg-type]

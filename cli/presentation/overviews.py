@@ -1,0 +1,153 @@
+"""How `dineros top` shows a running application: a table of its nodes, and what waits for what."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+from dineros.cli.console import say_json, warn
+from dineros.cli.running.overviews import listening
+from dineros.runtime.ros.overview import NodeView, Overview, Waiting, circle_of, waits_of
+
+if TYPE_CHECKING:
+    from rich.console import Group
+
+    from dineros.runtime.ros.process.environment import Reach
+
+PERIOD = 0.5
+"""Seconds between two pictures."""
+
+NOBODY = 1
+"""Exit status where no node was heard."""
+
+STYLES = {0: "green", 1: "yellow", 2: "bold red"}
+SILENT = 5.0
+"""Seconds after which a node that says nothing counts as silent."""
+
+HEADINGS = ("node", "state", "per s", "firings", "failed", "restarts", "lost", "fullest queue", "tokens")
+WIDE = 110
+"""Columns of a terminal that has room for the tokens as well."""
+
+SHOWN_WAITS = 20
+WORDS = {
+    "service": "the response of {on}",
+    "action": "a goal of {on}",
+    "handler": "its handler {on}",
+    "room": "room on {on}",
+    "proceed": "being told to go on: {on}",
+}
+
+
+def table_of(overview: Overview, width: int) -> Group:
+    """Return what is known now, for a terminal of so many columns; a narrow one shows no tokens."""
+    from rich.console import Group
+    from rich.table import Table
+    from rich.text import Text
+
+    nodes = overview.nodes()
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    is_wide = width >= WIDE
+    for heading in HEADINGS if is_wide else HEADINGS[:-1]:
+        is_text = heading in ("node", "state", "fullest queue", "tokens")
+        table.add_column(heading, justify="left" if is_text else "right", no_wrap=True)
+    for view in nodes:
+        seconds = overview.silent(view)
+        state = f"silent {seconds:.0f} s" if seconds > SILENT else view.state
+        style = "dim" if seconds > SILENT else STYLES[view.level]
+        row = [
+            Text(view.name),
+            Text(state, style=style),
+            Text(f"{view.count('firings per second'):.1f}"),
+            *(Text(f"{view.count(name):.0f}") for name in ("firings", "failures", "restarts")),
+            Text(str(view.lost)),
+            Text(*_fill(view)),
+            Text(" ".join(f"{place} {count}" for place, count in view.tokens.items())),
+        ]
+        table.add_row(*row[: len(table.columns)])
+    lines = [Text(text, style=style) for text, style in notes_of(nodes)]
+    return Group(table, *lines) if nodes else Group(Text("no node is heard on /diagnostics yet"))
+
+
+def _fill(view: NodeView) -> tuple[str, str]:
+    fullest = view.fullest
+    if fullest is None:
+        return "", ""
+    waiting, capacity, place = fullest
+    return f"{waiting}/{capacity} {place}", STYLES[1] if "queues" in view.said else ""
+
+
+def notes_of(nodes: list[NodeView]) -> list[tuple[str, str]]:
+    """Return what is to be said below the table, each line with its style: concerns, and what waits."""
+    lines = [
+        (f"{view.name}: {text}", STYLES[min(2, max(1, view.level))])
+        for view in nodes
+        for text in view.said.values()
+    ]
+    waits = waits_of(nodes)
+    if circle := circle_of(waits):
+        lines.append((f"wait for each other: {', '.join(circle)}", STYLES[2]))
+    told = [(name, wait) for name, found in waits.items() for wait in found if wait.kind != "proceed"]
+    told.sort(key=lambda each: -each[1].seconds)
+    lines += [(f"{name}: {_words(wait)}", "") for name, wait in told[:SHOWN_WAITS]]
+    if len(told) > SHOWN_WAITS:
+        lines.append((f"and {len(told) - SHOWN_WAITS} more that wait", "dim"))
+    return lines
+
+
+def _words(wait: Waiting) -> str:
+    what = WORDS[wait.kind].format(on=wait.on)
+    whose = f", which {wait.node} serves" if wait.node else ""
+    return f"{wait.element} waits for {what}{whose}{f', {wait.seconds:.1f} s' if wait.seconds else ''}"
+
+
+def json_of(overview: Overview) -> dict[str, Any]:
+    """Return what is known now, as values of JSON."""
+    nodes = overview.nodes()
+    waits = waits_of(nodes)
+    return {
+        "nodes": [
+            {
+                "name": view.name,
+                "application": view.application,
+                "level": ("ok", "warning", "error")[view.level],
+                "silent": round(overview.silent(view), 1),
+                "concerns": view.said,
+                "waits": [vars(wait) for wait in waits.get(view.name, ())],
+                **view.parts,
+            }
+            for view in nodes
+        ],
+        "circle": circle_of(waits),
+    }
+
+
+def show_once(domain: int, reach: Reach, seconds: float, as_json: bool) -> int:
+    """Listen for some seconds, and print what was heard; return the exit status."""
+    from rich.console import Console
+
+    with listening(domain, reach) as overview:
+        time.sleep(seconds)
+        if as_json:
+            say_json(json_of(overview))
+        elif overview.nodes():
+            console = Console(highlight=False, markup=False, emoji=False)
+            console.print(table_of(overview, console.width))
+        else:
+            warn(f"no node is heard on /diagnostics in the domain {domain}, reach {reach}")
+        return 0 if overview.nodes() else NOBODY
+
+
+def show_live(domain: int, reach: Reach) -> int:
+    """Show what is heard until Ctrl-C."""
+    from rich.console import Console
+    from rich.live import Live
+
+    console = Console(highlight=False, markup=False, emoji=False)
+    with listening(domain, reach) as overview:
+        is_terminal = console.is_terminal
+        with Live(
+            table_of(overview, console.width), console=console, screen=is_terminal, auto_refresh=False
+        ) as live:
+            while True:
+                time.sleep(PERIOD)
+                live.update(table_of(overview, console.width), refresh=True)

@@ -1,0 +1,383 @@
+"""A mobile robot on its rounds, with a charging dock that it finds by its camera, as a system model.
+
+``python examples/mobile_robot/build.py`` writes `mobile_robot.sym.xmi`, and `mobile_robot_earlier.sym.xmi`,
+the same robot with a mistake that `check` found.
+
+* The **mission** sends the robot from waypoint to waypoint: goals of an action. A goal that fails is tried
+  once more; when the battery is low, the goal is canceled, and the robot goes to its dock.
+* The **navigator** drives to one waypoint at a time, tells how far it is, gives up before an obstacle, and
+  brakes when its goal is to be canceled. It has a permit for each leg that the battery has charge for.
+* The **lidar** measures what is ahead: a best-effort sensor.
+* The **battery** counts the legs that were driven, warns, and gives permits while it is charged.
+* The **dock** finds itself by what the detector sees, and has the battery charged.
+* The **camera**, a managed node, sends pictures while it is active; the **detector** looks for the dock in
+  them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import flow, inhibit, read
+from dineros.metamodel.clauses import set_clause
+from dineros.metamodel.files import save
+
+HOME = Path(__file__).resolve().parent
+LEGS = 3
+"""How many legs a charge is enough for."""
+WARNING = 2
+"""After how many legs the battery warns."""
+ROUND = [("gate", 4.0, 0.0), ("shelf", 4.0, 3.0), ("door", 0.0, 3.0)]
+PATIENCE = 0.5
+"""Seconds after which the mission asks again to cancel a goal."""
+SCAN_PERIOD, PICTURE_PERIOD = 0.1, 0.2
+SENSOR = {"reliability": "bestEffort", "durability": "volatile"}
+LATCHED = {"reliability": "reliable", "durability": "transientLocal"}
+
+PROPERTIES = {
+    "LegsHaveCharge": f"always Permits + Leg + Driven + Spent + Permit <= {LEGS}",
+    "NeverDrivesAtTheDock": "never Driving + Docked >= 2",
+    "ChargesAtTheDockOnly": "never Charging >= 1 and Docked == 0",
+    "PicturesOfAnActiveCameraOnly": "never enabled(TShoot) and camera.active == 0",
+    "DocksWithACameraOnly": "never Docked >= 1 and camera.unconfigured >= 1",
+    "TriesOnceMore": "always Retry + Tried == 1",
+    "OneThingAtATime": "always Idle + UnderWay + Recalled + AskDock + Charged <= 1",
+    "RoundsGoOn": "Idle >= 1 stays possible",
+    "GoalsEnd": "Done + Failed + Back + Refused >= 1 stays possible",
+    "CanAlwaysCharge": "Charging >= 1 stays possible",
+}
+
+
+class Types:
+    """What tokens carry: trips, what is told on the way, ranges (a message of ROS), and pictures."""
+
+    def __init__(self, model: sym.SystemModel) -> None:
+        numbers = [sym.TokenField(name=name, kind="number") for name in "xy"]
+        note = sym.TokenField(name="note", default='"none"')
+        self.trip = sym.TokenType(id="Trip", fields=[sym.TokenField(name="name"), *numbers, note])
+        self.progress = sym.TokenType(
+            id="Progress", fields=[sym.TokenField(name="distance", kind="number", ros="float32")]
+        )
+        self.range = sym.TokenType(id="Range", ros="std_msgs/msg/Float32")
+        self.picture = sym.TokenType(
+            id="Picture",
+            fields=[
+                sym.TokenField(name="number", kind="integer"),
+                sym.TokenField(name="marker", kind="boolean"),
+            ],
+        )
+        self.charge = sym.TokenType(id="Charge", fields=[sym.TokenField(name="leg", kind="integer")])
+        model.tokenType = self.trip
+        model.otherTokenTypes.extend([self.progress, self.range, self.picture, self.charge])
+
+
+class Robot:
+    """The model while it is built: nodes first, then what joins them.
+
+    Parameters
+    ----------
+    mistake : str
+        What is wrong with it: ``"asks once"``, where the mission asks once to cancel a goal, and minds no
+        more; ``"docks at once"``, where it sends the robot to the dock before that goal is over; or nothing.
+    """
+
+    def __init__(self, mistake: str = "") -> None:
+        self.model = sym.SystemModel(id="mobile_robot", name="mobile_robot", middleware="ros2")
+        self.types = Types(self.model)
+        self.places: dict[str, sym.Place] = {}
+        self.mission(mistake)
+        self.navigator()
+        self.lidar()
+        self.battery()
+        self.dock()
+        self.camera()
+        self.detector()
+        self.channels()
+        self.properties()
+
+    # Nodes.
+
+    def mission(self, mistake: str) -> None:
+        """Send the robot on its round; let it charge when the battery is low."""
+        net = self.node("mission", "Again")
+        waypoints = self.place(net, "Waypoints", tokens=len(ROUND))
+        waypoints.balloons.extend(
+            sym.BalloonToken(data=f'{{"name": "{name}", "x": {x}, "y": {y}}}') for name, x, y in ROUND
+        )
+        closed, idle, retries = (
+            self.place(net, id, n) for id, n in (("Closed", 0), ("Idle", 1), ("Retry", 1))
+        )
+        goal, under_way, recalled, tried, recall, ask = self.some(
+            net, "Goal", "UnderWay", "Recalled", "Tried", "Recall", "AskDock"
+        )
+        done, failed, back, no = self.some(net, "Done", "Failed", "Back", "Refused")
+        send = transition(net, "TSend")
+        flow(waypoints, send, goal)
+        flow(idle, send, under_way)
+        read(retries, send)
+        recall.capacity = 1
+        if mistake != "asks once":
+            inhibit(recall, send)  # what was asked of the last goal must not meet the next one
+        flow(closed, transition(net, "TAgain", "Again"), waypoints)
+        for id, end, into in (("TDone", done, closed), ("TRefused", no, closed)):
+            self.move(net, id, [end, under_way], [into, idle])
+        self.move(net, "TRetry", [failed, under_way, retries], [goal, under_way, tried])
+        self.move(net, "TGiveUp", [failed, under_way, tried], [closed, idle, tried])
+        self.move(net, "TForget", [tried, idle], [retries, idle])
+
+        low = self.place(self.callback(net, "OnLow"), "Low")
+        low_here, charged = refer(low, net), self.place(net, "Charged")
+        now, later = ([ask], []) if mistake == "docks at once" else ([], [ask])
+        self.move(net, "TRecall", [low_here, under_way], [recall, recalled, *now])
+        self.move(net, "TDock", [low_here, idle], [ask])
+        for id, end, into in (
+            ("TDoneAtLast", done, closed),
+            ("TBack", back, waypoints),
+            ("TLeave", failed, waypoints),
+            ("TRefusedAtLast", no, closed),
+        ):
+            self.move(net, id, [end, recalled], [into, *later])
+        if mistake != "asks once":  # a request is gone where no goal is sent yet
+            insist = transition(net, "TInsist")
+            insist.interval = pn.TimeInterval(earliest=PATIENCE)
+            read(recalled, insist)
+            flow(insist, recall)
+        self.move(net, "TCharged", [charged], [idle])
+        flow(self.place(net, "Way", type=self.types.progress), transition(net, "TNote"))
+
+    def navigator(self) -> None:
+        """Drive to one waypoint at a time."""
+        net = self.node("navigator", "AtGoal")
+        permits = self.place(self.callback(net, "OnPermit"), "Permits", LEGS, self.types.charge)
+        standing = self.place(net, "Standing", 1)
+        page = self.callback(net, "Navigate", "goal")
+        target, driving, there, blocked, stop, stopped, leg = self.some(
+            page, "Target", "Driving", "There", "Blocked", "Stop", "Stopped", "Leg"
+        )
+        leg.tokenType = self.types.charge
+        told = self.place(page, "Told", type=self.types.progress)
+        told.capacity = 1
+        scan = self.place(self.callback(net, "OnScan"), "Scan", type=self.types.range)
+        here, ahead, permit = refer(standing, page), refer(scan, page), refer(permits, page)
+        self.move(page, "TDrive", [target, permit, here], [driving, leg])
+        arrive = self.move(page, "TArrive", [driving], [there, here])
+        set_clause(arrive, "AtGoal")
+        self.move(page, "TProceed", [driving, ahead], [driving, told])
+        self.move(page, "TBlocked", [driving, ahead], [blocked, here])
+        self.move(page, "TBrake", [driving, stop], [stopped, here])
+        self.move(page, "TStay", [target, stop], [stopped])
+        ignore = transition(net, "TIgnore")
+        flow(refer(scan, net), ignore)
+        read(standing, ignore)
+
+    def lidar(self) -> None:
+        """Measure what is ahead, again and again."""
+        page = self.callback(self.node("lidar"), "OnScanner", "timer", SCAN_PERIOD)
+        flow(transition(page, "TScan"), self.place(page, "Ahead", type=self.types.range))
+
+    def battery(self) -> None:
+        """Count the legs, warn, and give permits while it is charged."""
+        net, charge = self.node("battery"), self.types.charge
+        spent, permit = self.place(net, "Spent", type=charge), self.place(net, "Permit", type=charge)
+        watching, warned, low = (
+            self.place(net, "Watching", 1),
+            self.place(net, "Warned"),
+            self.place(net, "Warning"),
+        )
+        driven = self.place(self.callback(net, "OnLeg"), "Driven", type=charge)
+        flow(driven, transition(driven.page, "TCount"), refer(spent, driven.page))
+        warn = self.move(net, "TWarn", [watching], [warned, low])
+        read(spent, warn, WARNING)
+        page = self.callback(net, "ChargeServer", "server")
+        asked, charging, full = self.some(page, "ChargeEntry", "Charging", "ChargeExit")
+        here = refer(spent, page)
+        self.move(page, "TPlug", [asked, refer(warned, page)], [charging])
+        self.move(page, "TCharge", [charging, here], [charging, refer(permit, page)])
+        inhibit(here, self.move(page, "TFull", [charging], [full, refer(watching, page)]))
+
+    def dock(self) -> None:
+        """Find the dock, and have the battery charged there."""
+        net = self.node("dock")
+        free = self.place(net, "Free", 1)
+        marker = self.place(self.callback(net, "OnMarker"), "Marker", type=self.types.picture)
+        page = self.callback(net, "DockServer", "server")
+        asked, searching, docked, ask, answer, away = self.some(
+            page, "DockEntry", "Searching", "Docked", "AskCharge", "Full", "DockExit"
+        )
+        bay = refer(free, page)
+        self.move(page, "TSearch", [asked, bay], [searching])
+        self.move(page, "TApproach", [searching, refer(marker, page)], [docked, ask])
+        self.move(page, "TUndock", [docked, answer], [away, bay])
+        overlook = transition(net, "TOverlook")
+        flow(refer(marker, net), overlook)
+        read(free, overlook)
+
+    def camera(self) -> None:
+        """Send pictures while it is active: others activate and deactivate it."""
+        net = self.node("camera")
+        net.lifecycle = sym.Lifecycle(pauses=True, deactivates=True, configureStep=1, activateStep=2)
+        page = self.callback(net, "OnShutter", "timer", PICTURE_PERIOD)
+        flow(transition(page, "TShoot"), self.place(page, "Image", type=self.types.picture))
+
+    def detector(self) -> None:
+        """Look for the dock's marker in pictures."""
+        page = self.callback(self.node("detector"), "OnImage")
+        seen, found = (self.place(page, id, type=self.types.picture) for id in ("Seen", "Found"))
+        self.move(page, "TDetect", [seen], [found])
+        self.move(page, "TNothing", [seen], [])
+
+    # What joins them.
+
+    def channels(self) -> None:
+        """Let nodes talk to each other."""
+        self.topic("Scans", "/scan", "Ahead", "Scan", 1, SENSOR)
+        self.topic("Images", "/camera/images", "Image", "Seen", 1, SENSOR)
+        self.topic("Markers", "/dock/marker", "Found", "Marker", 1, SENSOR)
+        self.topic("Legs", "/battery/legs", "Leg", "Driven", LEGS, LATCHED)
+        self.topic("Permissions", "/battery/permits", "Permit", "Permits", LEGS, LATCHED)
+        self.find("Permissions").subscribers[0].inHand = LEGS
+        self.topic("LowBattery", "/battery/low", "Warning", "Low", 1, LATCHED)
+        self.service("Dock", "/dock", "DockServer", "DockEntry", "DockExit", "mission", "AskDock", "Charged")
+        self.service(
+            "ChargeBattery",
+            "/battery/charge",
+            "ChargeServer",
+            "ChargeEntry",
+            "ChargeExit",
+            "dock",
+            "AskCharge",
+            "Full",
+        )
+        places = self.places
+        sym.ActionChannel(
+            id="Navigation",
+            action="/navigate",
+            instances=1,
+            depth=5,
+            server=sym.ActionServerPort(
+                page=places["Target"].page,
+                entry=places["Target"],
+                succeeded=places["There"],
+                aborted=places["Blocked"],
+                canceled=places["Stopped"],
+                cancel=places["Stop"],
+                feedback=places["Told"],
+                mayReject=True,
+            ),
+            clients=[
+                sym.ActionClientPort(
+                    client="mission",
+                    goal=places["Goal"],
+                    succeeded=places["Done"],
+                    aborted=places["Failed"],
+                    canceled=places["Back"],
+                    rejected=places["Refused"],
+                    cancel=places["Recall"],
+                    feedback=places["Way"],
+                )
+            ],
+            model=self.model,
+        )
+
+    def properties(self) -> None:
+        """Say what matters, in the robot's own words."""
+        for id, text in PROPERTIES.items():
+            self.model.properties.append(sym.Property(id=id, text=text))
+
+    # Shorter words.
+
+    def node(self, id: str, *signals: str) -> sym.NodeNet:
+        """Add a node net with its signals."""
+        net = sym.NodeNet(id=id, name=id, package=f"robot_{id}", net=self.model)
+        for signal in signals:
+            sym.InputSignal(id=signal, name=signal, node=net)
+        return net
+
+    def callback(
+        self, net: sym.NodeNet, id: str, kind: str = "subscriber", timer: float | None = None
+    ) -> sym.CallbackPage:
+        """Add a callback page."""
+        page = sym.CallbackPage(id=id, name=id, kind=kind, page=net)
+        page.timer = timer
+        return page
+
+    def place(self, page: pn.Page, id: str, tokens: int = 0, type: sym.TokenType | None = None) -> sym.Place:
+        """Add a place."""
+        self.places[id] = made = sym.Place(id=id, name=id, tokens=tokens, tokenType=type, page=page)
+        return made
+
+    def some(self, page: pn.Page, *ids: str) -> list[sym.Place]:
+        """Add empty places."""
+        return [self.place(page, id) for id in ids]
+
+    def move(
+        self, page: pn.Page, id: str, takes: list[pn.PlaceNode], gives: list[pn.PlaceNode]
+    ) -> sym.Transition:
+        """Add a transition that takes a token of some places and gives one to others."""
+        made = transition(page, id)
+        for each in takes:
+            flow(each, made)
+        for each in gives:
+            flow(made, each)
+        return made
+
+    def find(self, id: str) -> sym.Channel:
+        """Return a channel."""
+        return next(each for each in self.model.channels if each.id == id)
+
+    def topic(self, id: str, name: str, sent: str, got: str, depth: int, quality: dict[str, str]) -> None:
+        """Add a topic with histories of one depth and one quality of service at both ends."""
+        sym.TopicChannel(
+            id=id,
+            topic=name,
+            qos=sym.QualityOfService(**quality),
+            publishers=[sym.PublisherPort(place=self.places[sent], limit=depth)],
+            subscribers=[sym.SubscriberPort(place=self.places[got], limit=depth)],
+            model=self.model,
+        )
+
+    def service(
+        self, id: str, name: str, page: str, entry: str, exit: str, client: str, request: str, response: str
+    ) -> None:
+        """Add a service with one client."""
+        places = self.places
+        sym.ServiceChannel(
+            id=id,
+            service=name,
+            server=sym.ServerPort(page=places[entry].page, entry=places[entry], exit=places[exit]),
+            clients=[sym.ClientPort(client=client, request=places[request], response=places[response])],
+            model=self.model,
+        )
+
+
+def transition(page: pn.Page, id: str, clause: str | None = None) -> sym.Transition:
+    """Add a transition."""
+    made = sym.Transition(id=id, name=id, page=page)
+    if clause:
+        set_clause(made, clause)
+    return made
+
+
+def refer(target: pn.Place, page: pn.Page) -> pn.ReferencePlace:
+    """Let a page use a place of another one, under one name however often it does."""
+    id = f"{target.id}@{page.id}"
+    for known in page.objects:
+        if known.id == id:
+            return known
+    return pn.ReferencePlace(id=id, name=target.name, target=target, page=page)
+
+
+def build(mistake: str = "") -> sym.SystemModel:
+    """Return the robot, as it is or with a mistake."""
+    return Robot(mistake).model
+
+
+def main() -> None:
+    """Write the models."""
+    save(build(), HOME / "mobile_robot.sym.xmi")
+    save(build("asks once"), HOME / "mobile_robot_earlier.sym.xmi")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,77 @@
+"""Whether a goal is accepted: what developers say of its data, where the model lets a server refuse goals."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from types import MappingProxyType
+from typing import TypeAlias, TypeVar
+
+from dineros.metamodel.errors import near_matches
+from dineros.runtime.firing.handlers import HandlerError
+from dineros.runtime.firing.observing import Observer
+from dineros.runtime.nets.ports import ActionServerPort, Data
+from dineros.runtime.scheduling.watchdog import Watchdog
+
+LOG = logging.getLogger("dineros.runtime")
+
+Judge: TypeAlias = Callable[[Data], object]
+J = TypeVar("J", bound=Judge)
+
+
+class Acceptance:
+    """What decides about goals of the actions of a node.
+
+    Parameters
+    ----------
+    ports : sequence of ActionServerPort
+        The servers.
+    watchdog : Watchdog
+        Watches the functions, which run on the node's thread.
+    observer : Observer
+        Told of their errors.
+    """
+
+    def __init__(self, ports: Sequence[ActionServerPort], watchdog: Watchdog, observer: Observer) -> None:
+        self._ports = {port.channel: port for port in ports}
+        self._judges: dict[str, Judge] = {}
+        self._watchdog = watchdog
+        self._observer = observer
+
+    def register(self, action: str, judge: Judge) -> None:
+        """Let a function decide about the goals of an action.
+
+        Raises
+        ------
+        HandlerError
+            The node serves no such action, or the model does not let it refuse goals.
+        """
+        if action not in self._ports:
+            raise HandlerError(
+                f"the node serves no action {action!r}",
+                element=action,
+                hint=near_matches(action, list(self._ports)),
+            )
+        if not self._ports[action].may_reject:
+            raise HandlerError(
+                f"the server of action {action} may not refuse goals",
+                element=action,
+                hint="set mayReject of its port: what refuses a goal is checked then",
+            )
+        self._judges[action] = judge
+
+    def accepts(self, action: str, goal: Data) -> bool:
+        """Tell whether a goal is accepted; one whose function fails is not, and the error is recorded."""
+        judge = self._judges.get(action)
+        if judge is None:
+            return True
+        name = f"{getattr(judge, '__name__', 'a function')}, which decides about goals of {action},"
+        try:
+            return bool(self._watchdog.call(judge, MappingProxyType(dict(goal)), name))
+        except Exception as error:
+            text = f"{name} failed: {error!r}; the goal is refused"
+            LOG.exception("%s", text)
+            self._observer.emit(
+                "error", transition=None, handler=None, error=text, attempt=1, policy="refuse"
+            )
+            return False

@@ -1,0 +1,65 @@
+"""What a node is, as opposed to how it fares: its part of the model, its ports, its handlers."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from dineros.runtime.nets.ports import Port
+from dineros.runtime.nodes.core import Core
+
+_HIDDEN = ("mappings", "token_type", "place_types")
+"""What of ports only encoders need."""
+
+
+def description_of(core: Core) -> dict[str, Any]:
+    """Return what a node is, as values of JSON; from any thread.
+
+    Parameters
+    ----------
+    core : Core
+        The node's.
+    """
+    structure = core.structure
+    ports = structure.ports
+    return {
+        "model": ports.model,
+        "node": ports.node,
+        "middleware": ports.middleware,
+        "managed": ports.is_managed,
+        "seed": core.seed,
+        "places": {
+            id: {"tokens": len(tokens), "capacity": capacity}
+            for id, tokens, capacity in zip(
+                structure.places, structure.initial, structure.capacities, strict=True
+            )
+        },
+        "transitions": list(structure.transitions),
+        "signals": dict(zip(structure.signals, structure.initial_signals, strict=True)),
+        "timers": {timer.callback: timer.period for timer in ports.timers},
+        "handlers": [
+            {
+                "transition": handler.transition,
+                "name": handler.name,
+                "thread": handler.thread or handler.is_asynchronous,
+                "timeout": handler.timeout,
+                "budget": handler.budget,
+            }
+            for handler in core.handlers.all()
+        ],
+        **{
+            kind: [_port(port) for port in found]
+            for kind, found in (
+                ("publishers", ports.publishers),
+                ("subscribers", ports.subscribers),
+                ("clients", ports.clients),
+                ("servers", ports.servers),
+                ("action_clients", ports.action_clients),
+                ("action_servers", ports.action_servers),
+            )
+        },
+    }
+
+
+def _port(port: Port) -> dict[str, Any]:
+    return {name: value for name, value in asdict(port).items() if name not in _HIDDEN}

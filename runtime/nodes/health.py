@@ -1,0 +1,289 @@
+"""How a node fares: its marking, its queues, its handlers and signals, and what it waits for.
+
+`HealthWatch.look` gathers it on the node's thread, about once a second, from what is counted anyway. What
+goes beyond a budget (a queue, a handler, a signal) is a `Concern`, which names the element of the model and
+is logged once when it begins.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Literal
+
+from dineros.runtime.nets.ports import ActionClientPort, SubscriberPort
+from dineros.runtime.nodes.core import Core
+from dineros.runtime.nodes.status import Status
+
+LOG = logging.getLogger("dineros.runtime")
+
+FULL = 0.8
+"""Share of its capacity above which a queue is a concern."""
+
+MOST = 200
+"""Places, queues, handlers and the like that are told of each kind: who listens has to take them."""
+
+RESTARTS = "DINEROS_RESTARTS"
+"""Environment variable by which a supervisor tells a process how often it has been started again."""
+
+Budget = Literal["queue-fill", "handler-time", "signal-age"]
+
+
+@dataclass(frozen=True, slots=True)
+class QueueFill:
+    """How full a subscriber's queue was since the last look, at most.
+
+    Attributes
+    ----------
+    place, channel, topic : str
+        Whose messages become tokens of which place.
+    waiting, capacity : int
+        Messages that waited, of as many as the queue was proved to hold.
+    held : int
+        Messages that wait now for room on their place.
+    """
+
+    place: str
+    channel: str
+    topic: str
+    waiting: int
+    capacity: int
+    held: int = 0
+
+    @property
+    def is_nearly_full(self) -> bool:
+        """Whether it is above 80 %; a queue of one message is full whenever one comes, which says nothing."""
+        return self.capacity > 1 and self.waiting > FULL * self.capacity
+
+
+@dataclass(frozen=True, slots=True)
+class SignalAge:
+    """When a signal was heard last: seconds ago, or None; `limit`: how many it may be silent, or None."""
+
+    signal: str
+    value: bool
+    age: float | None
+    limit: float | None
+    is_stale: bool
+
+
+@dataclass(frozen=True, slots=True)
+class HandlerLoad:
+    """What a handler takes, in seconds: the longest since the last look, the mean of all, the budget."""
+
+    transition: str
+    handler: str
+    calls: int
+    longest: float
+    mean: float
+    budget: float | None
+    slow: int
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """What a part of the node waits for.
+
+    Attributes
+    ----------
+    element : str
+        What waits: a client, a transition, a place, the node.
+    kind : {"service", "action", "handler", "room", "proceed"}
+        What for: a response, a goal, a handler that runs, room on a place, being told to go on.
+    on : str
+        Which: the name of the service or action, the handler, the place.
+    seconds : float
+        For how long; 0.0 where nobody counts.
+    """
+
+    element: str
+    kind: Literal["service", "action", "handler", "room", "proceed"]
+    on: str
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Concern:
+    """A budget that is not kept: of which element of the model, and in words."""
+
+    budget: Budget
+    element: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Health:
+    """How a node fares at one moment.
+
+    Attributes
+    ----------
+    status : Status
+        Its state, in short.
+    firings, failures, restarts : int
+        Counted since it was started; how often that was again.
+    rate : float
+        Firings a second since the last look.
+    places : mapping of str to int
+        Tokens of each place.
+    queues, servers, signals, handlers, waits, concerns
+        See there; `servers`: name of a service -> requests served, instances, requests that wait.
+    drops, refused : mapping
+        Messages lost, by channel and queue; messages not taken, by channel.
+    """
+
+    status: Status
+    firings: int
+    failures: int
+    restarts: int
+    rate: float
+    places: Mapping[str, int]
+    queues: tuple[QueueFill, ...] = ()
+    servers: Mapping[str, tuple[int, int, int]] = field(default_factory=dict)
+    signals: tuple[SignalAge, ...] = ()
+    handlers: tuple[HandlerLoad, ...] = ()
+    waits: tuple[Wait, ...] = ()
+    concerns: tuple[Concern, ...] = ()
+    drops: Mapping[tuple[str, str], int] = field(default_factory=dict)
+    refused: Mapping[str, int] = field(default_factory=dict)
+
+
+class HealthWatch:
+    """Looks at one node from time to time, and remembers what it knew.
+
+    Parameters
+    ----------
+    core : Core
+        The node's.
+    """
+
+    def __init__(self, core: Core) -> None:
+        self._core = core
+        self._firings = core.execution.firings
+        self._looked = core.loop.clock()
+        self._concerns: dict[tuple[Budget, str], Concern] = {}
+        told = os.environ.get(RESTARTS, "")
+        self._restarts = int(told) if told.isascii() and told.isdigit() and len(told) < 10 else 0
+
+    def look(self) -> Health:
+        """Return how the node fares; on its thread."""
+        core, now = self._core, self._core.loop.clock()
+        execution, exchange, engine = core.execution, core.exchange, core.engine
+        firings, passed = execution.firings, now - self._looked
+        rate = (firings - self._firings) / passed if passed > 0 else 0.0
+        self._firings, self._looked = firings, now
+        places = core.structure.places[:MOST]
+        queues, signals, handlers = tuple(self._queues()), tuple(self._signals(now)), tuple(self._handlers())
+        execution.durations.forget_longest()
+        served = {} if exchange is None else exchange.requests_served()
+        return Health(
+            status=core.status(),
+            firings=firings,
+            failures=core.failures,
+            restarts=self._restarts,
+            rate=rate,
+            places=MappingProxyType({id: engine.count(place) for place, id in enumerate(places)}),
+            queues=queues,
+            servers={port.service: (busy, port.instances, more) for port, (busy, more) in served.items()},
+            signals=signals,
+            handlers=handlers,
+            waits=tuple(self._waits(now))[:MOST],
+            concerns=self._judge(queues, signals, handlers),
+            drops={} if exchange is None else dict(exchange.drops),
+            refused={} if exchange is None else dict(exchange.refused),
+        )
+
+    def _queues(self) -> Iterator[QueueFill]:
+        core = self._core
+        if core.arrivals is not None:
+            for port in core.structure.ports.subscribers[:MOST]:
+                waiting, held = core.arrivals.most_waiting(port), core.arrivals.held(port)
+                yield QueueFill(port.place, port.channel, port.topic, waiting, max(1, port.limit), held)
+
+    def _signals(self, now: float) -> Iterator[SignalAge]:
+        core = self._core
+        stale = set(core.expectations.stale)
+        for number, id in enumerate(core.structure.signals[:MOST]):
+            heard = core.heard.get(number)
+            age = None if heard is None else max(0.0, now - heard)
+            yield SignalAge(
+                id, core.engine.signals[number], age, core.expectations.limit(number), id in stale
+            )
+
+    def _handlers(self) -> Iterator[HandlerLoad]:
+        transitions = self._core.structure.transitions
+        for count, time in enumerate(self._core.execution.durations):
+            if count < MOST:
+                mean, name = time.total / max(1, time.calls), transitions[time.transition]
+                yield HandlerLoad(name, time.handler, time.calls, time.longest, mean, time.budget, time.slow)
+
+    def _waits(self, now: float) -> Iterator[Wait]:
+        core = self._core
+        execution, exchange, transitions = core.execution, core.exchange, core.structure.transitions
+        if execution.halted is not None:
+            yield Wait(core.structure.ports.node, "proceed", execution.halted)
+        for flight in execution.in_flight:
+            handler = flight.handlers[min(flight.position, len(flight.handlers) - 1)].name
+            yield Wait(transitions[flight.transition], "handler", handler, now - flight.started)
+        if exchange is None:
+            return
+        for port, call in exchange.requests_under_way():
+            yield Wait(port.client, "service", port.service, max(0.0, now - call.asked))
+        for goals_port, client in exchange.actions.clients.items():
+            yield from (_goal(goals_port) for _ in client.goals)
+        if core.arrivals is not None:
+            for subscriber in core.structure.ports.subscribers:
+                if core.arrivals.held(subscriber):
+                    yield _room(subscriber)
+
+    def _judge(
+        self,
+        queues: tuple[QueueFill, ...],
+        signals: tuple[SignalAge, ...],
+        handlers: tuple[HandlerLoad, ...],
+    ) -> tuple[Concern, ...]:
+        """Return what goes beyond its budget, and log what is new among it, and what is over."""
+        found = {
+            (concern.budget, concern.element): concern for concern in _concerns(queues, signals, handlers)
+        }
+        for key, concern in found.items():
+            # That a signal is stale has been logged when it became so, as `stale_after` says.
+            if key not in self._concerns and concern.budget != "signal-age":
+                LOG.warning("%s [%s]", concern.text, concern.budget)
+        for key in self._concerns.keys() - found.keys():
+            if key[0] == "queue-fill":
+                LOG.info("the queue of %s is below %g %% again", key[1], 100 * FULL)
+        self._concerns = found
+        return tuple(found.values())
+
+
+def _concerns(
+    queues: tuple[QueueFill, ...], signals: tuple[SignalAge, ...], handlers: tuple[HandlerLoad, ...]
+) -> Iterator[Concern]:
+    for queue in queues:
+        if queue.is_nearly_full:
+            text = (
+                f"the queue of {queue.place} (topic {queue.topic}) held {queue.waiting} of {queue.capacity}"
+            )
+            yield Concern("queue-fill", queue.place, text)
+    for load in handlers:
+        if load.budget is not None and load.longest > load.budget:
+            text = (
+                f"the handler {load.handler} of {load.transition} took {load.longest:.3g} s, "
+                f"its budget is {load.budget:g} s"
+            )
+            yield Concern("handler-time", load.transition, text)
+    for signal in signals:
+        if signal.is_stale:
+            text = f"the signal {signal.signal} is stale: not heard for {signal.limit or 0:g} s"
+            yield Concern("signal-age", signal.signal, text)
+
+
+def _goal(port: ActionClientPort) -> Wait:
+    return Wait(port.client, "action", port.action)
+
+
+def _room(port: SubscriberPort) -> Wait:
+    return Wait(port.topic, "room", port.place)

@@ -1,0 +1,170 @@
+"""Metrics of a node for Prometheus: its text format, served on 127.0.0.1.
+
+The format is a line for each value (Prometheus, "Exposition formats", version 0.0.4), so that it is written
+here: the library ``prometheus_client`` would be one more thing on the robot, and counts a second time what
+the node counts already. Python's web server is imported only where a port is asked for.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from dineros.runtime.nodes.health import Health
+from dineros.runtime.ros.process.session import LOG
+
+HOST = "127.0.0.1"
+CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
+PATIENCE = 5.0
+"""Seconds that somebody who asks has to send the question."""
+
+Sample = tuple[str, str, str, dict[str, str], float]
+"""Name, type, help, labels, value."""
+
+
+def metrics_text(node: str, health: Health | None) -> str:
+    """Return what is known of a node in Prometheus' text format.
+
+    Parameters
+    ----------
+    node : str
+        Its name in ROS, a label of each value.
+    health : Health or None
+        How it fares; None: it has not looked yet, and there is nothing to tell.
+    """
+    lines: list[str] = []
+    told: set[str] = set()
+    for name, kind, help, labels, value in sorted(
+        _samples(health) if health else (), key=lambda each: each[0]
+    ):
+        if name not in told:
+            told.add(name)
+            lines += [f"# HELP dineros_{name} {help}", f"# TYPE dineros_{name} {kind}"]
+        shown = ",".join(f'{key}="{_escaped(text)}"' for key, text in {"node": node, **labels}.items())
+        lines.append(f"dineros_{name}{{{shown}}} {value:.10g}")
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _samples(health: Health) -> Iterator[Sample]:
+    status = health.status
+    yield "state", "gauge", "1 for the state that the node has.", {"state": status.state}, 1
+    yield "firings_total", "counter", "Firings since the node was started.", {}, health.firings
+    yield "failures_total", "counter", "Firings that failed.", {}, health.failures
+    yield "restarts_total", "counter", "How often the process was started again.", {}, health.restarts
+    for place, tokens in health.places.items():
+        yield "place_tokens", "gauge", "Tokens of a place.", {"place": place}, tokens
+    for queue in health.queues:
+        labels = {"place": queue.place, "topic": queue.topic}
+        said = "Messages that waited at a time since the last look, at most."
+        yield "queue_waiting", "gauge", said, labels, queue.waiting
+        yield "queue_capacity", "gauge", "Messages that the queue holds, as proved.", labels, queue.capacity
+    for service, (busy, instances, waiting) in health.servers.items():
+        labels = {"service": service}
+        yield "service_busy", "gauge", "Requests that are served.", labels, busy
+        yield "service_instances", "gauge", "Requests that can be served at a time.", labels, instances
+        yield "service_waiting", "gauge", "Requests that wait in the node.", labels, waiting
+    for (channel, where), count in health.drops.items():
+        labels = {"channel": channel, "queue": where}
+        yield "lost_total", "counter", "Messages that a full queue lost.", labels, count
+    for channel, count in health.refused.items():
+        yield "refused_total", "counter", "Messages that were not taken.", {"channel": channel}, count
+    for signal in health.signals:
+        labels = {"signal": signal.signal}
+        yield "signal", "gauge", "Value of an input signal.", labels, float(signal.value)
+        yield "signal_stale", "gauge", "Whether its source is silent.", labels, float(signal.is_stale)
+        if signal.age is not None:
+            yield "signal_age_seconds", "gauge", "Since it was heard.", labels, signal.age
+    for load in health.handlers:
+        labels = {"transition": load.transition, "handler": load.handler}
+        total = load.mean * load.calls
+        yield "handler_seconds_total", "counter", "What a handler took in all.", labels, total
+        yield "handler_calls_total", "counter", "How often a handler ran.", labels, load.calls
+        yield "handler_slow_total", "counter", "How often it exceeded its budget.", labels, load.slow
+    # Several may wait for the same thing: the one that has waited longest is told.
+    waits: dict[tuple[str, str, str], float] = {}
+    for wait in health.waits:
+        key = wait.element, wait.kind, wait.on
+        waits[key] = max(waits.get(key, 0.0), wait.seconds)
+    for (element, kind, on), seconds in waits.items():
+        labels = {"element": element, "kind": kind, "on": on}
+        yield "waiting_seconds", "gauge", "For how long something has waited.", labels, seconds
+    concerns = {(concern.budget, concern.element) for concern in health.concerns}
+    for budget, element in sorted(concerns):
+        labels = {"budget": budget, "element": element}
+        yield "over_budget", "gauge", "1 for what goes beyond its budget.", labels, 1
+
+
+def _escaped(text: str) -> str:
+    text = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
+class MetricsServer:
+    """Answers ``GET /metrics`` on 127.0.0.1, on threads of its own.
+
+    Parameters
+    ----------
+    port : int
+        Where it listens.
+    text : callable
+        Returns what it answers; from any thread.
+    """
+
+    def __init__(self, port: int, text: Callable[[], str]) -> None:
+        self._port = port
+        self._text = text
+        self._server: Any = None
+        self._thread: threading.Thread | None = None
+
+    def start(self) -> None:
+        """Listen; where that is impossible, it is logged, and the node goes on without."""
+        from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+        text, names = self._text, {f"{host}:{self._port}" for host in (HOST, "localhost")}
+
+        class Answers(BaseHTTPRequestHandler):
+            timeout = PATIENCE
+
+            def do_GET(self) -> None:
+                # A page of somebody else's, whose name leads to this machine, is not to read it.
+                if self.headers.get("Host", "") not in names:
+                    self.send_error(403)
+                elif self.path.partition("?")[0] != "/metrics":
+                    self.send_error(404)
+                else:
+                    content = text().encode()
+                    self.send_response(200)
+                    self.send_header("Content-Type", CONTENT_TYPE)
+                    self.send_header("Content-Length", str(len(content)))
+                    self.end_headers()
+                    self.wfile.write(content)
+
+            def log_message(self, format: str, *values: object) -> None:
+                LOG.debug("metrics: " + format, *values)
+
+        class Server(ThreadingHTTPServer):
+            daemon_threads = True
+
+            def handle_error(self, request: object, client_address: object) -> None:
+                LOG.debug("a question for metrics failed", exc_info=True)
+
+        try:
+            self._server = Server((HOST, self._port), Answers)
+        except OSError as error:
+            LOG.error("no metrics on %s:%d: %s", HOST, self._port, error)
+            return
+        LOG.info("metrics on http://%s:%d/metrics", HOST, self._port)
+        self._thread = threading.Thread(
+            target=self._server.serve_forever, name="dineros metrics", daemon=True
+        )
+        self._thread.start()
+
+    def close(self) -> None:
+        """Listen no more."""
+        server, self._server = self._server, None
+        if server is not None:
+            server.shutdown()
+            server.server_close()
+        if self._thread is not None:
+            self._thread.join(PATIENCE)

@@ -1,0 +1,244 @@
+"""A running application as its nodes tell of it on ``/diagnostics``: what `dineros top` shows.
+
+Anybody may publish there, so all of it is data: what is no node of ours is passed over, texts are cut and
+cannot steer a terminal, and no more than `MOST` nodes are kept.
+"""
+
+from __future__ import annotations
+
+import re
+import threading
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from graphlib import CycleError, TopologicalSorter
+from typing import Any, Protocol
+
+from dineros.runtime.nodes.health import MOST as MOST_VALUES
+from dineros.runtime.ros.diagnostics import TOPIC
+from dineros.runtime.ros.process.session import Session
+
+MOST = 1000
+"""Nodes that are kept."""
+
+LONGEST = 300
+"""Characters of a text that are kept."""
+
+_PARTS = ("state", "places", "queues", "services", "signals", "handlers", "waits")
+_NAME = re.compile(rf"(/[\w/]{{1,255}}): ({'|'.join(_PARTS)})")
+_WAIT = re.compile(r"(service|action|handler|room|proceed) (.*) ([0-9.]+) s")
+_FILL = re.compile(r"(\d+)/(\d+) (.*)")
+
+
+class KeyValue(Protocol):
+    """``diagnostic_msgs/msg/KeyValue``."""
+
+    key: str
+    value: str
+
+
+class DiagnosticStatus(Protocol):
+    """``diagnostic_msgs/msg/DiagnosticStatus``."""
+
+    level: bytes
+    name: str
+    message: str
+    hardware_id: str
+    values: list[KeyValue]
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """What a part of a node waits for: a client, say, for a service, and whose that is, where it is known."""
+
+    element: str
+    kind: str
+    on: str
+    seconds: float
+    node: str | None = None
+
+
+@dataclass
+class NodeView:
+    """What a node has told last.
+
+    Attributes
+    ----------
+    name, application : str
+        Its name in ROS, and the id of its system model.
+    level : int
+        The worst of its parts: 0 fine, 1 a warning, 2 an error.
+    heard : float
+        When, by the machine's clock.
+    parts : dict
+        Part -> its values; see `dineros.runtime.ros.diagnostics.parts_of`.
+    said : dict of str to str
+        Part -> what is wrong with it, in words.
+    """
+
+    name: str
+    application: str = ""
+    level: int = 0
+    heard: float = 0.0
+    parts: dict[str, dict[str, str]] = field(default_factory=dict)
+    said: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def state(self) -> str:
+        """``running``, ``halted`` and so on."""
+        return self.parts.get("state", {}).get("state", "")
+
+    def count(self, name: str) -> float:
+        """Return a number of the part ``state``, such as ``firings``; 0 where it is none."""
+        try:
+            return float(self.parts.get("state", {}).get(name, "0"))
+        except ValueError:
+            return 0.0
+
+    @property
+    def lost(self) -> int:
+        """Messages that were lost."""
+        return int(sum(self.count(name) for name in self.parts.get("state", {}) if name.startswith("lost ")))
+
+    @property
+    def fullest(self) -> tuple[int, int, str] | None:
+        """Messages that waited in the queue that was fullest, its capacity, and its place."""
+        found = [
+            (int(fill[1]), int(fill[2]), place)
+            for place, text in self.parts.get("queues", {}).items()
+            if (fill := _FILL.fullmatch(text)) and int(fill[2])
+        ]
+        return max(found, key=lambda each: each[0] / each[1], default=None)
+
+    @property
+    def tokens(self) -> dict[str, int]:
+        """Places that hold tokens."""
+        places = self.parts.get("places", {})
+        return {place: int(text) for place, text in places.items() if text.isdecimal() and int(text)}
+
+
+class Overview:
+    """What is known of all nodes; from any thread.
+
+    Parameters
+    ----------
+    clock : callable
+        Returns seconds.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._nodes: dict[str, NodeView] = {}
+
+    def take(self, statuses: Iterable[DiagnosticStatus]) -> None:
+        """Take in what came in one message: all that its node has to say."""
+        found: dict[str, NodeView] = {}
+        for status in statuses:
+            named = _NAME.fullmatch(status.name)
+            if named is None or (named[1] not in found and len(found) >= MOST):
+                continue
+            view = found.setdefault(named[1], NodeView(named[1], _plain(status.hardware_id)))
+            level = min(2, status.level[0]) if status.level else 0
+            view.level = max(view.level, level)
+            pairs = status.values[: MOST_VALUES + 50]
+            view.parts[named[2]] = {_plain(pair.key): _plain(pair.value) for pair in pairs}
+            if status.message and (named[2] != "state" or level):
+                view.said[named[2]] = _plain(status.message)
+        with self._lock:
+            for name, view in found.items():
+                if "firings" in view.parts.get("state", {}) and (
+                    name in self._nodes or len(self._nodes) < MOST
+                ):
+                    view.heard = self._clock()
+                    self._nodes[name] = view
+
+    def nodes(self) -> list[NodeView]:
+        """Return what is known, by name."""
+        with self._lock:
+            return [self._nodes[name] for name in sorted(self._nodes)]
+
+    def silent(self, view: NodeView) -> float:
+        """Return for how many seconds a node has said nothing."""
+        return max(0.0, self._clock() - view.heard)
+
+
+def waits_of(nodes: Iterable[NodeView]) -> dict[str, list[Waiting]]:
+    """Return what the nodes wait for, by their names; who serves a service is looked up among them."""
+    views = list(nodes)
+    serving = {service: view.name for view in views for service in view.parts.get("services", {})}
+    found: dict[str, list[Waiting]] = {}
+    for view in views:
+        for element, text in view.parts.get("waits", {}).items():
+            if wait := _WAIT.fullmatch(text):
+                kind, on, seconds = wait[1], wait[2], float(wait[3]) if wait[3].count(".") < 2 else 0.0
+                node = serving.get(on) if kind == "service" else None
+                found.setdefault(view.name, []).append(Waiting(element, kind, on, seconds, node))
+    return found
+
+
+def circle_of(waits: Mapping[str, list[Waiting]]) -> list[str]:
+    """Return nodes each of which waits for the next one, and the last for the first; empty: there are none.
+
+    They need not stand still: each of them may have other things to do.
+    """
+    on = {name: {each.node for each in found if each.node is not None} for name, found in waits.items()}
+    try:
+        TopologicalSorter(on).prepare()
+    except CycleError as error:
+        circle: list[str] = error.args[1]
+        return circle[:0:-1]  # the sorter names predecessors, and the first one twice
+    return []
+
+
+def _plain(text: str) -> str:
+    """Return a text that is short and steers no terminal."""
+    return "".join(each if each.isprintable() else "?" for each in text[:LONGEST])
+
+
+class Listener:
+    """Hears ``/diagnostics``, on a thread of its own, as long as the block lasts.
+
+    Parameters
+    ----------
+    overview : Overview
+        Takes in what is heard.
+
+    Raises
+    ------
+    RosError
+        ROS is not there, or has no package diagnostic_msgs.
+    """
+
+    def __init__(self, overview: Overview) -> None:
+        self._overview = overview
+        self._session: Session | None = None
+
+    def __enter__(self) -> Listener:
+        session = self._session = Session("dineros_top")
+        try:
+            self._subscribe(session)
+        except BaseException:
+            session.close()
+            raise
+        session.start()
+        return self
+
+    def _subscribe(self, session: Session) -> None:
+        from dineros.runtime.ros.process.session import RosError
+
+        try:
+            from diagnostic_msgs.msg import DiagnosticArray
+        except ImportError as error:
+            raise RosError(
+                f"ROS's package diagnostic_msgs is not there: {error}", hint="install it, or dineros[ros]"
+            ) from error
+
+        def heard(message: Any) -> None:
+            self._overview.take(message.status)
+
+        session.node.create_subscription(DiagnosticArray, TOPIC, heard, 1000)
+
+    def __exit__(self, *exception: object) -> None:
+        if self._session is not None:
+            self._session.close()

@@ -1,0 +1,145 @@
+"""Goals of managed nodes (families A and L together): nothing of them happens before it is configured.
+
+A goal for a server that is not there waits for it, as a request does; what a slot works on stays there until
+its node is configured again. While a node is inactive, it takes goals, works on them, and hears of them.
+"""
+
+from __future__ import annotations
+
+from dineros.metamodel import sym
+from dineros.metamodel.records import Drop
+from dineros.transformations.language.functions import ancestor
+from dineros.transformations.language.meaning import Meaning
+from dineros.transformations.language.patterns import Index, Made, Node
+from dineros.transformations.language.rule import Rule
+from dineros.transformations.rules.actions.ends import End
+from dineros.transformations.rules.actions.feedback import A5, HISTORY, A5Tell
+from dineros.transformations.rules.actions.goals import A1, A2, Heard, Taken, Wish
+from dineros.transformations.rules.actions.slots import A6, slots
+from dineros.transformations.rules.lifecycle import L1, Configuring
+from dineros.transformations.rules.notation import arc, read, transition
+
+
+class L3Accept(Rule):
+    """It accepts no goal."""
+
+    action = Node(sym.ActionChannel)
+    slot = Index(upto=slots(action))
+    copy = Made(A6.page, of=[action, slot])
+    node = Node(sym.NodeNet, of=ancestor(copy, sym.NodeNet))
+    accept = Made(A2.accept, of=[action, slot])
+    configured = Made(L1.configured, of=node)
+
+    waits = read(configured, accept)
+
+
+class L3Goal(Rule):
+    """It refuses none, and takes no request to cancel."""
+
+    action = Node(sym.ActionChannel)
+    any_slot = Index(upto=1)
+    copy = Made(A6.page, of=[action, any_slot])
+    node = Node(sym.NodeNet, of=ancestor(copy, sym.NodeNet))
+    taken = Made(Taken, of=action)
+    configured = Made(L1.configured, of=node)
+
+    waits = read(configured, taken.move)
+
+
+class L3Tell(Rule):
+    """It gives no feedback."""
+
+    action = Node(sym.ActionChannel)
+    slot = Index(upto=slots(action))
+    copy = Made(A6.page, of=[action, slot])
+    node = Node(sym.NodeNet, of=ancestor(copy, sym.NodeNet))
+    tell = Made(A5Tell.tell, of=[action, slot])
+    configured = Made(L1.configured, of=node)
+
+    waits = read(configured, tell)
+
+
+class L3End(Rule):
+    """It ends no goal."""
+
+    action = Node(sym.ActionChannel)
+    slot = Index(upto=slots(action))
+    copy = Made(A6.page, of=[action, slot])
+    node = Node(sym.NodeNet, of=ancestor(copy, sym.NodeNet))
+    end = Made(End, of=[action, slot])
+    configured = Made(L1.configured, of=node)
+
+    waits = read(configured, end.move)
+
+
+class L3Send(Rule):
+    """It sends no goal."""
+
+    client = Node(sym.ActionClientPort)
+    node = Node(sym.NodeNet, of=ancestor(client.goal, sym.NodeNet))
+    send = Made(A1.send, of=client)
+    configured = Made(L1.configured, of=node)
+
+    waits = read(configured, send)
+
+
+class L3Wish(Rule):
+    """It asks to cancel none."""
+
+    client = Node(sym.ActionClientPort)
+    node = Node(sym.NodeNet, of=ancestor(client.goal, sym.NodeNet))
+    wish = Made(Wish, of=client)
+    configured = Made(L1.configured, of=node)
+
+    waits = read(configured, wish.move)
+
+
+class L3Hear(Rule):
+    """It takes no answer and no feedback."""
+
+    client = Node(sym.ActionClientPort)
+    node = Node(sym.NodeNet, of=ancestor(client.goal, sym.NodeNet))
+    heard = Made(Heard, of=client)
+    configured = Made(L1.configured, of=node)
+
+    waits = read(configured, heard.move)
+
+
+class L4Feedback(Rule):
+    """Feedback that a client has when its node is cleaned up is lost."""
+
+    action = Node(sym.ActionChannel)
+    client = Node(sym.ActionClientPort, channel=action)
+    node = Node(sym.NodeNet, of=ancestor(client.goal, sym.NodeNet))
+    life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
+    received = Made(A5.received, of=client)
+    queue = Made(A5.queue, of=client)
+    away = Made(L1.away, of=node)
+
+    words = "feedback for {client} of action {action} is lost: node net {node} is cleaned up"
+    gone = transition(
+        "{action.id}.client.{client.client}.feedback.gone",
+        Meaning(words, step=Drop, queue="feedback", called=HISTORY, part="gone"),
+    )
+    clear = transition(
+        "{action.id}.client.{client.client}.feedback.clear",
+        Meaning(words, step=Drop, queue="feedback", called=HISTORY, part="clear"),
+    )
+    loses = [arc(received, gone), read(away, gone)]
+    clears = [arc(queue.load, clear), arc(clear, queue.capacity), read(away, clear)]
+
+
+class L4FeedbackCleared(Rule):
+    """There is none when its node is configured."""
+
+    client = Node(sym.ActionClientPort)
+    node = Node(sym.NodeNet, of=ancestor(client.goal, sym.NodeNet))
+    life = Node(sym.Lifecycle, of=node.lifecycle, cleansUp=True)
+    bound = Made(A5.bound, of=client)
+    queue = Made(A5.queue, of=client)
+    change = Made(Configuring, of=node)
+
+    waits = [
+        read(bound.free, change.move),
+        read(queue.capacity, change.move, weight=queue.capacity.tokens),
+    ]

@@ -1,0 +1,166 @@
+"""Pictures that can be read: on paper at a width in millimetres, and at first sight in a window.
+
+Text in print has 6 points or more: what IEEE and ACM ask of figures. A net that is too large for that is not
+drawn smaller; its pages are drawn one by one.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from dineros.views.nets.contents.glyphs import NAME_SIZE, SMALL_SIZE
+from dineros.views.nets.contents.model import Box, ViewModel
+from dineros.views.nets.contents.operations import collapse, collapse_if_large, restricted
+from dineros.views.nets.placement.placing import layout
+
+LEAST_POINTS = 6.0
+"""Size of the smallest text on paper."""
+
+LEAST_PIXELS = 8.0
+"""Size of names at first sight on a screen."""
+
+WINDOW = (1280.0, 640.0)
+"""Pixels that a page has for its picture, in the smaller windows that people use."""
+
+_POINTS_PER_MILLIMETRE = 72 / 25.4
+_ASPECTS = (None, 1.6, 1.0, 0.7)
+_TINY = 7.0  # numbers of tokens with four digits and more
+
+
+@dataclass(frozen=True)
+class Paper:
+    """Room for a picture.
+
+    Attributes
+    ----------
+    width : float
+        In millimetres.
+    aspect : float or None
+        Width by height; any where there is none.
+    """
+
+    width: float
+    aspect: float | None = None
+
+    def area(self, positioned: Mapping[str, Any]) -> tuple[float, float, float, float]:
+        """Return the part of the plane that is shown, the net in its middle: x, y, width, height."""
+        wide, high = positioned["width"], positioned["height"]
+        if self.aspect is None:
+            return 0.0, 0.0, wide, high
+        width, height = max(wide, high * self.aspect), max(high, wide / self.aspect)
+        return (wide - width) / 2, (high - height) / 2, width, height
+
+    def needed(self, positioned: Mapping[str, Any]) -> float:
+        """Return the width in millimetres from which on all text can be read."""
+        units = self.area(positioned)[2]
+        return float(units * LEAST_POINTS / _smallest(positioned) / _POINTS_PER_MILLIMETRE)
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """One picture for paper.
+
+    Attributes
+    ----------
+    page : str or None
+        Id of the page that it shows; None for the whole.
+    positioned : dict
+        What `layout` returns.
+    needed : float
+        The width in millimetres that it needs.
+    """
+
+    page: str | None
+    positioned: dict[str, Any]
+    needed: float
+
+
+def sheets_for(view: ViewModel, paper: Paper) -> list[Sheet]:
+    """Return the picture of a view for paper; where it is too large, its overview and its pages one by one.
+
+    Sheets that are too large all the same are among them: their `needed` is more than the paper's width.
+
+    Parameters
+    ----------
+    view : ViewModel
+        The view, with boxes collapsed as it is to be shown.
+    paper : Paper
+        The room.
+
+    Raises
+    ------
+    DinerosError
+        The view cannot be laid out.
+    """
+    whole = _best(None, view, paper)
+    if whole.needed <= paper.width or not view.boxes:
+        return [whole]
+    return [_best(None, collapse(view), paper), *(_best(box.id, part, paper) for box, part in _pages(view))]
+
+
+def _pages(view: ViewModel) -> Iterator[tuple[Box, ViewModel]]:
+    """Yield the pages that hold nodes, each with the pages in it collapsed."""
+    for box in view.boxes:
+        inside = {box.id}
+        for other in view.boxes:  # boxes stand after those they are in
+            if other.parent in inside:
+                inside.add(other.id)
+        if not any(node.box == box.id for node in view.nodes):
+            continue
+        part = restricted(view, {node.id for node in view.nodes if node.box in inside})
+        inner = [each.id for each in part.boxes if each.id in inside and each.id != box.id]
+        boxes = [
+            dataclasses.replace(each, parent=None if each.id == box.id else each.parent)
+            for each in collapse(part, inner).boxes
+            if each.id in inside
+        ]
+        yield box, dataclasses.replace(part, boxes=boxes)
+
+
+def _best(page: str | None, view: ViewModel, paper: Paper) -> Sheet:
+    """Return the layout, of a few of different forms, that needs the least width."""
+    aspects = _ASPECTS if paper.aspect is None else (None, paper.aspect)
+    made = (layout(view, aspect=aspect) for aspect in aspects)
+    found = [Sheet(page, positioned, paper.needed(positioned)) for positioned in made]
+    fitting = [sheet for sheet in found if sheet.needed <= paper.width]
+    return fitting[0] if fitting else min(found, key=lambda sheet: sheet.needed)
+
+
+def _smallest(positioned: Mapping[str, Any]) -> float:
+    """Return the size of the smallest text of a picture."""
+    many = any(node.get("tokens", 0) >= 1000 for node in positioned["nodes"])
+    return _TINY if many else float(SMALL_SIZE)
+
+
+def collapse_to_read(view: ViewModel) -> ViewModel:
+    """Return the view with as many levels of boxes collapsed as it takes to read names at first sight.
+
+    Parameters
+    ----------
+    view : ViewModel
+        The view; it stays as it is. One with more nodes than anyone can read at once is collapsed as a whole.
+
+    Raises
+    ------
+    DinerosError
+        The view cannot be laid out.
+    """
+    view = collapse_if_large(view)
+    depths: dict[str, int] = {}
+    for box in view.boxes:
+        depths[box.id] = 0 if box.parent is None else depths[box.parent] + 1
+    for depth in range(max(depths.values(), default=-1), -1, -1):
+        positioned = layout(view)
+        if min(WINDOW[0] / positioned["width"], WINDOW[1] / positioned["height"]) * NAME_SIZE >= LEAST_PIXELS:
+            break
+        view = collapse(view, [id for id, level in depths.items() if level >= depth])
+    return view
+
+
+def file_name(id: str) -> str:
+    """Return what can stand in the name of a file for a page's id."""
+    return re.sub(r"[^\w.-]+", "_", id)
