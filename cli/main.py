@@ -41,7 +41,7 @@ class Subcommands(click.Group):
         place = _modules().get(cmd_name)
         if place is None:
             return None
-        command: click.Command = getattr(import_module(place), cmd_name.replace("-", "_"))
+        command: click.Command = getattr(import_module(place), place.rpartition(".")[2])
         return command
 
     def resolve_command(
@@ -95,7 +95,8 @@ def _modules() -> dict[str, str]:
     """Return the module of each subcommand, by its name."""
     found = pkgutil.walk_packages(commands.__path__, f"{commands.__name__}.")
     names = [module.name for module in found if not module.ispkg]
-    return {name.rpartition(".")[2].replace("_", "-"): name for name in names}
+    # A command named by a keyword of Python has a module with one more underscore.
+    return {name.rpartition(".")[2].rstrip("_").replace("_", "-"): name for name in names}
 
 
 @click.group(

@@ -86,7 +86,8 @@ def command(*examples: str) -> Callable[[Callable[..., Any]], ExampleCommand]:
     """
 
     def decorate(function: Callable[..., Any]) -> ExampleCommand:
-        return click.command(cls=ExampleCommand, examples=examples)(function)
+        name = function.__name__.rstrip("_").replace("_", "-")  # that of a keyword of Python has one more
+        return click.command(name, cls=ExampleCommand, examples=examples)(function)
 
     return decorate
 

@@ -6,6 +6,8 @@ in time, it ends it, wherever it is, and prints what was answered until then.
 
 from __future__ import annotations
 
+import os
+import re
 import signal
 import sys
 import time
@@ -33,6 +35,8 @@ LOOK_SECONDS = 0.02
 """Between two looks at the memory."""
 SHOWN_SECONDS, SAID_SECONDS = 0.5, 10.0
 """Between two looks at how far it is: on a terminal, and off it with `-v`."""
+SAY_SECONDS = "DINEROS_SAY_SECONDS"
+"""Environment variable that says after how many seconds else it is said off a terminal, for who shows it."""
 ASKED, ENDED = (1.02, 0.3), (1.05, 1.0)
 """When a search is asked to end that goes on, and when it is ended: times what it may take, plus seconds."""
 PATIENCE = 1.0
@@ -108,6 +112,8 @@ class Watch:
         self._looked = 0.0
         self._is_terminal = sys.stderr.isatty()
         self._is_shown = invocation().verbosity >= (0 if self._is_terminal else 1)
+        asked = os.environ.get(SAY_SECONDS, "")
+        self._pause = float(asked) if _SECONDS.fullmatch(asked) else SAID_SECONDS
         self._shown = 0.0
         self._has_line = False
 
@@ -222,9 +228,9 @@ class Watch:
     def show(self) -> None:
         """Show where the search is, again and again in one line on terminals, else in a line now and then."""
         now = self.limits.spent
-        if not self._is_shown or now - self._shown < (SHOWN_SECONDS if self._is_terminal else SAID_SECONDS):
+        if not self._is_shown or now - self._shown < (SHOWN_SECONDS if self._is_terminal else self._pause):
             return
-        self._shown = now if self._is_terminal else now - now % SAID_SECONDS
+        self._shown = now if self._is_terminal else now - now % self._pause
         if self._is_terminal:
             sys.stderr.write(f"{_CLEAR}{self.at}")
             self._has_line = True
@@ -246,4 +252,5 @@ class Watch:
             stream.flush()
 
 
+_SECONDS = re.compile(r"[1-9][0-9]?|0\.[1-9]")
 _CLEAR = "\r\033[K"

@@ -115,7 +115,7 @@ def _reason(
         _setting("subscriber", subscriber, feature, given),
     )
     return Mismatch(
-        f"the publisher's {words} is {_shown(given)}, and the subscriber asks for {_shown(asked)}",
+        f"the publisher's {words} is {shown(given)}, and the subscriber asks for {shown(asked)}",
         " or ".join(mended),
     )
 
@@ -126,7 +126,8 @@ def _setting(role: str, port: sym.PublisherPort | sym.SubscriberPort, name: str,
     return f"{channel}.{role}.{port.place.id}.qos.{name}={'' if value is None else value}"
 
 
-def _shown(value: object) -> str:
+def shown(value: object) -> str:
+    """Return a policy's value in words: ``reliable``, ``0.5 s``, ``without bound``."""
     if value is None:
         return "without bound"
     return f"{value:g} s" if isinstance(value, float) else str(value)

@@ -1,1 +1,1 @@
-"""Systems that exist already: what is seen of them is made into models, and compared with models."""
+"""Systems that exist already: seen or recorded, made into models, compared with models, explained by them."""

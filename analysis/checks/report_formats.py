@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from urllib.parse import quote
 from lxml import etree
 
 from dineros.analysis.checks.check import FAULTS
-from dineros.analysis.witnesses.findings import Finding, Report, Step, Witness
+from dineros.analysis.witnesses.findings import Fault, Finding, Report, Step, Witness
 from dineros.metamodel import pn
 from dineros.metamodel.elements import elements
 from dineros.metamodel.errors import Location
@@ -23,7 +24,9 @@ SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sar
 _NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def to_sarif(report: Report, model: pn.Net, path: Path) -> dict[str, Any]:
+def to_sarif(
+    report: Report, model: pn.Net, path: Path, faults: Mapping[str, Fault] | None = None
+) -> dict[str, Any]:
     """Return a report as a SARIF log with one run (OASIS SARIF 2.1.0).
 
     Findings are results with the lines of the elements concerned, and with the steps of the witness as a code
@@ -37,7 +40,10 @@ def to_sarif(report: Report, model: pn.Net, path: Path) -> dict[str, Any]:
         The model, as it was read: its elements know their lines.
     path : Path
         The file of the model.
+    faults : mapping of str to Fault, optional
+        The kinds of what can be found, by name; by default those of a check.
     """
+    faults = FAULTS if faults is None else faults
     places = _Places(model, path)
     rules = list(dict.fromkeys(finding.rule for finding in report.findings))
     severities = {finding.rule: finding.severity for finding in reversed(report.findings)}
@@ -50,7 +56,7 @@ def to_sarif(report: Report, model: pn.Net, path: Path) -> dict[str, Any]:
                     "driver": {
                         "name": "DiNeROS",
                         "version": _version(),
-                        "rules": [_rule(rule, severities[rule]) for rule in rules],
+                        "rules": [_rule(rule, severities[rule], faults) for rule in rules],
                     }
                 },
                 "invocations": [
@@ -73,12 +79,12 @@ def to_sarif(report: Report, model: pn.Net, path: Path) -> dict[str, Any]:
     }
 
 
-def _rule(rule: str, severity: str) -> dict[str, Any]:
+def _rule(rule: str, severity: str, faults: Mapping[str, Fault]) -> dict[str, Any]:
     words = rule.replace("-", " ")
     return {
         "id": rule,
         "name": words.title().replace(" ", ""),
-        "shortDescription": {"text": FAULTS[rule].meaning if rule in FAULTS else f"{words.capitalize()}."},
+        "shortDescription": {"text": faults[rule].meaning if rule in faults else f"{words.capitalize()}."},
         "defaultConfiguration": {"level": severity},
     }
 
@@ -156,7 +162,7 @@ class _Places:
         return {"name": element.name or id, "fullyQualifiedName": id, "kind": type(element).__name__}
 
 
-def to_junit(report: Report, path: Path) -> bytes:
+def to_junit(report: Report, path: Path, name: str = "dineros check") -> bytes:
     """Return a report as JUnit XML: what is found fails, what is proved passes, what is unknown is skipped.
 
     A note passes, with its message as output: as for the exit status of `dineros check`.
@@ -167,6 +173,8 @@ def to_junit(report: Report, path: Path) -> bytes:
         The report.
     path : Path
         The file of the model.
+    name : str
+        What found it.
     """
     failing = [finding for finding in report.findings if finding.severity != "note"]
     cases = len(report.findings) + len(report.proved) + len(report.unknown)
@@ -176,7 +184,7 @@ def to_junit(report: Report, path: Path) -> bytes:
         "errors": "0",
         "skipped": str(len(report.unknown)),
     }
-    root = etree.Element("testsuites", {"name": "dineros check", **counts})
+    root = etree.Element("testsuites", {"name": name, **counts})
     suite = etree.SubElement(root, "testsuite", {"name": _clean(str(path)), **counts})
 
     def case(name: str, kind: str) -> etree._Element:

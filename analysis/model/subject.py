@@ -13,10 +13,16 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.models import compile_net
 from dineros.metamodel import pn, sym
 from dineros.metamodel.elements import transitions
+from dineros.metamodel.errors import UnknownElementError, near_matches
 from dineros.transformations.flattening.bounding import bounded
 from dineros.transformations.flattening.flatten import Flattened, flatten
 from dineros.transformations.flattening.traces import Link, Trace
-from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
+from dineros.transformations.rules.catalogue import (
+    OVERFLOW_RULES,
+    SIGNAL_RULES,
+    OverflowVariant,
+    SignalVariant,
+)
 
 
 @dataclass(frozen=True)
@@ -94,6 +100,25 @@ def subject_of(
         flattened = flatten(model, signals, overflow)
         return Subject(model, compile_net(flattened.net), flattened)
     return Subject(model, compile_net(bounded(model)))
+
+
+def subject_for(model: pn.Net, signals: str, overflow: str = "weighted") -> Subject:
+    """Flatten and compile by the names of variants, as traces and pages say them.
+
+    Without signals, transitions that a clause blocks for ever are no part of the net, as in `base_subject`.
+
+    Raises
+    ------
+    UnknownElementError
+        There is no such variant.
+    """
+    for what, found, known in (("signals", signals, SIGNAL_RULES), ("overflow", overflow, OVERFLOW_RULES)):
+        if found not in known:
+            hint = near_matches(found, known) or f"there are {', '.join(known)}"
+            raise UnknownElementError(f"there is no variant {found!r} of {what}", hint=hint)
+    if signals == "none":
+        return base_subject(model, overflow)  # type: ignore[arg-type]
+    return subject_of(model, signals, overflow)  # type: ignore[arg-type]
 
 
 def base_subject(model: pn.Net, overflow: OverflowVariant = "weighted") -> Subject:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,24 +12,35 @@ from dineros.cli.models import rules_of
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
-    from dineros.analysis.witnesses.findings import Report
+    from dineros.analysis.witnesses.findings import Fault, Report
     from dineros.metamodel import pn
 
 _STYLES = {"error": "bold red", "warning": "yellow"}
 
 
-def print_report(report: Report, net: pn.Net, model: Path, format: str, witnesses: bool) -> None:
-    """Print what a check found: as ``text``, ``json``, ``sarif`` or ``junit``."""
+def print_report(
+    report: Report,
+    net: pn.Net,
+    model: Path,
+    format: str,
+    witnesses: bool,
+    faults: Mapping[str, Fault] | None = None,
+) -> None:
+    """Print what was found: as ``text``, ``json``, ``sarif`` or ``junit``.
+
+    `faults` are the kinds of what can be found, by name, where they are not those of a check.
+    """
     if format == "json":
         say_json({**report.to_dict(str(model)), **rules_of(net)})
     elif format == "sarif":
         from dineros.analysis.checks.report_formats import to_sarif
 
-        say_json(to_sarif(report, net, model))
+        say_json(to_sarif(report, net, model, faults))
     elif format == "junit":
         from dineros.analysis.checks.report_formats import to_junit
 
-        say(to_junit(report, model).decode())
+        command = "check" if faults is None else "diff"
+        say(to_junit(report, model, f"dineros {command}").decode())
     else:
         _print_text(report, model, witnesses)
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from dineros.runtime.application.simulation import LocalApplication
     from dineros.runtime.journal.recording import Checkpoint, Recorder
     from dineros.runtime.nets.ports import Ports
+    from dineros.views.live import Steering
 
 
 class CountingRecorder:
@@ -60,6 +61,7 @@ def run_in_process(
     *,
     is_simulated: bool,
     speed: float | None = None,
+    steering: Steering | None = None,
 ) -> Ending:
     """Run all nodes in this process.
 
@@ -75,6 +77,8 @@ def run_in_process(
         Step by step in simulated time; the same seed gives the same run.
     speed : float, optional
         Simulated seconds in a second, at most.
+    steering : Steering, optional
+        Gets the nodes, for pages that steer them.
 
     Raises
     ------
@@ -116,6 +120,8 @@ def run_in_process(
         handlers.simulate(application)
         for net in application.nets.values():
             handlers.configure(net)
+    if steering is not None:
+        steering.take(application.nets)
     if not is_simulated:
         with application:
             ending: Ending = watch(wanted, observer, _Threads(application))

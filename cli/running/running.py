@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from dineros.analysis.conformance import Verdict
     from dineros.cli.running.applications import Application
     from dineros.cli.running.ros import RosOptions
+    from dineros.views.live import Steering
 
 VIOLATED, FAILED, UNKNOWN, INTERRUPTED = 1, 2, 3, 130
 
@@ -157,8 +158,9 @@ def run_application(application: Application, options: Options, tell: Callable[[
         for caught in (signal.SIGINT, signal.SIGTERM):
             stack.callback(signal.signal, caught, signal.signal(caught, wanted.interrupt))
         observer = FolderObserver(folder)
+        steering = None
         if options.is_shown:
-            stack.enter_context(_page(folder, application))
+            steering = stack.enter_context(_page(folder, application, is_here=options.ros is None))
         if options.ros is None:
             from dineros.cli.running.local import run_in_process
             from dineros.runtime.application.logs import logs_to, terminal_handler
@@ -173,6 +175,7 @@ def run_application(application: Application, options: Options, tell: Callable[[
                         observer,
                         is_simulated=options.is_simulated,
                         speed=options.speed,
+                        steering=steering,
                     )
                 except KeyboardInterrupt:  # while nodes were made or started
                     ending = "interrupted"
@@ -232,14 +235,15 @@ def _check_traces(folder: Path, nodes: list[str]) -> None:
 
 
 @contextmanager
-def _page(folder: Path, application: Application) -> Iterator[None]:
-    """Serve the live page as long as the run goes on."""
-    from dineros.views.live import serve_live
+def _page(folder: Path, application: Application, *, is_here: bool) -> Iterator[Steering | None]:
+    """Serve the live page as long as the run goes on; one in this process can be steered there."""
+    from dineros.views.live import Steering, serve_live
 
     folder.mkdir(parents=True, exist_ok=True)
-    handle = serve_live(folder, application.system_model(), title=application.title)
+    steering = Steering() if is_here else None
+    handle = serve_live(folder, application.system_model(), title=application.title, steering=steering)
     say(f"follow it at {handle.url}")
     try:
-        yield
+        yield steering
     finally:
         handle.stop()

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from playwright.sync_api import Browser
 
 ROOT = Path(__file__).resolve().parents[2]
 if str(ROOT) not in sys.path:
@@ -42,26 +43,27 @@ def pictures() -> dict[str, bytes]:
     if not any(map(shutil.which, PROGRAMS)):
         LOG.info("Chromium is missing: the pictures of the editor are left out")
         return {path(step, theme): blank() for step in STEPS for theme in ("light", "dark")}
-    with tempfile.TemporaryDirectory() as folder:
-        return drawn(Path(folder) / "greeting.sym.xmi")
+    with tempfile.TemporaryDirectory() as folder, chromium() as browser:
+        return drawn(Path(folder) / "greeting.sym.xmi", browser)
 
 
-def drawn(file: Path) -> dict[str, bytes]:
+def drawn(file: Path, browser: Browser) -> dict[str, bytes]:
     """Draw the model of the page into a file; return the pictures that were taken meanwhile."""
     taken: dict[str, bytes] = {}
     document = Document(file)
     handle = serve_editor(document)
     try:
-        with chromium() as browser:
-            hand = Hand(Visit(browser, viewport=SIZE).page, handle.url)
+        visit = Visit(browser, viewport=SIZE)
+        hand = Hand(visit.page, handle.url)
 
-            def take(step: str) -> None:
-                hand.idle()
-                for theme in ("dark", "light"):
-                    hand.page.emulate_media(color_scheme=theme)
-                    taken[path(step, theme)] = hand.page.screenshot()
+        def take(step: str) -> None:
+            hand.idle()
+            for theme in ("dark", "light"):
+                hand.page.emulate_media(color_scheme=theme)
+                taken[path(step, theme)] = hand.page.screenshot()
 
-            draw(hand, take)
+        draw(hand, take)
+        visit.page.close()
     finally:
         handle.stop()
         document.close()

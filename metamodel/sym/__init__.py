@@ -730,11 +730,14 @@ class TopicPort(EObject, metaclass=MetaEClass):
         Capacity of the port's queue, 1 or more.
     qos : QualityOfService | None
         Quality of service of the port; absent: the topic's. The depth of its history is the limit.
+    assumed : str | None
+        What nobody has seen or said of it, and is taken, apart by blanks: limit, qos. Absent: nothing.
     """
 
     place: pn.Place = Ecore.EReference(lower=1, required=True)
     limit: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=10)
     qos: QualityOfService | None = Ecore.EReference(containment=True)
+    assumed: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     __setattr__ = refuse_unknown
     __repr__ = show
@@ -745,6 +748,7 @@ class TopicPort(EObject, metaclass=MetaEClass):
         place: pn.Place | None = None,
         limit: int | None = None,
         qos: QualityOfService | None = None,
+        assumed: str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -754,6 +758,7 @@ class TopicPort(EObject, metaclass=MetaEClass):
                 "place": place,
                 "limit": limit,
                 "qos": qos,
+                "assumed": assumed,
             },
             unknown,
         )
@@ -1211,12 +1216,15 @@ class Channel(pn.Element):
         places.
     mappings : ModelList[FieldMapping]
         How fields of an existing ROS interface map to token fields.
+    assumed : str | None
+        What nobody has seen or said of it, and is taken, apart by blanks: depth, server. Absent: nothing.
     """
 
     model: SystemModel | None = Ecore.EReference()
     canvas: pn.Page | None = Ecore.EReference()
     type: str | None = Ecore.EAttribute(eType=Ecore.EString)
     mappings: ModelList[FieldMapping] = Ecore.EReference(containment=True, upper=-1)
+    assumed: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     def __init__(
         self,
@@ -1230,6 +1238,7 @@ class Channel(pn.Element):
         canvas: pn.Page | None = None,
         type: str | None = None,
         mappings: Iterable[FieldMapping] | None = None,
+        assumed: str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1245,6 +1254,7 @@ class Channel(pn.Element):
                 "canvas": canvas,
                 "type": type,
                 "mappings": mappings,
+                "assumed": assumed,
             },
             unknown,
         )
@@ -1267,6 +1277,7 @@ class PublisherPort(TopicPort):
         place: pn.Place | None = None,
         limit: int | None = None,
         qos: QualityOfService | None = None,
+        assumed: str | None = None,
         channel: TopicChannel | None = None,
         **unknown: Never,
     ) -> None:
@@ -1277,6 +1288,7 @@ class PublisherPort(TopicPort):
                 "place": place,
                 "limit": limit,
                 "qos": qos,
+                "assumed": assumed,
                 "channel": channel,
             },
             unknown,
@@ -1304,6 +1316,7 @@ class SubscriberPort(TopicPort):
         place: pn.Place | None = None,
         limit: int | None = None,
         qos: QualityOfService | None = None,
+        assumed: str | None = None,
         channel: TopicChannel | None = None,
         inHand: int | None = None,
         **unknown: Never,
@@ -1315,6 +1328,7 @@ class SubscriberPort(TopicPort):
                 "place": place,
                 "limit": limit,
                 "qos": qos,
+                "assumed": assumed,
                 "channel": channel,
                 "inHand": inHand,
             },
@@ -1503,6 +1517,7 @@ class TopicChannel(Channel):
         canvas: pn.Page | None = None,
         type: str | None = None,
         mappings: Iterable[FieldMapping] | None = None,
+        assumed: str | None = None,
         topic: str | None = None,
         qos: QualityOfService | None = None,
         publishers: Iterable[PublisherPort] | None = None,
@@ -1523,6 +1538,7 @@ class TopicChannel(Channel):
                 "canvas": canvas,
                 "type": type,
                 "mappings": mappings,
+                "assumed": assumed,
                 "topic": topic,
                 "qos": qos,
                 "publishers": publishers,
@@ -1568,6 +1584,7 @@ class ServiceChannel(Channel):
         canvas: pn.Page | None = None,
         type: str | None = None,
         mappings: Iterable[FieldMapping] | None = None,
+        assumed: str | None = None,
         service: str | None = None,
         server: ServerPort | None = None,
         clients: Iterable[ClientPort] | None = None,
@@ -1588,6 +1605,7 @@ class ServiceChannel(Channel):
                 "canvas": canvas,
                 "type": type,
                 "mappings": mappings,
+                "assumed": assumed,
                 "service": service,
                 "server": server,
                 "clients": clients,
@@ -1634,6 +1652,7 @@ class ActionChannel(Channel):
         canvas: pn.Page | None = None,
         type: str | None = None,
         mappings: Iterable[FieldMapping] | None = None,
+        assumed: str | None = None,
         action: str | None = None,
         server: ActionServerPort | None = None,
         clients: Iterable[ActionClientPort] | None = None,
@@ -1654,6 +1673,7 @@ class ActionChannel(Channel):
                 "canvas": canvas,
                 "type": type,
                 "mappings": mappings,
+                "assumed": assumed,
                 "action": action,
                 "server": server,
                 "clients": clients,
@@ -1764,6 +1784,9 @@ class NodeNet(pn.Page):
         What its callbacks wait for.
     lifecycle : Lifecycle | None
         How the node comes up, where it is a managed node; absent: it is there from the start.
+    assumed : str | None
+        What nobody has seen or said of it, and is taken, apart by blanks: executor, timers, lifecycle;
+        node: it stands for whoever has the other end of a channel. Absent: nothing.
     """
 
     package: str | None = Ecore.EAttribute(eType=Ecore.EString)
@@ -1774,6 +1797,7 @@ class NodeNet(pn.Page):
     callbackGroups: ModelList[CallbackGroup] = Ecore.EReference(containment=True, upper=-1)
     execution: Execution = Ecore.EAttribute(eType=Execution, default_value=Execution.net)
     lifecycle: Lifecycle | None = Ecore.EReference(containment=True)
+    assumed: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     def __init__(
         self,
@@ -1795,6 +1819,7 @@ class NodeNet(pn.Page):
         callbackGroups: Iterable[CallbackGroup] | None = None,
         execution: Execution | str | None = None,
         lifecycle: Lifecycle | None = None,
+        assumed: str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1818,6 +1843,7 @@ class NodeNet(pn.Page):
                 "callbackGroups": callbackGroups,
                 "execution": execution,
                 "lifecycle": lifecycle,
+                "assumed": assumed,
             },
             unknown,
         )
@@ -1839,6 +1865,9 @@ class CallbackPage(pn.Page):
         Higher runs first.
     awaits : bool
         Its callback awaits the answers to its calls, and gives its thread back meanwhile (`async def`).
+    assumed : str | None
+        What nobody has seen or said of it, and is taken, apart by blanks: group, behaviour. Absent:
+        nothing.
     """
 
     kind: CallbackKind = Ecore.EAttribute(eType=CallbackKind, default_value=CallbackKind.subscriber)
@@ -1846,6 +1875,7 @@ class CallbackPage(pn.Page):
     timer: float | None = Ecore.EAttribute(eType=Ecore.EDoubleObject)
     priority: int = Ecore.EAttribute(eType=Ecore.EInt, default_value=0)
     awaits: bool = Ecore.EAttribute(eType=Ecore.EBoolean, default_value=False)
+    assumed: str | None = Ecore.EAttribute(eType=Ecore.EString)
 
     def __init__(
         self,
@@ -1864,6 +1894,7 @@ class CallbackPage(pn.Page):
         timer: float | None = None,
         priority: int | None = None,
         awaits: bool | None = None,
+        assumed: str | None = None,
         **unknown: Never,
     ) -> None:
         super(EObject, self).__init__()
@@ -1884,6 +1915,7 @@ class CallbackPage(pn.Page):
                 "timer": timer,
                 "priority": priority,
                 "awaits": awaits,
+                "assumed": assumed,
             },
             unknown,
         )

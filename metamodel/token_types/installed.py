@@ -31,6 +31,7 @@ MESSAGE = re.compile(r"[a-z][a-z0-9_]{0,99}/msg/[A-Z][A-Za-z0-9]{0,99}")
 _SCALARS = {2: "int8", 3: "uint8", 4: "int16", 5: "uint16", 6: "int32", 7: "uint32", 8: "int64", 9: "uint64"}
 _SCALARS |= {10: "float32", 11: "float64", 13: "char", 15: "bool", 16: "byte"}
 _SCALARS |= {17: "string", 18: "wstring", 21: "string", 22: "wstring"}
+_PACKAGE = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
 _NESTED = 1
 _FORMS = ((144, "sequence"), (96, "bounded"), (48, "array"), (0, "single"))
 _CONSTANT = re.compile(r"\s*[a-z]\w*(?:<=\d+)?\s+([A-Z][A-Z0-9_]*)\s*=\s*(.*?)\s*", re.ASCII)
@@ -64,6 +65,25 @@ def installed_fields(name: str) -> tuple[FieldType, ...]:
         It is not installed, cannot be read, or has fields that tokens cannot have.
     """
     return _fields_of(name, os.environ.get("AMENT_PREFIX_PATH", ""))
+
+
+def installed_messages(package: str) -> list[str]:
+    """Return the messages of an installed package, in order of their names.
+
+    Raises
+    ------
+    UnknownInterfaceError
+        It is not installed.
+    """
+    if not _PACKAGE.fullmatch(package):
+        raise UnknownInterfaceError(f"{package!r:.100} names no ROS package", hint="write it like std_msgs")
+    folders = [folder for folder in (prefix / "share" / package for prefix in _prefixes()) if folder.is_dir()]
+    if not folders:
+        raise UnknownInterfaceError(
+            f"the package {package} is not installed", hint="install it, or source the workspace that has it"
+        )
+    names = {file.stem for folder in folders for file in (folder / "msg").glob("*.json")}
+    return [f"{package}/msg/{name}" for name in sorted(names)]
 
 
 def installed_constants(name: str) -> dict[str, Value]:

@@ -7,9 +7,11 @@ from pathlib import Path
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import save
 from dineros.metamodel.pn import Transition
+from dineros.metamodel.sym import TopicChannel
 from dineros.transformations.flattening.split import split
 from tests.fuzz.judging import run_command
 from tests.generators.models import kitchen
+from tests.support.bags import write_bag
 from tests.support.small import small_net, small_system
 from tests.support.talker import talker
 
@@ -63,6 +65,13 @@ def traces(folder: Path) -> Path:
         "run", _saved(folder, "kitchen"), "--simulate", "--seed", 1, "--timeout", 2, "--trace", folder / "run"
     )
     return folder / "run"
+
+
+def recordings(folder: Path) -> dict[str, Path]:
+    """Return recordings of what `model` says, by how they are stored."""
+    topics = [channel.topic for channel in talker().channels if isinstance(channel, TopicChannel)]
+    messages = [(f"/{topic.strip('/')}", 10**8 * number) for topic in topics for number in range(3)]
+    return {kind: write_bag(folder / kind, messages, storage=kind) for kind in ("mcap", "sqlite3")}
 
 
 def witness(folder: Path) -> Path:

@@ -267,6 +267,27 @@ def _trace(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     return [witness.read_bytes(), *(each.read_bytes() for each in sorted(run.glob("*.jsonl")))], attempt
 
 
+def _recording(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
+    """Explain a recording one file of which is damaged."""
+    model, bags = seeds.model(folder), seeds.recordings(folder)
+    work = {name: shutil.copytree(bag, folder / "work" / name) for name, bag in bags.items()}
+    originals = {
+        file: file.read_bytes() for bag in work.values() for file in sorted(bag.iterdir()) if file.is_file()
+    }
+
+    def attempt(content: bytes) -> Outcome:
+        kinds = {b"\x89MCAP": work["mcap"] / "mcap.mcap", b"SQLite": work["sqlite3"] / "sqlite3.db3"}
+        damaged = next((file for magic, file in kinds.items() if content.startswith(magic)), None)
+        damaged = damaged or work[("mcap", "sqlite3")[_chosen(content, 2)]] / "metadata.yaml"
+        damaged.write_bytes(content)
+        try:
+            return run_command("conform", model, "--bag", damaged.parent, *MEMORY, *TIMEOUT)
+        finally:
+            damaged.write_bytes(originals[damaged])
+
+    return list(originals.values()), attempt
+
+
 def _orders(folder: Path, ending: ExitStack) -> tuple[Sequence[bytes], Attempt]:
     model = seeds.model(folder)
     question = ("statespace", model, "--engine", "symbolic", *MEMORY)
@@ -369,6 +390,7 @@ KINDS = {
     ),
     "journal": Kind(journal, mutators.mutate_json_lines),
     "trace": Kind(_trace, mutators.mutate_json_lines),
+    "recording": Kind(_recording, mutators.mutate_bytes, share=50),
     "orders": Kind(_orders, mutators.mutate_json),
     "sweep journal": Kind(_sweep_journal, mutators.mutate_json_lines),
     "message": Kind(message, mutators.mutate_json, share=200),

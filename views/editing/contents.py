@@ -10,7 +10,9 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.constraints import Violation
 from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.editing import Document
+from dineros.metamodel.editing.commands import encode_command
 from dineros.metamodel.editing.handles import is_within, subtree
+from dineros.metamodel.editing.mending import mend
 from dineros.metamodel.editing.offered import follows_from_text, name_of
 from dineros.metamodel.files.schema import Feature, Kind, class_of
 
@@ -96,13 +98,22 @@ def _handle(document: Document, element: EObject) -> str:
     return handle
 
 
+def _mend(violation: Violation, document: Document) -> dict[str, Any]:
+    found = mend(violation, document.handles)
+    if found is None:
+        return {}
+    commands = [encode_command(each) for each in found.commands]
+    return {"mend": {"label": found.label, "commands": commands}}
+
+
 def marks_json(document: Document, violations: list[Violation]) -> dict[str, Any]:
     """Return what constraints find, each at its element and at the nearest one with an id.
 
     Returns
     -------
     dict
-        ``errors`` and ``warnings``: how many; ``marks``: the first of them.
+        ``errors`` and ``warnings``: how many; ``marks``: the first of them, with the commands that ``mend``
+        them where there are some.
     """
     marks = []
     for violation in violations[:MOST_MARKS]:
@@ -119,6 +130,7 @@ def marks_json(document: Document, violations: list[Violation]) -> dict[str, Any
                 "severity": violation.severity,
                 "message": violation.message,
                 "fix": violation.fix,
+                **_mend(violation, document),
             }
         )
     errors = sum(violation.severity == "error" for violation in violations)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import re
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,8 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.watching import FolderWatch
 from dineros.views.editing.arranging import positions, sheet_view
 from dineros.views.editing.page import editor_page
-from dineros.views.editing.session import LONGEST_MESSAGE, QUICK, Session
+from dineros.views.editing.session import LONGEST_MESSAGE, QUICK, Session, job_text
+from dineros.views.editing.working import Jobs
 from dineros.views.nets import compare, to_html, view_of
 from dineros.views.serving.entrance import Entrance, guarded
 from dineros.views.serving.handle import PageHandle, changed, serve_page
@@ -41,7 +42,7 @@ MOST_PAGES = 16
 _TAB = re.compile(r"[0-9a-z]{8,40}")
 
 
-def serve_editor(document: Document, port: int = 0) -> PageHandle:
+def serve_editor(document: Document, port: int = 0, program: Sequence[str] | None = None) -> PageHandle:
     """Serve the pages that edit a document.
 
     Parameters
@@ -50,26 +51,29 @@ def serve_editor(document: Document, port: int = 0) -> PageHandle:
         The document; the server's thread alone may use it until the server ends.
     port : int
         The port; 0 for that of the last time, or any.
+    program : sequence of str, optional
+        What begins the command lines of ``dineros``, which check, generate and run; without it nothing does.
 
     Raises
     ------
     DinerosError
         Something that the server needs is not installed, or the port is taken.
     """
-    make = partial(application, document)
+    make = partial(application, document, program=program)
     return serve_page(make, document.path, port, what="the editor", longest_message=LONGEST_MESSAGE)
 
 
-def application(document: Document, entrance: Entrance) -> ASGIApp:
+def application(document: Document, entrance: Entrance, program: Sequence[str] | None = None) -> ASGIApp:
     """Return the application that serves a document to those whom the entrance lets in."""
     from starlette.applications import Starlette
     from starlette.routing import Route, WebSocketRoute
 
-    editor = _Editor(Session(document), entrance)
+    editor = _Editor(Session(document), entrance, program)
     routes = [
         Route("/", editor.page, methods=["GET"]),
         Route("/compare", editor.comparison, methods=["GET"]),
         Route("/arrange", editor.arrangement, methods=["GET"]),
+        Route("/trace", editor.trace, methods=["GET"]),
         WebSocketRoute("/commands", editor.commands),
     ]
     return guarded(Starlette(routes=routes, lifespan=editor.lifespan))
@@ -78,8 +82,9 @@ def application(document: Document, entrance: Entrance) -> ASGIApp:
 class _Editor:
     """Who gets which message."""
 
-    def __init__(self, session: Session, entrance: Entrance) -> None:
+    def __init__(self, session: Session, entrance: Entrance, program: Sequence[str] | None) -> None:
         self._session, self._entrance = session, entrance
+        self._jobs = session.jobs = Jobs(session.document, program, lambda job: self._tell(job_text(job)))
         self._pages: dict[asyncio.Queue[str | None], None] = {}
         self._checks: asyncio.Event | None = None
 
@@ -93,6 +98,7 @@ class _Editor:
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
+            await self._jobs.close()
 
     async def _watch(self) -> None:
         """Tell pages when somebody else changes the file."""
@@ -160,6 +166,19 @@ class _Editor:
         except DinerosError as error:
             return JSONResponse({"reason": error.message}, 409, {"Cache-Control": "no-store"})
         return JSONResponse({"positions": found}, headers={"Cache-Control": "no-store"})
+
+    async def trace(self, request: Request) -> Response:
+        """Answer with the token game of a page as a trace, to be kept as a file."""
+        from starlette.responses import PlainTextResponse
+
+        if not self._entrance.lets_in(request):
+            return self._entrance.page(request, None)
+        headers = {"Cache-Control": "no-store", "Content-Disposition": "attachment"}
+        try:
+            text = self._session.playing.trace(request.query_params.get("tab", ""))
+        except DinerosError as error:
+            return PlainTextResponse(f"{error}\n", 409, headers)
+        return PlainTextResponse(text, headers=headers, media_type="application/x-ndjson")
 
     async def commands(self, socket: WebSocket) -> None:
         from starlette.websockets import WebSocketDisconnect

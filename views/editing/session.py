@@ -20,6 +20,8 @@ from dineros.metamodel.errors import ClauseError, DinerosError, without_middle
 from dineros.metamodel.json_text import decode_json
 from dineros.views.editing.contents import changed_json, marks_json, model_json
 from dineros.views.editing.description import description_for
+from dineros.views.editing.playing import PlayingDesk
+from dineros.views.editing.working import Jobs
 
 LOG = logging.getLogger("dineros.views.editing")
 
@@ -37,6 +39,8 @@ _FIELDS = {
     "redo": {"epoch"},
     "save": {"over"},
     "reload": set(),
+    "play": set(PlayingDesk.fields) | {"job", "witness"},
+    "work": {"action", "order", "job"},
 }
 """What pages can ask, and what they say with it."""
 
@@ -68,6 +72,8 @@ class Session:
 
     def __init__(self, document: Document) -> None:
         self.document = document
+        self.playing = PlayingDesk(document)
+        self.jobs: Jobs | None = None
         self.checking_took = 0.0
         self._marks_of: tuple[str, int] | None = None
         self._marks: dict[str, Any] = {}
@@ -85,6 +91,7 @@ class Session:
             "marks": self.check(),
             "state": self._state(),
             "recovered": document.recovered,
+            "jobs": self.jobs.known() if self.jobs is not None else [],
         }
         return _text(said)
 
@@ -155,6 +162,10 @@ class Session:
             if name not in fields | {"ask", "number"}:
                 raise CommandError(f"{ask} has no field {name[:100]!r}")
         document, by = self.document, (page, number)
+        if ask == "play":
+            return Answer([_done(number, self._play(said, page))])
+        if ask == "work":
+            return Answer([_done(number, self._work(said))])
         if said.get("epoch", document.epoch) != document.epoch:
             raise CommandError("the model was read anew meanwhile", hint="look at it, then do it again")
         if ask in ("do", "compose"):
@@ -198,6 +209,26 @@ class Session:
         if text.strip():
             signals_of_clause(transition, text)
 
+    def _play(self, said: dict[str, Any], page: str) -> dict[str, Any]:
+        """Play; also what a job has left."""
+        if "job" in said:
+            job, witness = said.pop("job"), said.pop("witness", None)
+            if self.jobs is None or type(job) is not int or not (witness is None or type(witness) is int):
+                raise CommandError("job and witness are numbers")
+            said["traces"] = self.jobs.traces(job, witness)
+        return self.playing.hear(said, page)
+
+    def _work(self, said: dict[str, Any]) -> dict[str, Any]:
+        action, order, job = said.get("action"), said.get("order"), said.get("job")
+        if self.jobs is None:
+            raise CommandError("nothing can be done here")
+        if action == "start" and isinstance(order, dict):
+            return {"job": self.jobs.start(order)}
+        if action == "cancel" and type(job) is int:
+            self.jobs.cancel(job)
+            return {}
+        raise CommandError("work is started with an order, or cancelled by the number of its job")
+
     def _told(self, done: Done, by: tuple[str, int]) -> Answer:
         own = [_done(by[1], {"revision": done.revision, "made": done.made})]
         if not done.touched:
@@ -236,6 +267,11 @@ def _refusal(number: int | None, error: DinerosError) -> str:
     if isinstance(error, ClauseError) and error.column is not None:
         said["column"] = error.column
     return _text(said)
+
+
+def job_text(job: dict[str, Any]) -> str:
+    """Return the message that tells of a job."""
+    return _text({"type": "job", **job})
 
 
 def _text(said: dict[str, Any]) -> str:

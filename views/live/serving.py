@@ -6,13 +6,14 @@ import asyncio
 import contextlib
 import json
 import re
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from dineros.metamodel.files.watching import FolderWatch
 from dineros.views.live.following import LiveTrace, ModelSource, Source, source_of
+from dineros.views.live.steering import LONGEST_MESSAGE, Steering
 from dineros.views.serving.entrance import Entrance, guarded
 from dineros.views.serving.handle import PageHandle, changed, serve_page
 from dineros.views.traces.page import live_page
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 INTERVAL = 0.15
 """Seconds between two looks at files that are written without a pause, or at what tells of no changes."""
 
+MOST_WAITING = 2_000
+"""Messages that wait for a page which goes on asking; it is left alone then."""
+
 LEAVING = 2.0
 """Seconds, at most, that an ending server waits for pages to have been told."""
 
@@ -35,7 +39,12 @@ _LONGEST = 15
 
 
 def serve_live(
-    source: Path | str | Source, model: ModelSource = None, port: int = 0, *, title: str | None = None
+    source: Path | str | Source,
+    model: ModelSource = None,
+    port: int = 0,
+    *,
+    title: str | None = None,
+    steering: Steering | None = None,
 ) -> PageHandle:
     """Serve a page that follows a running application.
 
@@ -50,6 +59,8 @@ def serve_live(
         The port; 0 for that of the last time, or any.
     title : str, optional
         What stands above the page.
+    steering : Steering, optional
+        What pages may do to the run; without it they only watch.
 
     Returns
     -------
@@ -68,10 +79,11 @@ def serve_live(
         folder = path.parent if path.suffix == ".jsonl" else path
         title, source = title or path.resolve().name, source_of(path)
     trace = LiveTrace(source, model, title or "run")
-    live = LivePages(trace, folder)
+    live = LivePages(trace, folder, steering)
     make = partial(application, live)
-    # Pages say nothing.
-    return serve_page(make, path, port, what="the live page", longest_message=1 << 12, leave=live.leave)
+    return serve_page(
+        make, path, port, what="the live page", longest_message=LONGEST_MESSAGE, leave=live.leave
+    )
 
 
 def application(live: LivePages, entrance: Entrance) -> ASGIApp:
@@ -89,9 +101,11 @@ class LivePages:
 
     entrance: Entrance
 
-    def __init__(self, trace: LiveTrace, folder: Path | None) -> None:
+    def __init__(self, trace: LiveTrace, folder: Path | None, steering: Steering | None = None) -> None:
         self.trace = trace
         self._folder = folder
+        self._steering = steering
+        self._nodes: str | None = None
         self._pages: set[asyncio.Queue[str]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
 
@@ -99,10 +113,15 @@ class LivePages:
     async def lifespan(self, _: Starlette) -> AsyncIterator[None]:
         """Follow the trace as long as the server runs."""
         self._loop = asyncio.get_running_loop()
+        loop = self._loop
         task = asyncio.create_task(self._follow())
+        if self._steering is not None:
+            self._steering.begin(lambda message: _in(loop, lambda: self._tell_nodes(message)))
         try:
             yield
         finally:
+            if self._steering is not None:
+                self._steering.end()
             task.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await task
@@ -122,6 +141,10 @@ class LivePages:
         for message in messages:
             for page in self._pages:
                 page.put_nowait(message)
+
+    def _tell_nodes(self, message: str) -> None:
+        self._nodes = message
+        self._tell([message])
 
     def leave(self) -> None:
         """Tell the pages the rest, and that nothing more will come."""
@@ -154,8 +177,10 @@ class LivePages:
         queue: asyncio.Queue[str] = asyncio.Queue()
         for message in self.trace.greeting(epoch, int(number) if number else None):
             queue.put_nowait(message)
+        if self._nodes is not None:
+            queue.put_nowait(self._nodes)
         self._pages.add(queue)
-        listening = asyncio.create_task(self._until_gone(socket))
+        listening = asyncio.create_task(self._until_gone(socket, queue))
         try:
             while not listening.done():
                 getting = asyncio.create_task(queue.get())
@@ -171,8 +196,22 @@ class LivePages:
             self._pages.discard(queue)
             listening.cancel()
 
-    @staticmethod
-    async def _until_gone(socket: WebSocket) -> None:
-        """Return when the page has closed; what it says is not listened to."""
-        while (await socket.receive())["type"] != "websocket.disconnect":
-            pass
+    async def _until_gone(self, socket: WebSocket, queue: asyncio.Queue[str]) -> None:
+        """Do what the page asks where the run can be steered, and return when it has closed."""
+        while True:
+            received: dict[str, Any] = dict(await socket.receive())
+            if received["type"] == "websocket.disconnect":
+                return
+            said = received.get("text") or received.get("bytes") or ""
+            refusal = None if self._steering is None else self._steering.hear(said)
+            if refusal is not None:
+                queue.put_nowait(refusal)
+            if queue.qsize() > MOST_WAITING:
+                return  # it asks and takes nothing
+            await asyncio.sleep(0)  # others have their turn
+
+
+def _in(loop: asyncio.AbstractEventLoop, action: Callable[[], None]) -> None:
+    """Do something on a loop, from another thread; where it has ended, nothing is left to do."""
+    with contextlib.suppress(RuntimeError):
+        loop.call_soon_threadsafe(action)

@@ -13,6 +13,7 @@ from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, budget_options, writ
 from dineros.cli.console import note, say, say_json, summarise
 from dineros.cli.models import load_system, refuse_invalid, say_rules, say_what_is_by_hand
 from dineros.cli.options import ModelPath, json_option, middleware_option, model_argument, settings_option
+from dineros.cli.recordings.explaining import explain_bag
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
 from dineros.metamodel.errors import counted
@@ -25,15 +26,17 @@ if TYPE_CHECKING:
 @search_command(
     "dineros conform sorting.sym.xmi run/",
     "dineros conform sorting.sym.xmi run/ --invariant 'PickRun + PlaceRun <= 1' --json",
+    "dineros conform robot.sym.xmi --bag rosbag2_2026_05_04 -o why.jsonl",
 )
 @model_argument()
-@click.argument("traces", type=ModelPath(), metavar="TRACE...", nargs=-1, required=True)
+@click.argument("traces", type=ModelPath(), metavar="TRACE...", nargs=-1)
 @click.option(
     "-o",
     "--output",
     type=ModelPath(),
     metavar="OUT",
-    help="Write the merged run, with the steps inside of channels, as a trace of the flattened net.",
+    help="Write the merged run, with the steps inside of channels, as a trace of the flattened net; with "
+    "`--bag` a run that shows the last messages before the first that no run shows.",
 )
 @click.option(
     "--orders",
@@ -50,6 +53,23 @@ if TYPE_CHECKING:
     metavar="EXPR",
     help="What has to hold all the time, such as 'PickRun + PlaceRun <= 1'; repeatable.",
 )
+@click.option(
+    "--bag",
+    type=ModelPath(),
+    metavar="RECORDING",
+    help="Explain a recording of rosbag2 instead of traces: is there a run that shows its messages?",
+)
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(min=0, max=3600),
+    default=0.01,
+    show_default=True,
+    metavar="S",
+    help="With `--bag`: messages of different topics no farther apart may have been published in any order.",
+)
+@click.option(
+    "--midway", is_flag=True, help="With `--bag`: the nodes may have run before the recorder was started."
+)
 @budget_options
 @middleware_option
 @settings_option
@@ -60,12 +80,15 @@ def conform(
     output: Path | None,
     orders: int,
     invariants: tuple[str, ...],
+    bag: Path | None,
+    tolerance: float,
+    midway: bool,
     timeout: float | None,
     memory: int | None,
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
-    """Replay the traces of a run on the flattened model.
+    """Replay the traces of a run on the flattened model, or explain a recording.
 
     TRACE is a file that a node recorded, or a folder of them. Every step must be a firing that the model
     allows. Between nodes, messages order the steps, not clocks; steps inside of channels are inferred.
@@ -74,8 +97,17 @@ def conform(
     An invariant on places of one node is checked in every marking of it; one on several nodes in one of the
     orders that the messages allow.
 
+    Of a recording, only messages are known: it conforms if some run of the model shows just these messages,
+    in the order of each topic. The first that no run shows is named, with what was possible then.
+
     Exit status 0: the run conforms; 1: a step is not allowed, or an invariant does not hold; 3: unknown.
     """
+    if bag is not None:
+        if traces or invariants:
+            raise click.UsageError("--bag stands for the traces: give no TRACE and no --invariant")
+        return explain_bag(model, bag, tolerance, midway, output, settings, as_json)
+    if not traces:
+        raise click.UsageError("give a TRACE, or a recording by --bag")
     from dineros.analysis.conformance import Verdict
     from dineros.analysis.conformance import conform as conform_traces
     from dineros.metamodel.records import read_trace, traces_of_runs

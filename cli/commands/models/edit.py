@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 
 import click
@@ -27,7 +29,7 @@ def edit(model: Path, port: int, no_browser: bool) -> int:
     with working(f"Reading {model}"):
         document = Document(model)
     try:
-        handle = serve_editor(document, port)
+        handle = serve_editor(document, port, own_program())
         try:
             if document.recovered:
                 say(f"{counted(document.recovered, 'change')} that were not saved came out of the journal")
@@ -46,3 +48,19 @@ def edit(model: Path, port: int, no_browser: bool) -> int:
         document.close()
     summarise(f"{model}: not saved; the journal keeps what was done" if is_kept else f"{model}: saved")
     return 0
+
+
+_MAIN = """\
+from dineros.analysis.answers.processes import die_with
+die_with({parent})
+from dineros.cli.main import main
+main()
+"""
+
+
+def own_program() -> list[str]:
+    """Return what begins the command line of a process that runs ``dineros`` and ends with this one.
+
+    Modules in the folder where it is started do not stand in for those that are installed.
+    """
+    return [sys.executable, "-P", "-c", _MAIN.format(parent=os.getpid())]

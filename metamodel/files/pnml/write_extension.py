@@ -190,8 +190,8 @@ class ExtensionWriter:
     def _topic(self, xml: etree._Element, channel: sym.TopicChannel) -> set[str]:
         block = self._block(xml)
         _add(block, "type", TOPIC)
-        said = {"publishers"} if all(port.qos is None for port in channel.publishers) else set()
-        if all(port.qos is None and port.inHand is None for port in channel.subscribers):
+        said = {"publishers"} if all(_is_plain_port(port) for port in channel.publishers) else set()
+        if all(_is_plain_port(port) and port.inHand is None for port in channel.subscribers):
             said.add("subscribers")
         if _is_plain(channel.topic):
             _add(block, "topicName", channel.topic)
@@ -245,6 +245,10 @@ class ExtensionWriter:
 
 def _add(xml: etree._Element, name: str, text: str) -> None:
     etree.SubElement(xml, tag(name)).text = text
+
+
+def _is_plain_port(port: sym.TopicPort) -> bool:
+    return port.qos is None and port.assumed is None
 
 
 def _is_plain(text: str | None) -> bool:

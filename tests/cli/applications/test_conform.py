@@ -8,8 +8,17 @@ from pathlib import Path
 
 import pytest
 
-from dineros.metamodel.records import Fire, Header, Record, current_path, read_records, write_records
+from dineros.metamodel.records import (
+    Fire,
+    Header,
+    Record,
+    Transfer,
+    current_path,
+    read_records,
+    write_records,
+)
 from tests.cli.conftest import Run
+from tests.support.bags import write_bag
 from tests.support.commands import is_one_line_of_wrong_use, lines, uses
 from tests.support.reference_runs import ReferenceRun
 from tests.support.talker import talker
@@ -40,6 +49,53 @@ def bad(tmp_path: Path) -> Path:
     position = next(number for number, record in enumerate(trace) if isinstance(record, Fire))
     trace.insert(position, trace[position])
     return write(tmp_path / "bad", wrong)
+
+
+def bag(folder: Path, words: int) -> Path:
+    """Return a recording of what the talker says; it has three words to say."""
+    return write_bag(folder, [("/chatter", 10**8 * number) for number in range(words)])
+
+
+def test_a_recording_that_conforms(run: Run, model: Path, tmp_path: Path) -> None:
+    result = run("conform", model, "--bag", bag(tmp_path / "bag", 3))
+    assert result.exit_code == 0
+    assert lines(result) == [f"{model}: conforms; 3 messages explained"]
+
+
+def test_a_recording_with_a_message_too_many(run: Run, model: Path, tmp_path: Path) -> None:
+    """It is named, and a run before it is written, which can be drawn."""
+    recording, why = bag(tmp_path / "bag", 4), tmp_path / "why.jsonl"
+    result = run("conform", model, "--bag", recording, "-o", why)
+    assert result.exit_code == 1
+    first = f"{model}: message 4, on /chatter, 0.300 s after the first: no run of the model shows it"
+    assert result.stdout.startswith(first)
+    header, *steps = read_records(why)
+    assert isinstance(header, Header) and header.verdict == "violated"
+    assert len([step for step in steps if isinstance(step, Transfer) and step.stage == "transport"]) == 3
+    assert run("trace", why, "-o", tmp_path / "why.svg").exit_code == 0
+    report = json.loads(run("conform", model, "--bag", recording, "--json").stdout)
+    assert (report["status"], report["messages"], report["unexplained"]["number"]) == ("violated", 3, 4)
+
+
+def test_what_was_recorded_and_what_was_not_is_said(run: Run, model: Path, tmp_path: Path) -> None:
+    recording = write_bag(tmp_path / "bag", [("/chatter", 0), ("/elsewhere", 1)])
+    assert (
+        "topics that the model does not have are left out: /elsewhere"
+        in run("conform", model, "--bag", recording).stderr
+    )
+
+
+def test_wrong_use_with_recordings(run: Run, model: Path, traces: Path, tmp_path: Path) -> None:
+    recording, other = bag(tmp_path / "bag", 1), write_bag(tmp_path / "other", [("/elsewhere", 1)])
+    for arguments, message in (
+        ([], "give a TRACE, or a recording by --bag"),
+        ([traces, "--bag", recording], "--bag stands for the traces"),
+        (["--bag", other], "no topic of the model was recorded"),
+        (["--bag", tmp_path / "missing"], "there is no such recording"),
+        (["--bag", tmp_path], "holds no recording"),
+    ):
+        result = run("conform", model, *arguments)
+        assert is_one_line_of_wrong_use(result, message)
 
 
 def test_a_run_that_conforms(run: Run, model: Path, traces: Path) -> None:

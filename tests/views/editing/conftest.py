@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from dineros.cli.commands.models.edit import own_program
 from dineros.metamodel.editing import Document
 from dineros.views.editing import serve_editor
 from dineros.views.serving.handle import PageHandle
@@ -26,7 +27,7 @@ def edit() -> Iterator[Edit]:
 
     def start(file: Path) -> tuple[Document, PageHandle]:
         document = Document(file)
-        started.append((document, serve_editor(document)))
+        started.append((document, serve_editor(document, program=own_program())))
         return started[-1]
 
     yield start

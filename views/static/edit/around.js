@@ -3,6 +3,7 @@
 import { byId, make } from "../elements.js";
 
 /** @import { Model } from "./model.js" */
+/** @import { Command, Mark } from "./types.js" */
 
 /** @type {(model: Model, sheet: string, go: (element: string) => void) => void} */
 export function showPath(model, sheet, go) {
@@ -50,18 +51,35 @@ export function showState(model, reload, save) {
   );
 }
 
-/** @type {(model: Model, go: (element: string) => void) => void} */
-export function showMarks(model, go) {
+/** A button that mends what is wrong, where commands do. @type {(mark: Mark, act: (commands: Command[], label: string) => void) => HTMLElement | null} */
+export function mender({ mend, message }, act) {
+  if (mend === undefined) return null;
+  const { label, commands } = mend;
+  return make(
+    "button",
+    {
+      class: "mend",
+      "aria-label": `Mend: ${label} (${message})`,
+      onclick: () => act(commands, `mend: ${label}`),
+    },
+    `Mend: ${label}`,
+  );
+}
+
+/** @type {(model: Model, go: (element: string) => void, act: (commands: Command[], label: string) => void) => void} */
+export function showMarks(model, go, act) {
   const { errors, warnings, marks } = model.marks;
   byId("count", HTMLElement).textContent =
     errors + warnings === 0 ? "No problems" : `${errors} errors, ${warnings} warnings`;
   byId("marks", HTMLElement).replaceChildren(
-    ...marks.map(({ element, severity, message, fix }) =>
-      make(
+    ...marks.map((mark) => {
+      const { element, severity, message, fix } = mark;
+      return make(
         "li",
         { class: severity },
         make("button", { onclick: () => element !== null && go(element) }, `${message} (${fix})`),
-      ),
-    ),
+        mender(mark, act),
+      );
+    }),
   );
 }

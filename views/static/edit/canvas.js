@@ -216,10 +216,16 @@ export class Canvas {
     /** @type {Map<string | null, string>} */
     const worst = new Map();
     for (const { at, severity } of this.model.marks.marks) {
-      for (let up = at; up !== null && this.model.objects.has(up); up = this.model.get(up).in ?? null) {
+      for (const up of at === null ? [] : this.model.around(at)) {
         if (worst.get(up) !== "error") worst.set(up, severity);
       }
     }
+    for (const { elements, severity } of this.model.findings) {
+      for (const up of severity === "note" ? [] : this.model.around(elements[0] ?? "")) {
+        if (worst.get(up) !== "error") worst.set(up, severity);
+      }
+    }
+    const { enabled, fired } = played(this.model);
     for (const element of this.registry.filter((each) => each.business !== undefined)) {
       const { business } = element;
       const graphics = this.canvas.getGraphics(element);
@@ -228,17 +234,20 @@ export class Canvas {
         element.waypoints === undefined
           ? ""
           : ` from ${element.source.business.title} to ${element.target.business.title}`;
+      const isEnabled = enabled.has(business.element) && element.waypoints === undefined;
       const count = business.tokens ? `, ${business.tokens} tokens` : "";
       const words = this.model.kind(business.element).words;
-      const says = `${words} ${business.title}${ends}${count}${mark ? `, ${mark}` : ""}`;
+      const says = `${words} ${business.title}${ends}${count}${mark ? `, ${mark}` : ""}${isEnabled ? ", enabled" : ""}`;
+      graphics.classList.toggle("is-enabled", isEnabled);
+      graphics.classList.toggle("is-fired", fired.has(business.element) && element.waypoints === undefined);
+      graphics.classList.toggle("has-error", mark === "error");
+      graphics.classList.toggle("has-warning", mark === "warning");
       if (this.described.get(graphics) === `${business.element} ${says}`) continue;
       this.described.set(graphics, `${business.element} ${says}`);
       graphics.setAttribute("role", "button");
       graphics.setAttribute("tabindex", "0");
       graphics.dataset.element = business.element;
       graphics.setAttribute("aria-label", says);
-      graphics.classList.toggle("has-error", mark === "error");
-      graphics.classList.toggle("has-warning", mark === "warning");
     }
   }
 
@@ -332,6 +341,18 @@ export class Canvas {
     const graphics = this.model.link(business.element, "graphics");
     return graphics !== null && this.model.links(graphics, "positions").length > 0;
   }
+}
+
+/** What can be fired in the game that is played, and what was fired last, with all that they are in. @type {(model: Model) => { enabled: Set<string>, fired: Set<string> }} */
+function played(model) {
+  const game = model.played;
+  const last = game?.steps[game.at - 1 - game.first];
+  const around = (/** @type {string[]} */ elements) => elements.flatMap((each) => model.around(each));
+  const firings = (game?.firings ?? []).filter(({ kind }) => kind !== "signal");
+  return {
+    enabled: new Set(firings.flatMap(({ elements }) => around(elements))),
+    fired: new Set(around(last?.elements ?? [])),
+  };
 }
 
 /** The parts of diagram-js that are used, with ours. @type {(canvas: Canvas) => object[]} */

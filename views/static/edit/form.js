@@ -1,6 +1,7 @@
 // The form of an element: its attributes, references and parts, as the metamodel describes them.
 
 import { make } from "../elements.js";
+import { mender } from "./around.js";
 import { clauseHelp } from "./clause.js";
 import { inWords, optionFor, typesFor } from "./making.js";
 import { fieldsOf } from "./token_form.js";
@@ -15,6 +16,7 @@ import { fieldsOf } from "./token_form.js";
  * @property {(commands: Command[], label: string) => Promise<string | null>} act does something to the model; answers why not, or null
  * @property {(operation: Command, label: string) => Promise<string | null>} compose does something larger; answers why not, or null
  * @property {(element: string, text: string) => Promise<Refused | null>} clause what is wrong with the text of a clause
+ * @property {(element: string) => HTMLElement[]} found says what a check has found at an element
  * @property {(element: string) => void} go shows another element
  * @property {(owner: string, feature: string, type: string, given?: string) => void} make makes an element
  */
@@ -59,9 +61,16 @@ export function showForm(panel, model, element, asked) {
     make("h2", {}, model.label(element)),
     make("p", { class: "quiet", title: [kind.says, ...kind.rules].join("\n") }, kind.words),
     ...(above === undefined ? [] : [make("p", {}, "in ", goTo(model, above, asked))]),
-    ...marks.map(({ severity, message, fix }) =>
-      make("p", { class: `mark ${severity}`, role: "note" }, message, make("small", {}, fix)),
+    ...marks.map((mark) =>
+      make(
+        "p",
+        { class: `mark ${mark.severity}`, role: "note" },
+        mark.message,
+        make("small", {}, mark.fix),
+        mender(mark, asked.act),
+      ),
     ),
+    ...asked.found(element),
     make(
       "div",
       { class: "fields" },

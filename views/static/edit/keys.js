@@ -31,6 +31,10 @@ export function heed(event, editor) {
   else if (isCommand && lower === "k") used(event, () => editor.askForAction());
   else if (action !== undefined && !shiftKey) used(event, () => action.act(editor));
   else if (isCommand || altKey) return;
+  else if (key === "p") used(event, () => editor.player.toggle());
+  else if (key === "c") used(event, () => editor.worker.check());
+  else if (key === "q") used(event, () => editor.worker.focus());
+  else if (editor.player.game !== null && play(event, editor)) return;
   else if (key === "Escape") used(event, () => editor.putDown());
   else if (key === "Delete" || key === "Backspace") used(event, () => editor.remove());
   else if (key === "F2") used(event, () => editor.looked !== null && editor.rename(editor.looked));
@@ -46,6 +50,16 @@ export function heed(event, editor) {
     const tool = toolsFor(editor.model, editor.canvas.sheet)[Number(key) - 1];
     if (tool) used(event, () => editor.take(tool, false));
   }
+}
+
+/** Does what a key stands for while the model is played; whether it stands for anything. @type {(event: KeyboardEvent, editor: Editor) => boolean} */
+function play(event, editor) {
+  const { player } = editor;
+  if (event.key === "ArrowLeft") used(event, () => player.back());
+  else if (event.key === "ArrowRight") used(event, () => player.forward());
+  else if (event.key === "r") used(event, () => player.run("random"));
+  else return !["Enter", "0", "?", "Escape"].includes(event.key);
+  return true;
 }
 
 /** @type {(event: KeyboardEvent, action: () => unknown) => void} */

@@ -1,6 +1,6 @@
 // What the page knows of the model: objects by handle, as Python tells them. Only Python changes them.
 
-/** @import { Feature, FileState, Mark, Marks, Message, Metamodel, ModelClass, ModelObject, Snapshot, Target } from "./types.js" */
+/** @import { Feature, FileState, Finding, Game, Mark, Marks, Message, Metamodel, ModelClass, ModelObject, Snapshot, Target } from "./types.js" */
 
 export class Model {
   /** @type {Map<string, ModelObject>} */
@@ -15,6 +15,12 @@ export class Model {
   marks = { errors: 0, warnings: 0, marks: [] };
   /** @type {FileState} */
   state = { file: "", disk: "same", saved: true, undo: null, redo: null };
+
+  /** The token game that is played, whose tokens are shown instead of the first ones. @type {Game | null} */
+  played = null;
+
+  /** What the last check found in this state of the model. @type {Finding[]} */
+  findings = [];
 
   /** @type {(snapshot: Snapshot) => void} */
   begin({ metamodel, model, marks, state, revision, epoch }) {
@@ -106,6 +112,18 @@ export class Model {
         return this.links(at, "signals").map((signal) => this.label(signal));
     }
     return [];
+  }
+
+  /** The tokens of a place. @type {(place: string) => number} */
+  tokens(place) {
+    return this.played?.places[place] ?? Number(this.value(place, "tokens"));
+  }
+
+  /** An element and all that it is in. @type {(handle: string) => string[]} */
+  around(handle) {
+    const found = [];
+    for (let at = handle; this.objects.has(at); at = this.get(at).in ?? "") found.push(at);
+    return found;
   }
 
   /** All objects of a class, in the order they were made. @type {(type: string) => string[]} */

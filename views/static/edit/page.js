@@ -11,7 +11,9 @@ import { heed } from "./keys.js";
 import { askFor } from "./making.js";
 import { Model } from "./model.js";
 import { choose, elementsOf } from "./palette.js";
+import { Player, refusedInGame } from "./play.js";
 import { ARC, CHOOSE, showTools, toolsFor } from "./tools.js";
+import { Worker } from "./work.js";
 
 /** @import { Command, Done, Message, Point, Refused } from "./types.js" */
 /** @import { Tool } from "./tools.js" */
@@ -39,6 +41,9 @@ export class Editor {
     (message) => this.hear(message),
     (state) => this.connected(state),
   );
+
+  player = new Player(this);
+  worker = new Worker(this);
 
   constructor() {
     byId("undo", HTMLElement).onclick = () => this.turn("undo");
@@ -80,13 +85,15 @@ export class Editor {
       const count = message.recovered;
       if (count) this.say(`${count} changes that were not saved came out of the journal`);
     }
+    this.worker.hear(message);
+    if (message.type === "job") return;
     if (message.type === "state") {
       this.showState();
       return;
     }
     if (message.type === "marks") {
       this.canvas.describe();
-      showMarks(this.model, (element) => this.go(element));
+      this.showMarks();
       if (this.formMarks !== JSON.stringify(this.model.marksOf(this.looked ?? before))) this.showForm();
       document.body.dataset.revision = String(this.model.revision);
       return;
@@ -126,9 +133,15 @@ export class Editor {
     showPath(this.model, sheet, (element) => this.go(element));
     this.showTools();
     this.showState();
-    showMarks(this.model, (element) => this.go(element));
+    this.showMarks();
     this.showForm();
+    this.player.show();
     this.findPlaces(sheet);
+  }
+
+  showMarks() {
+    const act = (/** @type {Command[]} */ commands, /** @type {string} */ label) => this.act(commands, label);
+    showMarks(this.model, (element) => this.go(element), act);
   }
 
   showState() {
@@ -153,6 +166,7 @@ export class Editor {
       act: (commands, label) => this.act(commands, label),
       compose: (operation, label) => this.compose(operation, label),
       clause: (element, text) => this.wrongClause(element, text),
+      found: (element) => this.worker.foundAt(element),
       go: (element) => this.go(element),
       make: (owner, feature, type, given) => this.make(owner, feature, type, given ?? null),
     });
@@ -200,12 +214,16 @@ export class Editor {
    */
   async act(commands, label) {
     if (commands.length === 0) return null;
-    const answer = await this.connection.ask("do", { commands, label, epoch: this.model.epoch });
-    return this.answered(answer);
+    return this.answered(await this.change("do", { commands, label, epoch: this.model.epoch }));
   }
 
-  /** @type {(answer: Done | Refused) => string | null} */
-  answered(answer) {
+  /** Asks for a change of the model, which is left as it is while it is played. @type {(ask: "do" | "undo" | "redo" | "reload", more?: object) => Promise<Done | Refused>} */
+  async change(ask, more = {}) {
+    return this.player.game === null ? this.connection.ask(ask, more) : refusedInGame(0);
+  }
+
+  /** @type {(answer: Done | Refused, isEdit?: boolean) => string | null} */
+  answered(answer, isEdit = true) {
     if (answer.type === "done") {
       this.say("");
       return null;
@@ -213,13 +231,13 @@ export class Editor {
     const where = answer.column === undefined ? "" : `column ${answer.column}: `;
     const text = `${where}${answer.reason}${answer.hint ? ` (${answer.hint})` : ""}`;
     this.say(text, true);
-    this.canvas.draw(); // what was dragged goes back
+    if (isEdit) this.canvas.draw(); // what was dragged goes back
     return text;
   }
 
   /** @type {(way: "undo" | "redo") => Promise<void>} */
   async turn(way) {
-    this.answered(await this.connection.ask(way, { epoch: this.model.epoch }));
+    this.answered(await this.change(way, { epoch: this.model.epoch }));
   }
 
   /** @type {(over: boolean) => Promise<void>} */
@@ -230,7 +248,7 @@ export class Editor {
   }
 
   async reload() {
-    this.answered(await this.connection.ask("reload"));
+    this.answered(await this.change("reload"));
   }
 
   /** @type {(tool: Tool, byKey: boolean) => void} */
@@ -246,6 +264,7 @@ export class Editor {
 
   /** @type {(element: string | null, at: Point) => boolean} */
   clicked(element, at) {
+    if (this.player.game !== null) return this.player.clicked(element);
     const tool = toolsFor(this.model, this.canvas.sheet).find(({ name }) => name === this.tool);
     if (tool === undefined || tool.name === CHOOSE) return false;
     if (tool.name !== ARC) {
@@ -299,7 +318,7 @@ export class Editor {
 
   /** Does what makes an element, and shows that. @type {(commands: Command[], label: string) => Promise<void>} */
   async made(commands, label) {
-    const answer = await this.connection.ask("do", { commands, label, epoch: this.model.epoch });
+    const answer = await this.change("do", { commands, label, epoch: this.model.epoch });
     const handle = answer.type === "done" ? answer.made?.$new : undefined;
     if (this.answered(answer) !== null || handle === undefined || !this.model.objects.has(handle)) return;
     if (this.model.kind(handle).shape === undefined) {

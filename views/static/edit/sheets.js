@@ -123,7 +123,7 @@ function shape(model, element, computed) {
     kind,
     title,
     lines,
-    tokens: Number(kind === "place" ? model.value(element, "tokens") : 0),
+    tokens: kind === "place" ? model.tokens(element) : 0,
     at: pointsOf(model, element)[0] ?? computed.get(element) ?? null,
     size,
   };
@@ -139,11 +139,21 @@ function notes(model, element, kind) {
   const words = model.kind(element).words;
   if (kind === "topic" || kind === "service" || kind === "action") {
     const name = model.value(element, kind);
-    return [name === model.label(element) ? kind : `${kind} ${name}`];
+    return [name === model.label(element) ? kind : `${kind} ${name}`, ...waiting(model, element)];
   }
   if (kind.endsWith("-reference")) return [];
   const count = model.links(element, "objects").length;
   return [words, `${count} inside`];
+}
+
+/** What is in a channel in the game that is played. @type {(model: Model, channel: string) => string[]} */
+function waiting({ played }, channel) {
+  const queues = (played?.queues[channel] ?? []).filter(({ load }) => load > 0);
+  const others = (played?.under[channel] ?? []).reduce((sum, { tokens }) => sum + tokens, 0);
+  return [
+    ...queues.map(({ text, load, room }) => `${text}: ${load} of ${load + room}`),
+    ...(others > 0 ? [`${others} under way`] : []),
+  ];
 }
 
 /** Which channels a place gives to or takes from, that are not on its sheet. @type {(model: Model, place: string) => string[]} */

@@ -55,6 +55,7 @@ export interface Mark {
   severity: "error" | "warning";
   message: string;
   fix: string;
+  mend?: { label: string; commands: Command[] };
 }
 
 export interface Marks {
@@ -80,6 +81,7 @@ export interface Snapshot {
   marks: Marks;
   state: FileState;
   recovered: number;
+  jobs: Job[];
 }
 
 export interface Done {
@@ -87,6 +89,77 @@ export interface Done {
   number: number;
   made?: Record<string, string>;
   keepsForm?: boolean;
+  game?: Game;
+}
+
+/** What a check has found, its elements by handle; a witness is played by its number. */
+export interface Finding {
+  rule: string;
+  severity: "error" | "warning" | "note";
+  message: string;
+  elements: string[];
+  witness: number | null;
+}
+
+/** What `dineros` answers with --json, of the kinds of work that are done here. */
+export interface Result {
+  findings?: Finding[];
+  proved?: string[];
+  unknown?: string[];
+  status?: string;
+  reason?: string;
+  by?: string;
+  witness?: number | null;
+  changes?: { file: string; what: string; detail: string }[];
+  edits?: { file: string; message: string }[];
+  notices?: (string | Record<string, string>)[];
+  written?: boolean;
+  stale?: boolean;
+  ending?: string;
+  firings?: number;
+  drops?: number;
+  errors?: number;
+  marking?: Record<string, number>;
+  traces?: boolean;
+}
+
+/** Something that another process does, as views/editing/working/jobs.py has it. */
+export interface Job {
+  job: number;
+  kind: "check" | "find" | "verify" | "generate" | "run";
+  words: string;
+  line: string;
+  epoch: string;
+  revision: number;
+  state: "running" | "ending" | "done" | "failed" | "cancelled";
+  at: string;
+  log: string[];
+  result: Result;
+}
+
+/** A transition of the net that is proved: what it is in words, and the elements of the model it is seen at. */
+export interface Firing {
+  id: string;
+  text: string;
+  kind: "fire" | "signal" | "channel" | "loss";
+  elements: string[];
+}
+
+/** A token game, as views/editing/playing/showing.py has it. */
+export interface Game {
+  epoch: string;
+  revision: number;
+  at: number;
+  length: number;
+  loop: number | null;
+  title: string;
+  places: Record<string, number>;
+  queues: Record<string, { text: string; load: number; room: number }[]>;
+  under: Record<string, { text: string; tokens: number }[]>;
+  signals: Record<string, boolean>;
+  firings: Firing[];
+  first: number;
+  steps: Firing[];
 }
 
 export interface Refused {
@@ -103,7 +176,8 @@ export type Message =
   | Refused
   | { type: "change"; revision: number; objects: Record<string, ModelObject | null>; state: FileState }
   | { type: "marks"; revision: number; marks: Marks }
-  | { type: "state"; state: FileState };
+  | { type: "state"; state: FileState }
+  | ({ type: "job" } & Job);
 
 /** A command, as dineros.metamodel.editing.commands describes it. */
 export interface Command {

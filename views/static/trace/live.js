@@ -4,6 +4,7 @@ import { byId, make } from "../elements.js";
 import { Data, lastAtMost } from "./data.js";
 import { NetPane } from "./net_pane.js";
 import { App, known } from "./page.js";
+import { SteeringPanel } from "./steer.js";
 
 /** @import { Picture } from "../net/types.js" */
 /** @import { Growth, View } from "./types.js" */
@@ -17,7 +18,9 @@ import { App, known } from "./page.js";
  * @property {Picture | null} net
  */
 /** @typedef {Growth & { type: "change", number: number, ended: boolean }} Change */
-/** @typedef {{ type: "nothing new" } | { type: "end" }} Other */
+/** @import { NodeState } from "./steer.js" */
+/** @typedef {{ type: "nodes", nodes: NodeState[] } | { type: "refused", reason: string }} Steered */
+/** @typedef {{ type: "nothing new" } | { type: "end" } | Steered} Other */
 /** @typedef {Snapshot | Change | { type: "problem", text: string } | Other} Message */
 
 const FIRST_WAIT = 300; // milliseconds between two attempts to come back
@@ -36,6 +39,10 @@ class Live {
    */
   known = null;
   wait = FIRST_WAIT;
+  /** @type {WebSocket | null} */
+  socket = null;
+  /** Where the run can be steered. @type {SteeringPanel | null} */
+  steering = null;
   /** Whether all nodes have stopped. */
   ended = false;
   /** Whether the server has said that nothing more will come. */
@@ -158,6 +165,15 @@ class Live {
   /** Takes a message; false where something is missing before it. @type {(message: Message) => boolean} */
   receive(message) {
     const { app } = this;
+    if (message.type === "nodes") {
+      this.steering ??= new SteeringPanel((said) => this.socket?.send(JSON.stringify(said)));
+      this.steering.show(message.nodes);
+      return true;
+    }
+    if (message.type === "refused") {
+      this.steering?.refused(message.reason);
+      return true;
+    }
     this.left = message.type === "end";
     if (message.type === "snapshot") {
       this.ended = message.ended;
@@ -185,6 +201,7 @@ class Live {
       asked.set("number", String(this.known.number));
     }
     const socket = new WebSocket(`ws://${location.host}/changes?${asked}`);
+    this.socket = socket;
     socket.onmessage = (event) => {
       this.wait = FIRST_WAIT;
       if (this.receive(JSON.parse(event.data))) return;

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import Browser
 
 from dineros.metamodel import sym
 from dineros.metamodel.constraints import validate
@@ -16,18 +17,17 @@ from dineros.metamodel.files import load
 from tests.support.equality import differences
 from tests.support.talker import talker
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
-def test_the_page_draws_the_talker_and_the_listener(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_page_draws_the_talker_and_the_listener(tmp_path: Path, browser: Browser) -> None:
     pytest.importorskip("mkdocs", reason="the extra [docs] is not installed")
     specification = importlib.util.spec_from_file_location("drawing", ROOT / "docs/hooks/editor_pictures.py")
     assert specification is not None and specification.loader is not None
     hook = importlib.util.module_from_spec(specification)
     specification.loader.exec_module(hook)
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     file = tmp_path / "greeting.sym.xmi"
-    pictures = hook.drawn(file)
+    pictures = hook.drawn(file, browser)
     page = (ROOT / "docs/drawing.md").read_text(encoding="utf-8")
     assert set(re.findall(r"\((pictures/drawing-[a-z-]+\.png)#", page)) == set(pictures)
     assert set(pictures) == {hook.path(step, theme) for step in hook.STEPS for theme in ("light", "dark")}

@@ -1,0 +1,1 @@
+"""Subcommands about systems that exist already."""

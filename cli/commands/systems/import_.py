@@ -1,0 +1,116 @@
+"""``dineros import``: a system model of a system that exists already."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from dineros.cli.analysing import HOLDS, VIOLATED
+from dineros.cli.console import working
+from dineros.cli.models import refuse_invalid
+from dineros.cli.observing import source_of, source_options
+from dineros.cli.options import command, json_option, output_option
+from dineros.cli.outputs import refuse_output
+from dineros.cli.presentation.imports import ImportReport, print_import
+
+
+@command(
+    "dineros import --graph -o robot.sym.xmi",
+    "dineros import --graph --domain 7 --namespace /arm --watch 10 -o arm.sym.xmi",
+    "dineros import --bag recording -o robot.sym.xmi",
+    "dineros import --interfaces std_msgs -o messages.sym.xmi",
+)
+@source_options
+@click.option(
+    "--interfaces",
+    multiple=True,
+    metavar="PACKAGE",
+    help="Instead, the messages of an installed package, as token types; repeatable.",
+)
+@click.option(
+    "--given",
+    type=click.Path(path_type=Path),
+    metavar="FILE.toml",
+    show_default="OUT with .given.toml",
+    help="What no graph tells: depths, groups, threads, timers, what callbacks do.",
+)
+@output_option("The model to write: .xmi or .pnml.")
+@json_option
+def import_(
+    graph: bool,
+    bag: Path | None,
+    domain: int | None,
+    namespaces: tuple[str, ...],
+    without: tuple[str, ...],
+    seconds: float,
+    interfaces: tuple[str, ...],
+    given: Path | None,
+    output: Path,
+    as_json: bool,
+) -> int:
+    """Make a system model of a running graph or a recording, with one node net per node.
+
+    What no graph tells is assumed, marked in the model and listed; a file beside the model says it once and
+    for all: it is written where there is none, and never overwritten. Callbacks of which nothing is said may
+    do all that their node can.
+
+    The exit status is 1 where ports do not match or names have two meanings: the model is written all the
+    same. Where there is no node or topic it is 2, and nothing is written.
+    """
+    refuse_output(output, (".xmi", ".pnml"))
+    if interfaces:
+        if graph or bag is not None:
+            raise click.UsageError("--interfaces goes neither with --graph nor with --bag")
+        return _interfaces(interfaces, output, as_json)
+    from dineros.metamodel.files import save
+    from dineros.metamodel.files.atomic import write_atomically
+    from dineros.metamodel.ros_names import snake_case
+    from dineros.observation.findings.mismatches import mismatches
+    from dineros.observation.findings.types import unknown_types
+    from dineros.observation.importing.building import to_model
+    from dineros.observation.importing.given import Given, given_beside, read_given
+    from dineros.observation.importing.questions import to_be_given
+    from dineros.observation.systems import within
+
+    source = source_of(graph, bag, domain, namespaces, without, seconds)
+    beside = given or given_beside(output)
+    said = read_given(beside) if given is not None or beside.exists() else Given()
+    seen = source.system()
+    kept = within(seen, namespaces)
+    findings = [*mismatches(seen), *unknown_types(seen)]
+    if namespaces:
+        names = {node.name for node in kept.nodes}
+        findings = [finding for finding in findings if names.intersection(finding.elements)]
+    with working("Making the model"):
+        imported = to_model(kept, said, snake_case(output.name.split(".")[0]))
+        refuse_invalid(imported.model, output)
+        save(imported.model, output)
+    is_written = bool(imported.assumed or imported.recorded) and not beside.exists()
+    if is_written:
+        write_atomically(beside, to_be_given(imported, kept, output).encode())
+    report = ImportReport(kept, imported, findings, output, beside, is_written)
+    print_import(report, as_json)
+    return VIOLATED if any(finding.severity == "error" for finding in findings) else HOLDS
+
+
+def _interfaces(packages: tuple[str, ...], output: Path, as_json: bool) -> int:
+    from dineros.cli.console import say_json, summarise
+    from dineros.metamodel.errors import counted
+    from dineros.metamodel.files import save
+    from dineros.metamodel.ros_names import snake_case
+    from dineros.observation.importing.interfaces import token_types_of
+
+    model, left_out = token_types_of(packages, snake_case(output.name.split(".")[0]))
+    refuse_invalid(model, output)
+    save(model, output)
+    names = [str(each.ros) for each in (model.tokenType, *model.otherTokenTypes) if each is not None]
+    if as_json:
+        say_json({"model": str(output), "types": names, "left_out": left_out})
+        return HOLDS
+    from dineros.cli.console import warn
+
+    for line in left_out:
+        warn(f"left out: {line}")
+    summarise(f"{', '.join(packages)} -> {output}: {counted(len(names), 'token type')}")
+    return HOLDS

@@ -1,0 +1,143 @@
+"""``dineros narrow``: which callback leads to which messages, as a recording shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+
+from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, budget_options
+from dineros.cli.models import load_system, refuse_invalid
+from dineros.cli.options import ModelPath, json_option, model_argument
+from dineros.cli.outputs import refuse_output
+from dineros.cli.recordings.narrowing import (
+    chosen,
+    print_json,
+    print_narrowed,
+    print_proposals,
+    subject_of,
+    write,
+)
+from dineros.cli.searching import search
+from dineros.cli.supervising import search_command
+
+
+@search_command(
+    "dineros narrow robot.sym.xmi --bag recording",
+    "dineros narrow robot.sym.xmi --bag recording --threshold 0.95 -o narrowed.sym.xmi",
+    "dineros narrow robot.sym.xmi --bag recording --accept 1 --accept 4 -o narrowed.sym.xmi",
+)
+@model_argument()
+@click.option(
+    "--bag",
+    type=ModelPath(),
+    metavar="RECORDING",
+    required=True,
+    help="A recording of rosbag2: its folder, or one .mcap or .db3 file.",
+)
+@click.option(
+    "--within",
+    type=click.FloatRange(min=0, min_open=True, max=3600),
+    default=1.0,
+    show_default=True,
+    metavar="S",
+    help="What comes later after a message is no consequence of it.",
+)
+@click.option(
+    "--threshold",
+    type=click.FloatRange(min=0, max=1),
+    metavar="P",
+    help="Accept all proposals of at least this confidence.",
+)
+@click.option(
+    "--accept",
+    type=int,
+    multiple=True,
+    metavar="N",
+    help="Accept the proposal of this number; repeatable.",
+)
+@click.option(
+    "-o", "--output", type=ModelPath(), metavar="OUT", help="Write the narrowed model: .xmi or .pnml."
+)
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(min=0, max=3600),
+    default=0.01,
+    show_default=True,
+    metavar="S",
+    help="Messages of different topics no farther apart may have been published in any order.",
+)
+@click.option("--midway", is_flag=True, help="The nodes may have run before the recorder was started.")
+@budget_options
+@json_option
+def narrow(
+    model: Path,
+    bag: Path,
+    within: float,
+    threshold: float | None,
+    accept: tuple[int, ...],
+    output: Path | None,
+    tolerance: float,
+    midway: bool,
+    timeout: float | None,
+    memory: int | None,
+    as_json: bool,
+) -> int:
+    """Propose which callbacks of an imported model lead to which messages, and narrow it by what is accepted.
+
+    A proposal says that a message on a topic always, sometimes or never follows another one, or that a timer
+    publishes it; with how often and how soon, and the share of times at which it can be expected to hold.
+
+    In the narrowed model, what is accepted holds, and the rest stays open. It explains the recording: what it
+    could not be explained with is weakened, or taken back, and listed. Beside it stands what is given of the
+    system now, for the next import.
+
+    Exit status 0: fine; 1: the model, open as it is, does not explain the recording; 3: unknown.
+    """
+    is_accepting = threshold is not None or bool(accept)
+    if is_accepting != (output is not None):
+        raise click.UsageError("what --threshold or --accept takes is written to -o: give both, or neither")
+    if output is not None:
+        refuse_output(output, (".xmi", ".pnml"))
+    from dineros.observation.narrowing import narrowed, proposals
+    from dineros.observation.recordings import Recording
+
+    system = load_system(model)
+    refuse_invalid(system, model)
+    subject = subject_of(model, system)
+    run = search()
+    with Recording(bag) as recording:
+
+        def messages() -> Iterator[tuple[str, int]]:
+            for topic, time, _ in recording.messages():
+                yield topic, time
+
+        run.stage(f"reading {bag.name}")
+        found = proposals(subject.system, messages(), within=within)
+        made = None
+        if output is not None:
+            accepted = chosen(found, threshold, accept)
+            run.stage(f"explaining {bag.name}")
+            made = narrowed(
+                subject.system,
+                recording.topics,
+                messages,
+                accepted,
+                given=subject.given,
+                id=subject.id,
+                tolerance=tolerance,
+                midway=midway,
+                budget=run.budget(),
+            )
+            refuse_invalid(made.imported.model, output)
+            write(made, output, bag)
+    with run.answer():
+        if as_json:
+            print_json(subject, found, made, output)
+        elif made is None:
+            print_proposals(found)
+        elif output is not None:
+            print_narrowed(made, output, bag)
+    statuses = {"conforms": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}
+    return HOLDS if made is None else statuses[made.verdict.status]

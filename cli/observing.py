@@ -1,0 +1,130 @@
+"""Where a system is seen: the options that say it, and what is seen there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from dineros.cli.console import working
+
+if TYPE_CHECKING:
+    from dineros.observation.systems import ObservedSystem
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a system is seen.
+
+    Attributes
+    ----------
+    graph : bool
+        In a running graph.
+    bag : Path or None
+        In a recording of rosbag2.
+    domain : int or None
+        The ROS domain of the graph; None: that of the environment.
+    namespaces, without : tuple of str
+        Only nodes in these namespaces; full names of nodes that are left out.
+    seconds : float
+        How long the graph is watched.
+    """
+
+    graph: bool
+    bag: Path | None
+    domain: int | None
+    namespaces: tuple[str, ...]
+    without: tuple[str, ...]
+    seconds: float
+
+    def system(self) -> ObservedSystem:
+        """Return all that is seen, whatever its namespace.
+
+        Raises
+        ------
+        DinerosError
+            ROS 2 is not there, no node or topic is, or the recording cannot be read.
+        """
+        if self.bag is not None:
+            from dineros.observation.recordings.reading import Recording
+
+            with working(f"Reading {self.bag}"), Recording(self.bag) as recording:
+                return recording.system()
+        from dineros.observation.graph.watching import watch
+
+        with working(f"Watching the graph for {self.seconds:g} s"):
+            return watch(self.seconds, self.domain, without=self.without)
+
+
+def source_options(function: F) -> F:
+    """Add the options that say where a system is seen; `source_of` makes a `Source` of them."""
+    options = (
+        click.option("--graph", is_flag=True, help="See a running ROS 2 graph."),
+        click.option(
+            "--bag",
+            type=click.Path(path_type=Path),
+            metavar="RECORDING",
+            help="See a recording of rosbag2: its folder, or one .mcap or .db3 file.",
+        ),
+        click.option(
+            "--domain",
+            type=click.IntRange(0, 101),
+            metavar="N",
+            show_default="as ROS_DOMAIN_ID says",
+            help="The ROS domain of the graph.",
+        ),
+        click.option(
+            "--namespace",
+            "namespaces",
+            multiple=True,
+            metavar="/NAME",
+            help="Only the nodes in a namespace; repeatable.",
+        ),
+        click.option(
+            "--without",
+            multiple=True,
+            metavar="/NODE",
+            help="Leave out a node, such as a recorder; repeatable.",
+        ),
+        click.option(
+            "--watch",
+            "seconds",
+            type=click.FloatRange(0.0, 3600.0),
+            default=3.0,
+            show_default=True,
+            metavar="SECONDS",
+            help="How long the graph is watched; longer while more of it comes to light.",
+        ),
+    )
+    for option in reversed(options):
+        function = option(function)
+    return function
+
+
+def source_of(
+    graph: bool,
+    bag: Path | None,
+    domain: int | None,
+    namespaces: Sequence[str],
+    without: Sequence[str],
+    seconds: float,
+) -> Source:
+    """Return where a system is seen.
+
+    Raises
+    ------
+    UsageError
+        None or both of graph and recording are named, or a filter of the graph is for a recording.
+    """
+    if graph == (bag is not None):
+        raise click.UsageError("say where the system is seen: --graph or --bag RECORDING, one of them")
+    given = {"--domain": domain, "--namespace": namespaces, "--without": without}
+    for option, value in given.items():
+        if bag is not None and value not in (None, (), []):
+            raise click.UsageError(f"{option} does not go with --bag: no recording tells its nodes")
+    return Source(graph, bag, domain, tuple(namespaces), tuple(without), seconds)

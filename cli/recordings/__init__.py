@@ -1,0 +1,1 @@
+"""What commands do with recordings of rosbag2."""

@@ -1,0 +1,137 @@
+"""``dineros narrow``: what a recording shows of callbacks, and the model in which it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from dineros.cli.console import say, say_json, summarise, warn
+from dineros.metamodel.errors import DinerosError, Location, counted
+
+if TYPE_CHECKING:
+    from dineros.metamodel import sym
+    from dineros.observation.importing.given import Given
+    from dineros.observation.narrowing import Narrowed, Proposal
+    from dineros.observation.systems import ObservedSystem
+
+
+@dataclass(frozen=True)
+class Subject:
+    """An imported model, as what was seen of its system and what is given of it."""
+
+    model: Path
+    system: ObservedSystem
+    given: Given
+    id: str
+
+
+def subject_of(path: Path, model: sym.SystemModel) -> Subject:
+    """Return what a model was imported from, as far as it says so; warn where it was changed since."""
+    from dataclasses import replace
+
+    from dineros.metamodel.elements import nodes
+    from dineros.observation.differences.described import described
+    from dineros.observation.importing.building import to_model
+    from dineros.observation.importing.given import Given, given_beside, read_given
+
+    found = described(model)
+    system = replace(
+        found.system,
+        nodes=tuple(
+            replace(node, lifecycle="active") if node.name in found.managed else node
+            for node in found.system.nodes
+        ),
+    )
+    beside = given_beside(path)
+    given = read_given(beside) if beside.exists() else Given()
+    again = to_model(system, given, str(model.id)).model
+    if {node.id for node in nodes(again)} != {node.id for node in nodes(model)}:
+        warn(f"{path}: is not as it was imported; what else was changed than {beside.name} is not kept")
+    return Subject(path, system, given, str(model.id))
+
+
+def chosen(found: Sequence[Proposal], threshold: float | None, numbers: Sequence[int]) -> list[Proposal]:
+    """Return the proposals that are accepted.
+
+    Raises
+    ------
+    DinerosError
+        There is no proposal of a number.
+    """
+    for number in numbers:
+        if not 0 < number <= len(found):
+            known = f"there are {len(found)}" if found else "there is none"
+            raise DinerosError(f"there is no proposal {number}", hint=known)
+    return [
+        each
+        for number, each in enumerate(found, 1)
+        if number in numbers or (threshold is not None and each.confidence >= threshold)
+    ]
+
+
+def write(made: Narrowed, output: Path, bag: Path) -> Path:
+    """Write a narrowed model, and beside it what is given of its system now; return the latter's file.
+
+    Raises
+    ------
+    DinerosError
+        There is such a file, which people may have written.
+    """
+    from dineros.metamodel.files import save
+    from dineros.metamodel.files.atomic import write_atomically
+    from dineros.observation.importing.given import given_beside
+    from dineros.observation.narrowing.written import given_text
+
+    beside = given_beside(output)
+    if beside.exists():
+        raise DinerosError(
+            "is there already, and people may have written it",
+            location=Location(beside),
+            hint="give the narrowed model another name by -o",
+        )
+    shown = "".join(f"#   {proposal}\n" for proposal in made.accepted)
+    head = f"# What the recording {bag.name} shows of {output.name}, and what was given before.\n{shown}\n"
+    write_atomically(beside, (head + given_text(made.given)).encode())
+    save(made.imported.model, output)
+    return beside
+
+
+def print_proposals(found: Sequence[Proposal]) -> None:
+    """Print proposals with their numbers."""
+    width = len(str(len(found)))
+    for number, proposal in enumerate(found, 1):
+        say(f"{number:>{width}}  {proposal}")
+
+
+def print_narrowed(made: Narrowed, output: Path, bag: Path) -> None:
+    """Print what was made of accepted proposals."""
+    for proposal in made.dropped:
+        warn(f"taken back, as no run would show the recording: {proposal}")
+    if made.verdict.status == "unknown":
+        warn(f"whether {output} explains {bag} is unknown: {made.verdict.reason}")
+    elif made.verdict.unexplained is not None:
+        warn(f"{output} does not explain {bag}: {made.verdict.unexplained}")
+    explained = counted(made.verdict.messages, "message")
+    summarise(f"{output}: {counted(len(made.accepted), 'proposal')} accepted; explains {explained} of {bag}")
+
+
+def print_json(
+    subject: Subject, found: Iterable[Proposal], made: Narrowed | None, output: Path | None
+) -> None:
+    """Print all of it as JSON."""
+    report: dict[str, Any] = {
+        "model": str(subject.model),
+        "proposals": [asdict(each) for each in found],
+        "narrowed": None,
+    }
+    if made is not None:
+        report["narrowed"] = {
+            "model": str(output),
+            "accepted": [asdict(each) for each in made.accepted],
+            "dropped": [asdict(each) for each in made.dropped],
+            "status": made.verdict.status,
+            "messages": made.verdict.messages,
+        }
+    say_json(report)

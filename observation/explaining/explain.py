@@ -1,0 +1,199 @@
+"""Whether a model has a run that shows the messages of a recording, in their order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import replace
+
+from dineros.analysis.answers.budget import UNLIMITED, Budget
+from dineros.analysis.witnesses.findings import Witness
+from dineros.analysis.witnesses.first_cause import blocked_cause
+from dineros.metamodel import sym
+from dineros.metamodel.errors import BudgetError
+from dineros.observation.explaining.following import Follower
+from dineros.observation.explaining.ordering import Ordering, Seen
+from dineros.observation.explaining.parts import ASSUMED
+from dineros.observation.explaining.runs import run_of
+from dineros.observation.explaining.shown import full_name, shown_net
+from dineros.observation.explaining.verdict import RecordingVerdict, Unexplained
+from dineros.observation.systems import RecordedTopic, is_house_topic, is_of_action
+
+TOLERANCE = 0.01
+"""Seconds within which a recorder may have received messages of different topics in another order."""
+
+TELL_EVERY = 1 << 14
+"""Messages between two calls of `progress`."""
+
+
+class Explainer:
+    """Looks for a run of a model that shows messages, one message after the other, in memory that stays flat.
+
+    Parameters
+    ----------
+    model : sym.SystemModel
+        The model.
+    recorded : collection of RecordedTopic
+        What was recorded; topics of the model that are not among them may have any messages.
+    tolerance : float
+        Seconds: messages of different topics that are no farther apart may have been published in any order.
+    midway : bool
+        Whether the nodes may have run before the first message.
+    budget : Budget, optional
+        What the sets of markings may take.
+
+    Raises
+    ------
+    DinerosError
+        No topic of the model was recorded.
+    BudgetError
+        The model has too many markings to be followed.
+    """
+
+    def __init__(
+        self,
+        model: sym.SystemModel,
+        recorded: Collection[RecordedTopic],
+        *,
+        tolerance: float = TOLERANCE,
+        midway: bool = False,
+        budget: Budget = UNLIMITED,
+    ) -> None:
+        self._net = shown_net(model, {topic.name for topic in recorded})
+        self._follower = Follower(self._net, budget.begun())
+        self._start = self._follower.start(midway)
+        self._midway = midway
+        self._ordering = Ordering(self._follower, self._start, round(tolerance * 1e9))
+        self._count = 0
+        self._first = self._last = 0
+        self._others = tuple(
+            sorted(
+                topic.name
+                for topic in recorded
+                if topic.name not in self._net.shown
+                and not is_house_topic(topic.name, topic.type)
+                and not is_of_action(topic.name)
+            )
+        )
+
+    @property
+    def topics(self) -> Collection[str]:
+        """Full names of the topics whose messages count."""
+        return self._net.shown.keys()
+
+    def add(self, topic: str, time: int) -> Unexplained | None:
+        """Take the next message; return the first that no run shows, None while there is none.
+
+        Raises
+        ------
+        BudgetError
+            There are too many ways in which the messages may have come about.
+        """
+        if not self._count:
+            self._first = time
+        self._last = max(self._last, time)
+        self._count += 1
+        return self._named(self._ordering.add(Seen(self._count, topic, self._last)))
+
+    def finish(self) -> Unexplained | None:
+        """Take the end of the recording; return the first message that no run shows, or None."""
+        return self._named(self._ordering.finish())
+
+    @property
+    def explained(self) -> int:
+        """How many messages have an explanation."""
+        return self._count - len(self._ordering.open)
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether what has no explanation here has none at all."""
+        return self._follower.is_certain
+
+    def run(self) -> tuple[Witness, bool]:
+        """Return a run that shows the last messages with an explanation; whether it is from the start on."""
+        start, topics, is_whole = self._ordering.trail()
+        is_beginning = is_whole and not self._midway
+        return run_of(self._follower, start, topics, is_beginning=is_beginning), is_beginning
+
+    def verdict(self, unexplained: Unexplained | None = None) -> RecordingVerdict:
+        """Return what is found out so far."""
+        found = RecordingVerdict(
+            "conforms", self.explained, unexplained, hidden=self._net.hidden, others=self._others
+        )
+        if unexplained is None:
+            return found
+        found = replace(found, messages=unexplained.number - 1)
+        if not self.is_certain:
+            return replace(
+                found,
+                status="unknown",
+                reason=f"{unexplained}, as far as no place holds more than {ASSUMED} tokens more than at the "
+                "start; nothing bounds some of them",
+            )
+        run, _ = self.run()
+        publishing = self._net.shown[unexplained.topic]
+        names = run.subject.net.transitions if run.subject is not None else ()
+        causes = (blocked_cause(run, names[transition]) for transition in publishing)
+        return replace(found, status="violated", run=run, cause=next((one for one in causes if one), None))
+
+    def _named(self, seen: Seen | None) -> Unexplained | None:
+        if seen is None:
+            return None
+        return Unexplained(
+            seen.number,
+            seen.topic,
+            seen.time,
+            (seen.time - self._first) / 1e9,
+            tuple(sorted(self._ordering.possible())),
+            self._net.nodes_of(seen.topic),
+        )
+
+
+def explain(
+    model: sym.SystemModel,
+    recorded: Collection[RecordedTopic],
+    messages: Iterable[tuple[str, int]],
+    *,
+    tolerance: float = TOLERANCE,
+    midway: bool = False,
+    budget: Budget = UNLIMITED,
+    progress: Callable[[int], None] | None = None,
+) -> RecordingVerdict:
+    """Tell whether a model has a run that shows messages, in their order.
+
+    Parameters
+    ----------
+    model, recorded, tolerance, midway, budget
+        As for `Explainer`.
+    messages : iterable of (str, int)
+        Full name of the topic and time in nanoseconds of each message, in order of their times.
+    progress : callable, optional
+        Told now and then how many messages were read.
+
+    Raises
+    ------
+    DinerosError
+        No topic of the model was recorded, or the messages cannot be read.
+    """
+    names = {topic.name for topic in recorded}
+    explainer = None
+    try:
+        explainer = Explainer(model, recorded, tolerance=tolerance, midway=midway, budget=budget)
+        counted, add = explainer.topics, explainer.add
+        for number, (topic, time) in enumerate(messages):
+            if topic in counted:
+                unexplained = add(topic, time)
+                if unexplained is not None:
+                    return explainer.verdict(unexplained)
+            if progress is not None and not number % TELL_EVERY:
+                progress(number)
+        return explainer.verdict(explainer.finish())
+    except BudgetError as error:
+        reason = str(error)
+        if explainer is None:
+            return RecordingVerdict("unknown", reason=reason, hidden=_hidden(model, names))
+        return replace(explainer.verdict(), status="unknown", reason=reason)
+
+
+def _hidden(model: sym.SystemModel, recorded: Collection[str]) -> tuple[str, ...]:
+    topics = {full_name(each.topic) for each in model.channels if isinstance(each, sym.TopicChannel)}
+    return tuple(sorted(topics - set(recorded)))

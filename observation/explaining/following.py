@@ -1,0 +1,184 @@
+"""All markings that a model can have after the messages seen so far.
+
+They are kept as a union of products, with one factor for each part of the net. Where one transition shows a
+topic's messages there is one product; where several do, one for each way in which the messages may have come
+about, and ways that differ in one factor are put together again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from weakref import WeakValueDictionary
+
+from dineros.analysis.answers.budget import Budget
+from dineros.metamodel.errors import BudgetError
+from dineros.observation.explaining.marking_sets import NOTHING, MarkingSets, SetsFullError
+from dineros.observation.explaining.parts import parts_of
+from dineros.observation.explaining.shown import ShownNet
+
+Product = tuple[int, ...]
+
+MOST_PRODUCTS = 2_000
+"""Products of one union."""
+MOST_STATES = 200_000
+"""Unions that are kept, with what follows them."""
+LEAST_MEMORY = 64 << 20
+"""Bytes that the diagram of each part may take, however little there is."""
+
+
+class State:
+    """What is possible at one moment; equal states are the same object, as long as they are in use.
+
+    Attributes
+    ----------
+    products : tuple of tuple of int
+        The union; empty: nothing is possible.
+    following : dict of str to State
+        What is known of the next messages, by topic.
+    """
+
+    __slots__ = ("__weakref__", "following", "products")
+
+    def __init__(self, products: tuple[Product, ...]) -> None:
+        self.products = products
+        self.following: dict[str, State] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self.products)
+
+
+class Follower:
+    """Follows the messages of a recording through a model.
+
+    Parameters
+    ----------
+    net : ShownNet
+        The model, and what of it is seen.
+    budget : Budget
+        What the diagrams may take together.
+
+    Attributes
+    ----------
+    parts : list of MarkingSets
+        The parts of the net.
+    """
+
+    def __init__(self, net: ShownNet, budget: Budget) -> None:
+        self.net = net
+        seen = {transition for found in net.shown.values() for transition in found}
+        parts = parts_of(net.subject.net, seen)
+        most = max(LEAST_MEMORY, budget.memory // max(1, len(parts)))
+        self.parts = [MarkingSets(part, budget.share(most_bytes=most)) for part in parts]
+        self._touched: dict[int, list[int]] = {
+            transition: [
+                number for number, sets in enumerate(self.parts) if transition in sets.part.transitions
+            ]
+            for transition in seen
+        }
+        self._states: WeakValueDictionary[tuple[Product, ...], State] = WeakValueDictionary()
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether what is not possible here is not possible at all."""
+        return not any(sets.reached_edge for sets in self.parts)
+
+    def start(self, midway: bool = False) -> State:
+        """Return what is possible before the first message.
+
+        Parameters
+        ----------
+        midway : bool
+            Whether the nodes may have run before: then each part has any marking that it can have at all.
+        """
+        return self._state((tuple(sets.anywhere if midway else sets.start for sets in self.parts),))
+
+    def step(self, state: State, topic: str) -> State:
+        """Return what is possible after a message on a recorded topic.
+
+        Raises
+        ------
+        BudgetError
+            There are too many ways in which the messages may have come about.
+        """
+        known = state.following.get(topic)
+        if known is None:
+            try:
+                known = self._step(state, topic)
+            except SetsFullError:
+                self.forget()
+                try:
+                    known = self._step(state, topic)
+                except SetsFullError:
+                    raise BudgetError("memory ran out: too many markings are possible at once") from None
+            state.following[topic] = known
+            if len(self._states) > MOST_STATES:
+                self.forget()
+        return known
+
+    def union(self, one: State, other: State) -> State:
+        """Return what is possible in one of two states."""
+        return one if one is other else self._state(self._compact({*one.products, *other.products}))
+
+    def possible(self, state: State) -> list[str]:
+        """Return the topics on which a message may come next."""
+        return [topic for topic in self.net.shown if self.step(state, topic)]
+
+    def forget(self) -> None:
+        """Forget what follows what, and so all states but those that somebody holds."""
+        for state in list(self._states.values()):
+            state.following.clear()
+        used = list(self._states.values())
+        for number, sets in enumerate(self.parts):
+            sets.forget({product[number] for state in used for product in state.products})
+
+    def fired(self, product: Product, transition: int) -> Product | None:
+        """Return a product after a shown transition; None where it is not enabled in any of its markings."""
+        factors = list(product)
+        for number in self._touched[transition]:
+            factors[number] = self.parts[number].step(factors[number], transition)
+            if factors[number] == NOTHING:
+                return None
+        return tuple(factors)
+
+    def _step(self, state: State, topic: str) -> State:
+        return self._state(self._compact(set(self._ways(state.products, topic))))
+
+    def _ways(self, products: Sequence[Product], topic: str) -> Iterator[Product]:
+        for product in products:
+            for transition in self.net.shown[topic]:
+                found = self.fired(product, transition)
+                if found is not None:
+                    yield found
+
+    def _state(self, products: tuple[Product, ...]) -> State:
+        found = self._states.get(products)
+        if found is None:
+            found = self._states[products] = State(products)
+        return found
+
+    def _compact(self, products: set[Product]) -> tuple[Product, ...]:
+        """Put products together that differ in one factor, and leave out those that others hold."""
+        while len(products) > 1:
+            before = len(products)
+            for number in range(len(self.parts)):
+                products = self._merged(products, number)
+            if len(products) == before:
+                break
+        if len(products) > 1:
+            products = {one for one in products if not any(self._holds(other, one) for other in products)}
+        if len(products) > MOST_PRODUCTS:
+            raise BudgetError(f"there are more than {MOST_PRODUCTS:,} ways in which the messages came about")
+        return tuple(sorted(products))
+
+    def _merged(self, products: set[Product], number: int) -> set[Product]:
+        found: dict[Product, int] = {}
+        for product in products:
+            others = (*product[:number], *product[number + 1 :])
+            factor = product[number]
+            found[others] = self.parts[number].union(found[others], factor) if others in found else factor
+        return {(*others[:number], factor, *others[number:]) for others, factor in found.items()}
+
+    def _holds(self, one: Product, other: Product) -> bool:
+        return one != other and all(
+            sets.covers(factor, its) for sets, factor, its in zip(self.parts, one, other, strict=True)
+        )

@@ -1,0 +1,234 @@
+"""Sets of markings of one part of a net, and what a shown firing makes of them: found once, then looked up.
+
+A set is a node of a decision diagram, so equal sets have equal numbers. Together the sets and the steps
+between them are a deterministic automaton, of which only what a recording needs is ever made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import ParamSpec
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.symbolic import symbolic_state_space
+from dineros.analysis.symbolic.saturation import DiagramMemoryError
+from dineros.analysis.symbolic.vector_sets import Scope, VectorSets
+from dineros.metamodel.errors import BudgetError
+from dineros.observation.explaining.parts import Part
+
+P = ParamSpec("P")
+Vector = tuple[int, ...]
+
+NOTHING = 0
+"""The empty set."""
+
+MOST_KEPT = 100_000
+"""Sets of a part that are kept; when there are more, all but those in use are made anew when needed."""
+
+
+class SetsFullError(Exception):
+    """There is no room for another set, as long as those that are kept are kept."""
+
+
+class MarkingSets:
+    """The sets of markings of a part. All of them are closed: no silent firing leads out of them.
+
+    Parameters
+    ----------
+    part : Part
+        The part.
+    budget : Budget
+        What its diagram may take.
+
+    Attributes
+    ----------
+    start : int
+        What is possible before any message.
+    anywhere : int
+        All markings that the part can have, whatever the others do.
+    reached_edge : bool
+        Whether some set had a marking with which a firing was left out, as a place was too full that
+        nothing bounds: then there may be more markings.
+
+    Raises
+    ------
+    BudgetError
+        The memory is not enough for the markings of the part.
+    """
+
+    def __init__(self, part: Part, budget: Budget) -> None:
+        self.part = part
+        space = symbolic_state_space(part.net, budget)
+        if not space.complete:
+            raise BudgetError("memory ran out: a part of the model has too many markings to be followed")
+        self.space = space
+        self._sets: VectorSets = space.sets
+        self._anything = bool(space.diagram.top)
+        events = {event.transition for event in space.encoding.events}
+        self._silent = self._only(part.silent & events)
+        self._firing = {
+            part.transitions[number]: self._only(frozenset({number})) for number in events - part.silent
+        }
+        self._steps: dict[tuple[int, int], int] = {}
+        self._unions: dict[tuple[int, int], int] = {}
+        self._kept: set[int] = set()
+        self.reached_edge = False
+        self.anywhere = self._hold(space.diagram.root) if self._anything else 1
+        self._edge = self._hold(self._edge_box())
+        self._fixed = len(space.diagram.pinned)
+        self.first = tuple(level.initial for level in space.encoding.levels)
+        self.start = self.closed(self._sets.single(self.first)) if self._anything else 1
+        self._fixed = len(space.diagram.pinned)
+
+    def step(self, states: int, transition: int) -> int:
+        """Return what is possible after a shown transition of the whole net, and silent ones after it.
+
+        Raises
+        ------
+        SetsFullError
+            There is no room; `forget` makes some.
+        """
+        found = self._steps.get((states, transition))
+        if found is None:
+            found = self._steps[states, transition] = self._step(states, transition)
+        return found
+
+    def union(self, one: int, other: int) -> int:
+        """Return what is in one of two sets."""
+        if one == other:
+            return one
+        key = (one, other) if one < other else (other, one)
+        found = self._unions.get(key)
+        if found is None:
+            found = self._unions[key] = self._hold(self._made(self._sets.union, *key))
+        return found
+
+    def covers(self, one: int, other: int) -> bool:
+        """Tell whether a set holds all of another."""
+        return self.union(one, other) == one
+
+    def forget(self, used: Iterable[int]) -> None:
+        """Forget all sets but those that are in use."""
+        self._steps.clear()
+        self._unions.clear()
+        del self.space.diagram.pinned[self._fixed :]
+        self._kept.clear()
+        for states in used:
+            self._hold(states)
+
+    def closed(self, states: int) -> int:
+        """Return what is reached from a set by silent firings."""
+        if self._silent is not None and states and self._anything:
+            with Scope(self.space.diagram) as scope:
+                scope.hold(states)
+                states = self._made(self._silent.closure, states, self.anywhere, False)
+        states = self._hold(states)
+        if states and self._edge and not self.reached_edge and self._anything:
+            self.reached_edge = self._sets.intersection(states, self._edge) != NOTHING
+        return states
+
+    def enabled_after(self, states: int) -> Iterator[int]:
+        """Yield the shown transitions, of the whole net, that are possible in a set."""
+        for transition in self._firing:
+            if self.step(states, transition):
+                yield transition
+
+    # single markings, as local states of the diagram's levels
+
+    def some(self, states: int) -> Vector:
+        """Return a marking of a set that is not empty."""
+        return tuple(self._sets.some_vector(states)) if self._anything else ()
+
+    def contains(self, states: int, marking: Vector) -> bool:
+        """Tell whether a set has a marking."""
+        return self._sets.contains(states, marking) if self._anything else bool(states)
+
+    def tokens(self, marking: Vector) -> list[int]:
+        """Return the tokens of each place of a marking."""
+        tokens: list[int] = self.space.marking_of(marking)
+        return tokens
+
+    def fired(self, marking: Vector, transition: int) -> Vector:
+        """Return the marking after a transition of the whole net, which is enabled."""
+        net = self.part.net
+        tokens = net.fire(self.part.transitions.index(transition), self.tokens(marking))
+        levels = self.space.encoding.levels
+        return tuple(level.states.index(tuple(tokens[place] for place in level.places)) for level in levels)
+
+    def before(self, states: int, transition: int, marking: Vector) -> Vector | None:
+        """Return a marking of a set from which a shown transition, then silent ones, lead to another."""
+        firing = self._firing.get(transition)
+        if firing is None or not self._anything:
+            return None if firing is None else ()
+        with Scope(self.space.diagram) as scope:
+            last = self._sets.single(marking)
+            scope.hold(last, states)
+            if self._silent is not None:
+                last = self._silent.closure(last, self.anywhere, True)
+                scope.hold(last, states)
+            found = firing.image(last, states, True)
+            return self.some(found) if found else None
+
+    def path(self, start: Vector, end: Vector) -> list[int]:
+        """Return silent transitions of the whole net that lead from one marking to another, the fewest."""
+        if start == end or self._silent is None:
+            return []
+        diagram = self.space.diagram
+        with Scope(diagram) as scope:
+            seen = last = self._sets.single(end)
+            layers = [last]
+            scope.hold(*layers, seen)
+            while not self._sets.contains(layers[-1], start):
+                new = self._sets.difference(self._silent.image(layers[-1], self.anywhere, True), seen)
+                layers.append(new)
+                scope.hold(*layers, seen)
+                seen = self._sets.union(seen, new)
+                scope.hold(*layers, seen)
+            path = []
+            for layer in reversed(layers[:-1]):
+                transition, start = self._into(start, layer)
+                path.append(transition)
+            return path
+
+    def _into(self, marking: Vector, layer: int) -> tuple[int, Vector]:
+        net, tokens = self.part.net, self.tokens(marking)
+        for number in sorted(self.part.silent):
+            if net.is_enabled(number, tokens):
+                transition = self.part.transitions[number]
+                following = self.fired(marking, transition)
+                if self._sets.contains(layer, following):
+                    return transition, following
+        raise AssertionError("each layer leads into the one before it")
+
+    def _step(self, states: int, transition: int) -> int:
+        firing = self._firing.get(transition)
+        if firing is None or not states:
+            return NOTHING
+        if not self._anything:
+            return states
+        return self.closed(self._made(firing.image, states, self.anywhere, False))
+
+    def _made(self, operation: Callable[P, int], *arguments: P.args, **named: P.kwargs) -> int:
+        if len(self._kept) > MOST_KEPT:
+            raise SetsFullError
+        try:
+            return operation(*arguments, **named)
+        except DiagramMemoryError:
+            raise SetsFullError from None
+
+    def _hold(self, states: int) -> int:
+        if states > 1 and states not in self._kept:
+            self._kept.add(states)
+            self.space.diagram.pinned.append(states)
+        return states
+
+    def _only(self, transitions: frozenset[int]) -> VectorSets | None:
+        return self._sets.restricted(transitions) if transitions else None
+
+    def _edge_box(self) -> int:
+        edge, bounds = NOTHING, self.space.encoding.boxes.bounds
+        for place, least in self.part.edges.items():
+            if least <= bounds[place]:
+                for masks in self.space.encoding.masks({place: (least, bounds[place])}):
+                    edge = self._sets.union(edge, self._sets.box(masks)) if edge else self._sets.box(masks)
+        return edge

@@ -1,0 +1,122 @@
+"""A net in parts that meet only where a message is shown.
+
+A silent firing changes one part and looks at no other. So the markings that are possible after some messages
+are products, with one factor for each part: what is possible in one part hangs on which of its shown
+transitions have fired, and on nothing else. Each part is small, and its sets of markings are found once.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import networkx as nx
+
+from dineros.analysis.nets.bounds import place_bounds
+from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.semiflows import semiflows
+
+ASSUMED = 16
+"""Tokens, beyond those at the start, up to which places are followed that nothing bounds."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a net, as a net of its own.
+
+    Attributes
+    ----------
+    net : CompiledNet
+        Its places, their free room, and the transitions that change them or look at them.
+    places : tuple of int
+        In the whole net: the places of `net`, which are its first.
+    transitions : tuple of int
+        In the whole net: the transitions of `net`, in its order.
+    silent : frozenset of int
+        The transitions of `net` that show nothing.
+    edges : dict of int to int
+        By place of `net` that nothing bounds: the fewest tokens with which some firing is left out.
+    """
+
+    net: CompiledNet
+    places: tuple[int, ...]
+    transitions: tuple[int, ...]
+    silent: frozenset[int]
+    edges: dict[int, int]
+
+
+def parts_of(net: CompiledNet, shown: Collection[int]) -> list[Part]:
+    """Return the parts of a net that some shown transition has to do with; the others can always rest.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The whole net.
+    shown : collection of int
+        The transitions that show a message.
+    """
+    touched = [
+        {place for arcs in (net.pre, net.post, net.inhibitor) for place, _ in arcs.row(transition)}
+        for transition in range(len(net.transitions))
+    ]
+    together: nx.Graph[int] = nx.Graph()
+    together.add_nodes_from(range(len(net.places)))
+    for transition, places in enumerate(touched):
+        if transition not in shown:
+            nx.add_path(together, sorted(places))
+    bounds = [None if bound is None else bound.value for bound in place_bounds(net, semiflows(net) or ())]
+    users = defaultdict(set)
+    for transition, places in enumerate(touched):
+        for place in places:
+            users[place].add(transition)
+    parts = []
+    for component in nx.connected_components(together):
+        used = sorted(set().union(*(users[place] for place in component)))
+        if not set(shown).isdisjoint(used):
+            parts.append(_part(net, sorted(component), used, shown, bounds))
+    return parts
+
+
+def _part(
+    net: CompiledNet,
+    places: list[int],
+    used: list[int],
+    shown: Collection[int],
+    bounds: list[int | None],
+) -> Part:
+    """Cut a part out; a place of free room each keeps what others keep in bounds where it is on its own."""
+    inside = set(places)
+
+    def row(pairs: tuple[tuple[int, int], ...]) -> dict[str, int]:
+        return {net.places[place]: weight for place, weight in pairs if place in inside}
+
+    room = {place: _Room(net, place, bounds[place], used) for place in places}
+    transitions = []
+    for transition in used:
+        inputs, outputs = row(net.pre.row(transition)), row(net.post.row(transition))
+        for place in places:
+            change = net.delta[transition].get(place, 0)
+            if change > 0:
+                inputs[room[place].name] = change
+            elif change < 0:
+                outputs[room[place].name] = -change
+        inhibitors = row(net.inhibitor.row(transition))
+        transitions.append(Transition(net.transitions[transition], inputs, outputs, inhibitors))
+    marked = {net.places[place]: int(net.initial[place]) for place in places}
+    marked |= {room[place].name: room[place].free for place in places}
+    silent = frozenset(number for number, transition in enumerate(used) if transition not in shown)
+    edges = {number: room[place].edge for number, place in enumerate(places) if bounds[place] is None}
+    return Part(CompiledNet.build(marked, transitions), tuple(places), tuple(used), silent, edges)
+
+
+class _Room:
+    """The free room of a place."""
+
+    def __init__(self, net: CompiledNet, place: int, bound: int | None, used: list[int]) -> None:
+        initial = int(net.initial[place])
+        gain = max((net.delta[transition].get(place, 0) for transition in used), default=0)
+        self.free = gain + ASSUMED if bound is None else bound - initial
+        self.edge = initial + ASSUMED + 1
+        # Names of places hold no NUL, so this is nobody else's.
+        self.name = f"{net.places[place]}\0"

@@ -1,0 +1,106 @@
+"""What is found out about a recording: whether the model has a run that shows its messages."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from dineros.analysis.witnesses.findings import Witness
+from dineros.analysis.witnesses.first_cause import Cause
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """The first message that no run shows.
+
+    Attributes
+    ----------
+    number : int
+        Of the recorded messages on topics of the model, from 1.
+    topic : str
+        Full name of its topic.
+    time : int
+        When it was received, in nanoseconds.
+    seconds : float
+        The same, since the first message on a topic of the model.
+    possible : tuple of str
+        Topics on which the model could have shown a message then.
+    publishers : tuple of str
+        Node nets that publish on its topic.
+    """
+
+    number: int
+    topic: str
+    time: int
+    seconds: float
+    possible: tuple[str, ...]
+    publishers: tuple[str, ...]
+
+    def __str__(self) -> str:
+        if not self.publishers:
+            reason = "no node of the model publishes on it"
+        elif self.possible:
+            reason = f"possible was a message on {_or(self.possible)}"
+        else:
+            reason = "no message was possible any more"
+        where = f"message {self.number:,}, on {self.topic}, {self.seconds:.3f} s after the first"
+        return f"{where}: no run of the model shows it; {reason}"
+
+
+@dataclass(frozen=True)
+class RecordingVerdict:
+    """Whether a model explains a recording.
+
+    Attributes
+    ----------
+    status : {"conforms", "violated", "unknown"}
+        The answer.
+    messages : int
+        How many messages on topics of the model have an explanation.
+    unexplained : Unexplained or None
+        The first that has none.
+    reason : str
+        Why the answer is not known.
+    hidden : tuple of str
+        Topics of the model that were not recorded: their messages may come at any time.
+    others : tuple of str
+        Recorded topics that the model does not have: they are left out.
+    run : Witness or None
+        A run that shows the last messages with an explanation.
+    cause : Cause or None
+        Where it may have begun that the next message could not come after this run.
+    """
+
+    status: Literal["conforms", "violated", "unknown"]
+    messages: int = 0
+    unexplained: Unexplained | None = None
+    reason: str = ""
+    hidden: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
+    run: Witness | None = None
+    cause: Cause | None = None
+
+    def to_dict(self, model: str) -> dict[str, Any]:
+        """Return the verdict for JSON."""
+        first = self.unexplained
+        return {
+            "model": model,
+            "status": self.status,
+            "messages": self.messages,
+            "unexplained": first
+            and {
+                "number": first.number,
+                "topic": first.topic,
+                "time": first.time,
+                "seconds": first.seconds,
+                "possible": list(first.possible),
+                "publishers": list(first.publishers),
+            },
+            "reason": self.reason,
+            "hidden": list(self.hidden),
+            "others": list(self.others),
+        }
+
+
+def _or(names: tuple[str, ...]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"

@@ -1,0 +1,200 @@
+"""Faults that ports alone show: of publishers and subscriptions, clients and servers, nodes and names."""
+
+from __future__ import annotations
+
+import difflib
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+
+from dineros.analysis.witnesses.findings import Fault, Finding
+from dineros.metamodel.matching import shown, unmet
+from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
+
+QUALITY = Fault(
+    "quality-not-matched",
+    "error",
+    "A subscription asks for more quality of service than a publisher offers: it gets nothing of it.",
+    "{subscriber} gets nothing of {topic} from {publisher}: the {policy} of {publisher} is {offered}, and"
+    " {subscriber} asks for {requested}",
+)
+TYPE = Fault(
+    "types-differ",
+    "error",
+    "Nodes use one name with different types: they do not hear each other.",
+    "{name} has different types: {types}",
+)
+UNHEARD = Fault(
+    "topic-unheard", "warning", "Nobody hears a topic.", "nobody hears {topic}, which {nodes} publishes"
+)
+UNFILLED = Fault(
+    "topic-unfilled",
+    "warning",
+    "Nobody publishes on a topic that somebody hears.",
+    "nobody publishes {topic}, which {nodes} hears",
+)
+NEAR = Fault(
+    "names-near",
+    "warning",
+    "Two names nearly match, and each lacks the other end: one of them may be misspelt.",
+    "{first}, of {givers}, and {second}, of {takers}, nearly match: one may be misspelt",
+)
+UNSERVED = Fault(
+    "service-unserved",
+    "warning",
+    "Nobody serves what a node calls.",
+    "nobody serves {name}, which {nodes} calls",
+)
+SERVERS = Fault(
+    "servers-share-name",
+    "error",
+    "Several nodes serve one name: which of them answers is left to chance.",
+    "{name} has several servers: {nodes}",
+)
+DOUBLE = Fault(
+    "nodes-share-name", "error", "Several nodes have one name.", "there is more than one node {node}"
+)
+TIME = Fault(
+    "time-mixed",
+    "warning",
+    "Some nodes obey simulated time, and others do not.",
+    "{simulated} obeys simulated time, and {real} does not",
+)
+DEPARTED = Fault(
+    "node-departed",
+    "warning",
+    "A node went while it was watched.",
+    "{node} went while it was watched: what was seen of it is taken",
+)
+
+FAULTS = {
+    fault.rule: fault
+    for fault in (QUALITY, TYPE, UNHEARD, UNFILLED, NEAR, UNSERVED, SERVERS, DOUBLE, TIME, DEPARTED)
+}
+"""All of them, by name."""
+
+_NEAR = 0.8
+"""How alike two names are that nearly match, as `difflib.SequenceMatcher` measures it; 1: the same."""
+_MOST_COMPARED = 200
+"""Names that are compared with each other at most: the time grows with the square."""
+
+
+def mismatches(system: ObservedSystem) -> list[Finding]:
+    """Return what is wrong with a system, whatever its nodes do.
+
+    The elements of a finding are full names of ROS: of the topic, service or node, then of the nodes.
+    """
+    return [*_of_nodes(system), *_of_topics(system), *_of_services(system)]
+
+
+def _of_nodes(system: ObservedSystem) -> Iterator[Finding]:
+    for name in system.duplicates:
+        yield DOUBLE.found(name, node=name)
+    for name in system.departed:
+        yield DEPARTED.found(name, node=name)
+    simulated = [node.name for node in system.nodes if node.use_sim_time]
+    real = [node.name for node in system.nodes if node.use_sim_time is False]
+    if simulated and real:
+        yield TIME.found(*simulated, *real, simulated=_listed(simulated), real=_listed(real))
+
+
+Ends = dict[str, list[tuple[ObservedNode, TopicEndpoint]]]
+
+
+def _of_topics(system: ObservedSystem) -> Iterator[Finding]:
+    publishers, subscribers = _by_topic(system.publishers()), _by_topic(system.subscribers())
+    for topic in sorted({*publishers, *subscribers}):
+        yield from _of_types(topic, [*publishers[topic], *subscribers[topic]])
+        for sender, offer in publishers[topic]:
+            for receiver, request in subscribers[topic]:
+                policy = unmet(offer.quality, request.quality)
+                if policy is not None and offer.type == request.type:
+                    yield QUALITY.found(
+                        *(topic, sender.name, receiver.name),
+                        topic=topic,
+                        publisher=sender.name,
+                        subscriber=receiver.name,
+                        policy=policy.replace("_", " "),
+                        offered=shown(getattr(offer.quality, policy)),
+                        requested=shown(getattr(request.quality, policy)),
+                    )
+    unheard = {topic: _names(ends) for topic, ends in publishers.items() if ends and not subscribers[topic]}
+    unfilled = {topic: _names(ends) for topic, ends in subscribers.items() if ends and not publishers[topic]}
+    near = list(_near(unheard, unfilled))
+    for first, second in near:
+        yield NEAR.found(
+            *(first, second, *unheard[first], *unfilled[second]),
+            first=first,
+            second=second,
+            givers=_listed(unheard[first]),
+            takers=_listed(unfilled[second]),
+        )
+    for topic, nodes in sorted(unheard.items()):
+        yield UNHEARD.found(topic, *nodes, topic=topic, nodes=_listed(nodes))
+    for topic, nodes in sorted(unfilled.items()):
+        yield UNFILLED.found(topic, *nodes, topic=topic, nodes=_listed(nodes))
+
+
+def _of_types(name: str, ends: Iterable[tuple[ObservedNode, TopicEndpoint | Endpoint]]) -> Iterator[Finding]:
+    types: dict[str, list[str]] = defaultdict(list)
+    for node, endpoint in ends:
+        types[endpoint.type].append(node.name)
+    if len(types) > 1:
+        said = "; ".join(f"{type} at {_listed(nodes)}" for type, nodes in types.items())
+        nodes = dict.fromkeys(node for nodes in types.values() for node in nodes)
+        yield TYPE.found(name, *nodes, name=name, types=said)
+
+
+def _of_services(system: ObservedSystem) -> Iterator[Finding]:
+    for servers, clients in (("servers", "clients"), ("action_servers", "action_clients")):
+        served, called = _by_name(system, servers), _by_name(system, clients)
+        for name in sorted({*served, *called}):
+            yield from _of_types(name, [*served[name], *called[name]])
+            if len(served[name]) > 1:
+                nodes = [node.name for node, _ in served[name]]
+                yield SERVERS.found(name, *nodes, name=name, nodes=_listed(nodes))
+        unserved = {name: _names(ends) for name, ends in called.items() if ends and not served[name]}
+        uncalled = {name: _names(ends) for name, ends in served.items() if ends and not called[name]}
+        for first, second in _near(uncalled, unserved):
+            yield NEAR.found(
+                *(first, second, *uncalled[first], *unserved[second]),
+                first=first,
+                second=second,
+                givers=_listed(uncalled[first]),
+                takers=_listed(unserved[second]),
+            )
+        for name, nodes in sorted(unserved.items()):
+            yield UNSERVED.found(name, *nodes, name=name, nodes=_listed(nodes))
+
+
+def _by_topic(ends: Iterable[tuple[ObservedNode, TopicEndpoint]]) -> Ends:
+    found: Ends = defaultdict(list)
+    for node, endpoint in ends:
+        found[endpoint.topic].append((node, endpoint))
+    return found
+
+
+def _by_name(system: ObservedSystem, role: str) -> dict[str, list[tuple[ObservedNode, Endpoint]]]:
+    found: dict[str, list[tuple[ObservedNode, Endpoint]]] = defaultdict(list)
+    for node in system.nodes:
+        for endpoint in getattr(node, role):
+            found[endpoint.name].append((node, endpoint))
+    return found
+
+
+def _names(ends: Iterable[tuple[ObservedNode, object]]) -> list[str]:
+    return list(dict.fromkeys(node.name for node, _ in ends))
+
+
+def _near(givers: Iterable[str], takers: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Yield pairs of names that nearly match, or differ in their namespace only."""
+    for first in sorted(givers)[:_MOST_COMPARED]:
+        for second in sorted(takers)[:_MOST_COMPARED]:
+            same_end = first.rpartition("/")[2] == second.rpartition("/")[2]
+            matcher = difflib.SequenceMatcher(None, first.lower(), second.lower())
+            if same_end or (matcher.quick_ratio() >= _NEAR and matcher.ratio() >= _NEAR):
+                yield first, second
+
+
+def _listed(names: Iterable[str]) -> str:
+    known = list(dict.fromkeys(names))
+    return ", ".join(known[:3]) + (f" and {len(known) - 3} more" if len(known) > 3 else "")

@@ -1,0 +1,1 @@
+"""A running graph of ROS 2, as its nodes announce it."""

@@ -1,0 +1,39 @@
+"""Quality of service as ROS 2 discovers it, as plain values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from dineros.metamodel.matching import Quality
+from dineros.observation.systems import TopicEndpoint
+
+_UNBOUNDED = 9_223_372_036
+"""Seconds from which on a time is without bound: rmw writes 2^63 - 1 nanoseconds for that."""
+
+
+def endpoint_of(topic: str, info: Any) -> TopicEndpoint:
+    """Return a publisher or a subscription of a topic.
+
+    Parameters
+    ----------
+    topic : str
+        Full name.
+    info : rclpy.topic_endpoint_info.TopicEndpointInfo
+        What was discovered.
+    """
+    profile = info.qos_profile
+    quality = Quality(
+        "bestEffort" if profile.reliability.name == "BEST_EFFORT" else "reliable",
+        "transientLocal" if profile.durability.name == "TRANSIENT_LOCAL" else "volatile",
+        "manualByTopic" if profile.liveliness.name == "MANUAL_BY_TOPIC" else "automatic",
+        _seconds(profile.deadline),
+        _seconds(profile.liveliness_lease_duration),
+        _seconds(profile.lifespan),
+    )
+    depths = {"KEEP_ALL": 0, "KEEP_LAST": profile.depth or None}
+    return TopicEndpoint(topic, info.topic_type, quality, depths.get(profile.history.name))
+
+
+def _seconds(duration: Any) -> float | None:
+    seconds: float = duration.nanoseconds / 1e9
+    return seconds if 0 < seconds < _UNBOUNDED - 1 else None

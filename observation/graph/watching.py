@@ -1,0 +1,176 @@
+"""Watching a running graph for some seconds: what nodes announce, and what they answer when asked.
+
+Nothing is published, and no interface of the system needs to be installed: ports, types and quality of
+service are what discovery tells (DDS, "built-in topics"). Two questions are asked of nodes that have the
+services for it: whether they obey simulated time, and of managed nodes, in which state they are.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Collection
+from typing import Any
+
+from dineros.metamodel.errors import DinerosError
+from dineros.observation.graph.qualities import endpoint_of
+from dineros.observation.graph.questions import Questions
+from dineros.observation.systems import (
+    Endpoint,
+    ObservedNode,
+    ObservedSystem,
+    is_house_service,
+    is_house_topic,
+    is_of_action,
+    name_of,
+)
+from dineros.runtime.ros.process.environment import DOMAINS
+from dineros.runtime.ros.process.session import Session
+
+PAUSE = 0.25
+"""Seconds between two looks at the graph."""
+QUIET = 1.0
+"""Seconds without news after which a graph is taken to be known: large ones are discovered slowly."""
+MOST_MORE = 60.0
+"""Seconds that news prolongs the watch at most."""
+_GOALS = "/_action/send_goal"
+_HIDDEN = "_"
+
+
+def watch(
+    seconds: float = 3.0, domain: int | None = None, *, without: Collection[str] = ()
+) -> ObservedSystem:
+    """Return the nodes of a graph, with all ports that were there at some time.
+
+    Hidden nodes (``_name``), such as tools make them, are left out.
+
+    Parameters
+    ----------
+    seconds : float
+        How long to watch at least; it is longer while there is news, `QUIET` and `MOST_MORE` say how.
+    domain : int, optional
+        The ROS domain; by default that of the environment.
+    without : collection of str
+        Full names of further nodes that are left out.
+
+    Raises
+    ------
+    DinerosError
+        ROS 2 is not there, there is no such domain, or no node in it.
+    """
+    if domain is not None and domain not in DOMAINS:
+        raise DinerosError(f"there is no ROS domain {domain}", hint="take one from 0 to 101")
+    session = Session("_dineros_watching", domain=domain, make_node=_make_node)
+    try:
+        used = session.node.context.get_domain_id()
+        session.start()
+        system = _Watching(session.node, set(without)).system(seconds, f"ROS domain {used}")
+    finally:
+        session.close()
+    if not system.nodes:
+        raise DinerosError(
+            f"there is no node in ROS domain {used}",
+            hint="say the domain with --domain, or watch longer with --watch",
+        )
+    return system
+
+
+def _make_node(name: str, **options: Any) -> Any:
+    from rclpy.node import Node
+
+    return Node(name, **options, start_parameter_services=False, enable_rosout=False)
+
+
+class _Watching:
+    def __init__(self, node: Any, without: Collection[str]) -> None:
+        self._node = node
+        self._without = {*without, node.get_fully_qualified_name()}
+        self._ports: dict[str, dict[str, Counter[Any]]] = {}
+        self._duplicates: set[str] = set()
+        self._questions = Questions(node)
+
+    def system(self, seconds: float, source: str) -> ObservedSystem:
+        begun = last_news = time.monotonic()
+        present = self._look()
+        while (now := time.monotonic()) < begun + seconds or (
+            now < last_news + QUIET and now < begun + seconds + MOST_MORE
+        ):
+            known = self._known()
+            time.sleep(PAUSE)
+            present = self._look()
+            if self._known() != known:
+                last_news = time.monotonic()
+        nodes = tuple(self._told(name, self._ports[name]) for name in sorted(self._ports))
+        self._questions.close()
+        departed = tuple(name for name in sorted(self._ports) if name not in present)
+        return ObservedSystem(source, nodes, (), departed, tuple(sorted(self._duplicates)))
+
+    def _known(self) -> int:
+        """Return how many nodes and ports were seen; what was seen once is never forgotten."""
+        ports = (found.total() for known in self._ports.values() for found in known.values())
+        return len(self._ports) + sum(ports)
+
+    def _look(self) -> set[str]:
+        """Take in what is there now; return the names of the nodes."""
+        named = [(f"{namespace.rstrip('/')}/{name}", name, namespace)
+                 for name, namespace in self._node.get_node_names_and_namespaces()]  # fmt: skip
+        present = [each for each in named if not each[1].startswith(_HIDDEN) and each[0] not in self._without]
+        self._duplicates |= {full for full, n in Counter(full for full, *_ in present).items() if n > 1}
+        sight = self._topics()
+        for full, name, namespace in present:
+            ports = sight.get(full, {})
+            self._services(full, name, namespace, ports)
+            known = self._ports.setdefault(full, {})
+            for role, found in ports.items():
+                known[role] = known.get(role, Counter()) | found  # a node that ends loses its ports first
+            self._questions.ask(full)
+        return {full for full, *_ in present}
+
+    def _topics(self) -> dict[str, dict[str, Counter[Any]]]:
+        """Return the publishers and subscriptions of each node."""
+        found: dict[str, dict[str, Counter[Any]]] = {}
+        asked = {
+            "publishers": self._node.get_publishers_info_by_topic,
+            "subscribers": self._node.get_subscriptions_info_by_topic,
+        }
+        for topic, types in self._node.get_topic_names_and_types():
+            if is_of_action(topic) or all(is_house_topic(topic, type) for type in types):
+                continue
+            for role, infos in asked.items():
+                for info in infos(topic):
+                    if not is_house_topic(topic, info.topic_type):
+                        full = f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+                        ports = found.setdefault(full, {}).setdefault(role, Counter())
+                        ports[endpoint_of(topic, info)] += 1
+        return found
+
+    def _services(self, full: str, name: str, namespace: str, ports: dict[str, Counter[Any]]) -> None:
+        """Add the services and actions of a node."""
+        from rclpy.node import NodeNameNonExistentError
+
+        asked = {
+            "servers": self._node.get_service_names_and_types_by_node,
+            "clients": self._node.get_client_names_and_types_by_node,
+        }
+        for role, told in asked.items():
+            try:
+                services = told(name, namespace)
+            except NodeNameNonExistentError:  # it went meanwhile
+                continue
+            for service, types in services:
+                for type in types:
+                    if service.endswith(_GOALS):
+                        action = Endpoint(service.removesuffix(_GOALS), type.removesuffix("_SendGoal"))
+                        ports.setdefault(f"action_{role}", Counter())[action] = 1
+                    elif not is_of_action(service) and not is_house_service(type):
+                        ports.setdefault(role, Counter())[Endpoint(service, type)] = 1
+                    if role == "servers":
+                        self._questions.can_be_asked(full, service, type)
+
+    def _told(self, name: str, ports: dict[str, Counter[Any]]) -> ObservedNode:
+        ordered: dict[str, Any] = {
+            role: tuple(sorted(found.elements(), key=lambda port: (name_of(port), port.type)))
+            for role, found in ports.items()
+        }
+        simulated, state = self._questions.answers(name)
+        return ObservedNode(name, **ordered, use_sim_time=simulated, lifecycle=state)

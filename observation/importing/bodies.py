@@ -1,0 +1,137 @@
+"""What a callback does, as the net of its page: open where nobody has said it, else the steps given.
+
+*Open* is the safe reading: after it has begun, a callback may publish on any publisher of its node, call any
+service that its node is a client of and wait for the answer, and send any goal, in any order and any number
+of times; or it ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import flow
+from dineros.observation.importing.given import Step
+from dineros.observation.importing.names import Ids, flat
+
+
+@dataclass(frozen=True)
+class Call:
+    """Where a callback calls a service: the places of a client, on its page."""
+
+    request: sym.Place
+    response: sym.Place
+
+
+@dataclass(frozen=True)
+class Possible:
+    """What callbacks of a node can do.
+
+    Attributes
+    ----------
+    puts : mapping of Step to places
+        Places that a step puts a token on: of each publisher of a topic, of the goals of an action, of
+        requests that nobody waits for.
+    call : callable
+        Makes a client of a service for a page: what a call needs.
+    calls : tuple of Step
+        The calls that the node can make.
+    """
+
+    puts: Mapping[Step, tuple[pn.Place, ...]]
+    call: Callable[[sym.CallbackPage, str], Call]
+    calls: tuple[Step, ...]
+
+    def steps(self) -> tuple[Step, ...]:
+        """Return all that a callback may do, any number of times."""
+        return tuple(Step(step.verb, step.name, "*") for step in (*self.puts, *self.calls))
+
+
+class Body:
+    """The net of one callback page.
+
+    Parameters
+    ----------
+    page : sym.CallbackPage
+        The page; its id begins those of what is put there.
+    ids : Ids
+        Makes ids.
+    possible : Possible
+        What the node can do.
+    """
+
+    def __init__(self, page: sym.CallbackPage, ids: Ids, possible: Possible) -> None:
+        self.page = page
+        self._ids = ids
+        self._possible = possible
+        self._references: dict[pn.Place, pn.ReferencePlace] = {}
+        self._calls: dict[str, Call] = {}
+
+    def place(self, word: str, **features: object) -> sym.Place:
+        """Put a place on the page."""
+        return sym.Place(id=self._id(word), page=self.page, **features)  # type: ignore[arg-type]
+
+    def transition(self, word: str, *, kind: str = "discrete") -> sym.Transition:
+        """Put a transition on the page."""
+        return sym.Transition(id=self._id(word), kind=kind, page=self.page)
+
+    def run(self, begin: sym.Transition, steps: tuple[Step, ...] | None) -> pn.Place:
+        """Let the callback do its steps, after what begins it; return the place where all is done.
+
+        Parameters
+        ----------
+        begin : sym.Transition
+            What begins it.
+        steps : tuple of Step or None
+            In order; None: open.
+        """
+        state: pn.Place = self.place("runs")
+        flow(begin, state)
+        if steps is None:
+            for step in self._possible.steps():
+                self._do(step, state, state)
+            return state
+        for step in steps:
+            if step.times == "*":
+                self._do(step, state, state)
+                continue
+            after = self.place("goes_on")
+            self._do(step, state, after)
+            if step.times == "?":
+                flow(state, self.transition(f"without_{flat(step.name)}"), after)
+            state = after
+        return state
+
+    def end(self, state: pn.Place, exit: pn.Place | None = None) -> None:
+        """Let the callback end: with a token on a place, a server's answer, or with nothing."""
+        if exit is None:
+            flow(state, self.transition("ends", kind="end"))
+        else:
+            flow(state, self.transition("answers"), exit)
+
+    def _do(self, step: Step, before: pn.Place, after: pn.Place) -> None:
+        name = flat(step.name)
+        if step.verb == "call":
+            call = self._calls.get(step.name) or self._possible.call(self.page, step.name)
+            self._calls[step.name] = call
+            flow(before, self.transition(f"calls_{name}"), call.request)
+            flow(call.response, self.transition(f"has_{name}"), after)
+            return
+        for place in self._possible.puts[Step(step.verb, step.name)]:  # any of them, where there are several
+            does = self.transition(f"{_VERBS[step.verb]}_{name}")
+            flow(before, does, after)
+            flow(does, self._here(place))
+
+    def _here(self, place: pn.Place) -> pn.ReferencePlace:
+        """Return what stands for a place of the node on this page."""
+        if place not in self._references:
+            id = self._ids.new(f"{place.id}@{self.page.id}")
+            self._references[place] = pn.ReferencePlace(id=id, target=place, page=self.page)
+        return self._references[place]
+
+    def _id(self, word: str) -> str:
+        return self._ids.new(f"{self.page.id}.{word}")
+
+
+_VERBS = {"publish": "publishes", "send": "sends", "cancel": "cancels"}

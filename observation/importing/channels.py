@@ -1,0 +1,95 @@
+"""The channels of a model that is being imported: one for each topic, service and action; their ports."""
+
+from __future__ import annotations
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.matching import Quality
+from dineros.observation.importing.names import Ids, flat
+from dineros.observation.systems import USUAL, Endpoint, TopicEndpoint
+
+
+class Channels:
+    """Topics, services and actions, made when their first port is.
+
+    Attributes
+    ----------
+    ids : Ids
+        Makes the ids of the model.
+    """
+
+    def __init__(self) -> None:
+        self.ids = Ids()
+        self._topics: dict[str, sym.TopicChannel] = {}
+        self._services: dict[str, sym.ServiceChannel] = {}
+        self._actions: dict[str, sym.ActionChannel] = {}
+
+    def all(self) -> list[sym.Channel]:
+        """Return all channels, by their names."""
+        kinds = (self._topics, self._services, self._actions)
+        return [kind[name] for kind in kinds for name in sorted(kind)]
+
+    def publish(self, endpoint: TopicEndpoint, place: sym.Place, limit: int) -> sym.PublisherPort:
+        """Add a publisher."""
+        port = sym.PublisherPort(place=place, limit=limit, qos=_quality(endpoint.quality))
+        self._topic(endpoint).publishers.append(port)
+        return port
+
+    def subscribe(self, endpoint: TopicEndpoint, place: sym.Place, limit: int) -> sym.SubscriberPort:
+        """Add a subscription."""
+        port = sym.SubscriberPort(place=place, limit=limit, qos=_quality(endpoint.quality))
+        self._topic(endpoint).subscribers.append(port)
+        return port
+
+    def serve(self, endpoint: Endpoint, port: sym.ServerPort, instances: int) -> None:
+        """Add the server of a service."""
+        channel = self._service(endpoint)
+        channel.server, channel.instances = port, instances
+
+    def ask(self, endpoint: Endpoint, client: str, request: pn.Place, response: pn.Place) -> sym.ClientPort:
+        """Add a client of a service."""
+        port = sym.ClientPort(client=client, request=request, response=response)
+        self._service(endpoint).clients.append(port)
+        return port
+
+    def work(self, endpoint: Endpoint, port: sym.ActionServerPort) -> None:
+        """Add the server of an action."""
+        self._action(endpoint).server = port
+
+    def want(self, endpoint: Endpoint, port: sym.ActionClientPort) -> None:
+        """Add a client of an action."""
+        self._action(endpoint).clients.append(port)
+
+    def _topic(self, endpoint: TopicEndpoint) -> sym.TopicChannel:
+        name = endpoint.topic
+        if name not in self._topics:
+            id = self.ids.new(f"topic.{flat(name)}")
+            self._topics[name] = sym.TopicChannel(id=id, topic=name, type=endpoint.type)
+        return self._topics[name]
+
+    def _service(self, endpoint: Endpoint) -> sym.ServiceChannel:
+        name = endpoint.name
+        if name not in self._services:
+            id = self.ids.new(f"service.{flat(name)}")
+            self._services[name] = sym.ServiceChannel(id=id, service=name, type=endpoint.type)
+        return self._services[name]
+
+    def _action(self, endpoint: Endpoint) -> sym.ActionChannel:
+        name = endpoint.name
+        if name not in self._actions:
+            id = self.ids.new(f"action.{flat(name)}")
+            self._actions[name] = sym.ActionChannel(id=id, action=name, type=endpoint.type)
+        return self._actions[name]
+
+
+def _quality(quality: Quality) -> sym.QualityOfService | None:
+    """Return what a port says of its quality of service; nothing where it is the usual one."""
+    if quality == USUAL:
+        return None
+    return sym.QualityOfService(
+        reliability=quality.reliability,
+        durability=quality.durability,
+        liveliness=quality.liveliness,
+        deadline=quality.deadline,
+        leaseDuration=quality.lease_duration,
+        lifespan=quality.lifespan,
+    )

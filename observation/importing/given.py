@@ -1,0 +1,258 @@
+"""What people say of a system that no graph tells: a small file beside the model, which no import overwrites.
+
+It is TOML. Everything in it may be left out; what is there replaces what would be assumed::
+
+    [node."/mapper"]
+    threads = 2                             # of a multi-threaded executor
+    groups = {answers = "reentrant"}        # callback groups
+    depths = {"/scan" = 5, "/map" = 1}      # of histories; 0: all is kept
+    timers = {tick = 0.1}                   # seconds; {}: it has none
+    lifecycle = ["deactivates"]             # what may happen to a managed node, but for coming up
+
+    [node."/mapper".callback."/scan"]       # by the name of topic, service, action or timer
+    does = ["call /pose", "publish /map ?"] # in this order; ?: or not, *: any number of times
+    group = "answers"
+    awaits = true
+
+    [topic."/scan"]                         # of a recording, which does not tell
+    publishers = ["/driver"]
+    subscribers = ["/mapper"]
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from dineros.metamodel.errors import DinerosError, Location, near_matches
+from dineros.metamodel.files.reading import read_bytes
+
+LIFE = ("deactivates", "cleansUp", "shutsDown", "configureFails", "activateFails")
+"""What may happen to a managed node, as `dineros.metamodel.sym.Lifecycle` has it."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One thing that a callback does.
+
+    Attributes
+    ----------
+    verb : {"publish", "call", "send", "cancel"}
+        Publish a message; call a service and wait for the answer; send a goal or a request and go on; ask to
+        cancel a goal.
+    name : str
+        Full name of the topic, service or action.
+    times : {"", "?", "*"}
+        Once; once or not at all; any number of times.
+    """
+
+    verb: str
+    name: str
+    times: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.verb} {self.name}{f' {self.times}' if self.times else ''}"
+
+
+@dataclass(frozen=True)
+class GivenCallback:
+    """What is said of a callback; None: nothing.
+
+    Attributes
+    ----------
+    does : tuple of Step or None
+        What it does, in order.
+    group : str or None
+        Its callback group.
+    awaits : bool
+        Whether it gives its thread back while it waits for answers.
+    """
+
+    does: tuple[Step, ...] | None = None
+    group: str | None = None
+    awaits: bool = False
+
+
+@dataclass(frozen=True)
+class GivenNode:
+    """What is said of a node; None, or absent: nothing."""
+
+    threads: int | None = None
+    groups: Mapping[str, str] = field(default_factory=dict)
+    depths: Mapping[str, int] = field(default_factory=dict)
+    timers: Mapping[str, float] | None = None
+    lifecycle: tuple[str, ...] | None = None
+    callbacks: Mapping[str, GivenCallback] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class GivenTopic:
+    """Between whom a recorded topic is."""
+
+    publishers: tuple[str, ...] = ()
+    subscribers: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Given:
+    """All that is said of a system."""
+
+    nodes: Mapping[str, GivenNode] = field(default_factory=dict)
+    topics: Mapping[str, GivenTopic] = field(default_factory=dict)
+    path: Path | None = None
+
+    def node(self, name: str) -> GivenNode:
+        """Return what is said of a node."""
+        return self.nodes.get(name, GivenNode())
+
+
+def given_beside(model: Path) -> Path:
+    """Return where what is given stands for a model.
+
+    Examples
+    --------
+    >>> given_beside(Path("maps/robot.sym.xmi")).as_posix()
+    'maps/robot.given.toml'
+    """
+    return model.with_name(f"{model.name.removesuffix(model.suffix).removesuffix('.sym')}.given.toml")
+
+
+def read_given(path: Path) -> Given:
+    """Read what is given.
+
+    Raises
+    ------
+    DinerosError
+        The file cannot be read, is no TOML, or says something that is unknown or of the wrong kind.
+    """
+    try:
+        found = tomllib.loads(read_bytes(path).decode())
+    except UnicodeDecodeError as error:
+        raise DinerosError("is no UTF-8 text", location=Location(path)) from error
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise DinerosError(f"is no TOML: {error}", location=Location(path)) from error
+    return _Reading(path).given(found)
+
+
+_STEP = re.compile(r"(publish|call|send|cancel)\s+(\S+?)(?:\s*([?*]))?")
+
+
+class _Reading:
+    """Turns tables of TOML into plain values; every error names the key."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def given(self, found: Mapping[str, Any]) -> Given:
+        self._known(found, "", ("node", "topic"))
+        nodes, topics = self._table(found, "node", ""), self._table(found, "topic", "")
+        return Given(
+            {name: self._node(self._table(nodes, name, "node"), f"node.{name}") for name in nodes},
+            {name: self._topic(self._table(topics, name, "topic"), f"topic.{name}") for name in topics},
+            self._path,
+        )
+
+    def _node(self, table: Mapping[str, Any], at: str) -> GivenNode:
+        self._known(table, at, ("threads", "groups", "depths", "timers", "lifecycle", "callback"))
+        groups = self._table(table, "groups", at)
+        for name in groups:
+            self._one_of(groups, name, f"{at}.groups", ("exclusive", "reentrant"))
+        depths, timers = self._table(table, "depths", at), self._table(table, "timers", at)
+        callbacks = self._table(table, "callback", at)
+        life = self._texts(table, "lifecycle", at) if "lifecycle" in table else None
+        for each in life or ():
+            if each not in LIFE:
+                raise self._wrong(f"{at}.lifecycle", f"{each!r} is none of {', '.join(LIFE)}")
+        return GivenNode(
+            threads=self._number(table, "threads", at, 1, 1000) if "threads" in table else None,
+            groups=dict(groups),
+            depths={name: self._number(depths, name, f"{at}.depths", 0, 1_000_000) for name in depths},
+            timers=(
+                {name: self._seconds(timers, name, f"{at}.timers") for name in timers}
+                if "timers" in table
+                else None
+            ),
+            lifecycle=life,
+            callbacks={
+                name: self._callback(
+                    self._table(callbacks, name, f"{at}.callback"), f"{at}.callback.{name}", groups
+                )
+                for name in callbacks
+            },
+        )
+
+    def _callback(self, table: Mapping[str, Any], at: str, groups: Mapping[str, Any]) -> GivenCallback:
+        self._known(table, at, ("does", "group", "awaits"))
+        group, awaits = table.get("group"), table.get("awaits", False)
+        if group is not None:
+            self._one_of(table, "group", at, tuple(groups), "is no callback group of its node")
+        if not isinstance(awaits, bool):
+            raise self._wrong(f"{at}.awaits", "is neither true nor false")
+        steps = (
+            tuple(self._step(text, at) for text in self._texts(table, "does", at))
+            if "does" in table
+            else None
+        )
+        return GivenCallback(steps, group, awaits)
+
+    def _step(self, text: str, at: str) -> Step:
+        match = _STEP.fullmatch(text.strip())
+        if match is None:
+            raise self._wrong(
+                f"{at}.does",
+                f"{text!r} is no step",
+                "write it like 'publish /map', 'call /pose ?', 'send /go *'",
+            )
+        return Step(match[1], match[2], match[3] or "")
+
+    def _topic(self, table: Mapping[str, Any], at: str) -> GivenTopic:
+        self._known(table, at, ("publishers", "subscribers"))
+        return GivenTopic(
+            self._texts(table, "publishers", at) if "publishers" in table else (),
+            self._texts(table, "subscribers", at) if "subscribers" in table else (),
+        )
+
+    def _known(self, table: Mapping[str, Any], at: str, known: tuple[str, ...]) -> None:
+        for key in table:
+            if key not in known:
+                hint = near_matches(key, known) or f"known are {', '.join(known)}"
+                raise self._wrong(f"{at}.{key}".lstrip("."), "is unknown", hint)
+
+    def _table(self, table: Mapping[str, Any], key: str, at: str) -> Mapping[str, Any]:
+        found = table.get(key, {})
+        if not isinstance(found, dict):
+            raise self._wrong(f"{at}.{key}".lstrip("."), "is no table")
+        return found
+
+    def _texts(self, table: Mapping[str, Any], key: str, at: str) -> tuple[str, ...]:
+        found = table[key]
+        if not isinstance(found, list) or not all(isinstance(each, str) for each in found):
+            raise self._wrong(f"{at}.{key}", "is no list of texts")
+        return tuple(found)
+
+    def _number(self, table: Mapping[str, Any], key: str, at: str, least: int, most: int) -> int:
+        found = table[key]
+        if not isinstance(found, int) or isinstance(found, bool) or not least <= found <= most:
+            raise self._wrong(f"{at}.{key}", f"is no whole number from {least} to {most:,}")
+        return found
+
+    def _seconds(self, table: Mapping[str, Any], key: str, at: str) -> float:
+        found = table[key]
+        if not isinstance(found, (int, float)) or isinstance(found, bool) or not 0 < found < 1e9:
+            raise self._wrong(f"{at}.{key}", "is no time in seconds above 0")
+        return float(found)
+
+    def _one_of(
+        self, table: Mapping[str, Any], key: str, at: str, known: tuple[str, ...], otherwise: str = ""
+    ) -> None:
+        found = table[key]
+        if not isinstance(found, str) or found not in known:
+            said = otherwise or f"is none of {', '.join(known)}"
+            raise self._wrong(f"{at}.{key}", f"{found!r} {said}")
+
+    def _wrong(self, key: str, message: str, hint: str | None = None) -> DinerosError:
+        return DinerosError(f"{key}: {message}", location=Location(self._path), hint=hint)

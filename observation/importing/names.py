@@ -1,0 +1,81 @@
+"""Ids of what is imported, and names of ROS that models can hold."""
+
+from __future__ import annotations
+
+import re
+
+_NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")
+_TYPE = {
+    kind: re.compile(rf"[a-z][a-z0-9_]*/{kind}/[A-Z][A-Za-z0-9]*", re.ASCII)
+    for kind in ("msg", "srv", "action")
+}
+MOST_CHARACTERS = 255
+"""Of a name; DDS allows no more."""
+
+
+def is_name(name: str) -> bool:
+    """Tell whether a full name of a node, topic, service or action is one of ROS 2.
+
+    Examples
+    --------
+    >>> is_name("/arm/joint_states"), is_name("arm"), is_name("/2nd")
+    (True, False, False)
+    """
+    return len(name) <= MOST_CHARACTERS and _NAME.fullmatch(name) is not None
+
+
+def is_type(name: str, kind: str) -> bool:
+    """Tell whether a text names an interface of a kind: ``msg``, ``srv`` or ``action``.
+
+    Examples
+    --------
+    >>> is_type("std_msgs/msg/String", "msg"), is_type("std_msgs/msg/String", "srv")
+    (True, False)
+    """
+    return len(name) <= MOST_CHARACTERS and _TYPE[kind].fullmatch(name) is not None
+
+
+def flat(name: str) -> str:
+    """Return a full name as a part of an id.
+
+    Examples
+    --------
+    >>> flat("/arm/joint_states")
+    'arm_joint_states'
+    """
+    return name.strip("/").replace("/", "_")
+
+
+def split(name: str) -> tuple[str, str]:
+    """Return the namespace of a full name, empty for the root, and the last part.
+
+    Examples
+    --------
+    >>> split("/left/arm"), split("/arm")
+    (('/left', 'arm'), ('', 'arm'))
+    """
+    namespace, _, last = name.rpartition("/")
+    return namespace, last
+
+
+class Ids:
+    """Ids that are all different; what is asked for in the same order gets the same ids."""
+
+    def __init__(self) -> None:
+        self._used: set[str] = set()
+
+    def new(self, wanted: str) -> str:
+        """Return an id: the one wanted, or with a number behind it.
+
+        Examples
+        --------
+        >>> ids = Ids()
+        >>> ids.new("scan"), ids.new("scan")
+        ('scan', 'scan_2')
+        """
+        found, number = wanted, 1
+        while found in self._used:
+            number += 1
+            found = f"{wanted}_{number}"
+        self._used.add(found)
+        return found

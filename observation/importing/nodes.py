@@ -1,0 +1,353 @@
+"""The node net of one node that was seen: its callback pages, and its ports in the channels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from dineros.metamodel import pn, sym
+from dineros.metamodel.build import flow
+from dineros.metamodel.errors import DinerosError, Location, near_matches
+from dineros.observation.importing.bodies import Body, Call, Possible
+from dineros.observation.importing.channels import Channels
+from dineros.observation.importing.given import LIFE, Given, GivenCallback, Step
+from dineros.observation.importing.names import flat, split
+from dineros.observation.systems import Endpoint, ObservedNode, TopicEndpoint
+
+USUAL_DEPTH = 10
+"""Messages that a history keeps where nobody has said it; the commonest number in programs."""
+ALL_KEPT = 5000
+"""Depth that stands for "all": samples that Fast DDS keeps at most by default."""
+USUAL_PERIOD = 1.0
+"""Seconds of a timer that nobody has seen; no answer depends on it."""
+TIMER = "timer"
+"""Name of the timer that stands for all that a node does of itself."""
+
+
+Marked = sym.NodeNet | sym.CallbackPage | sym.TopicPort
+"""What says what of it is assumed."""
+
+
+@dataclass(frozen=True)
+class Assumed:
+    """Something that a source does not tell, and that is taken.
+
+    Attributes
+    ----------
+    node : str
+        Full name of the node.
+    key, value : str
+        How it would be said in the file of what is given, under the node: ``depths."/scan"``, ``10``.
+    words : str
+        What is taken, for people.
+    """
+
+    node: str
+    key: str
+    value: str
+    words: str
+
+    @property
+    def kind(self) -> str:
+        """What it is about: ``depths``, ``threads``, ``timers``, ``lifecycle``, or what callbacks do."""
+        return "what callbacks do" if self.key.startswith("callback.") else self.key.partition(".")[0]
+
+    def __str__(self) -> str:
+        return f"node {self.node}: {self.words}"
+
+
+class NodeBuilder:
+    """Makes the node net of a node.
+
+    Parameters
+    ----------
+    node : ObservedNode
+        What was seen.
+    given : Given
+        What is said of all nodes.
+    channels : Channels
+        Takes the ports.
+    is_unseen : bool
+        Whether nobody has seen it, and it stands for others: its servers never answer.
+    """
+
+    def __init__(self, node: ObservedNode, given: Given, channels: Channels, is_unseen: bool) -> None:
+        self._node = node
+        self._given = given
+        self._said = given.node(node.name)
+        self._channels = channels
+        self._ids = channels.ids
+        self._is_unseen = is_unseen
+        self._asked: set[str] = set()
+        self.assumed: list[Assumed] = []
+
+    def build(self) -> sym.NodeNet:
+        """Return the node net; its ports are in the channels."""
+        namespace, name = split(self._node.name)
+        id = self._ids.new(flat(self._node.name))
+        self._net = sym.NodeNet(
+            id=id, name=name if name != id else None, namespace=namespace or None, execution="callbacks"
+        )
+        self._groups = {name: sym.CallbackGroup(id=self._ids.new(f"{id}.{name}"), name=name, kind=kind)
+                        for name, kind in self._said.groups.items()}  # fmt: skip
+        self._net.callbackGroups.extend(self._groups.values())
+        self._possible = Possible(
+            {**self._publishers(), **self._goals(), **self._requests()},
+            self._call,
+            tuple(Step("call", client.name) for client in self._node.clients),
+        )
+        for subscriber in self._node.subscribers:
+            self._subscription(subscriber)
+        for server in self._node.servers:
+            self._service(server)
+        for server in self._node.action_servers:
+            self._action(server)
+        self._timers()
+        self._answers()
+        self._executor()
+        self._lifecycle()
+        self._refuse_unknown()
+        return self._net
+
+    # ---------------------------------------------------------------------------------------------- the node
+
+    def _executor(self) -> None:
+        if self._is_unseen:
+            self._net.assumed = "node"
+            return
+        threads = self._said.threads
+        if threads is not None:
+            self._net.executor, self._net.threads = ("multi" if threads > 1 else "single"), threads  # type: ignore[assignment]
+            return
+        self._assume(self._net, "executor", "threads", "1", "runs its callbacks on one thread")
+
+    def _lifecycle(self) -> None:
+        if self._node.lifecycle is None:
+            return
+        life = self._said.lifecycle
+        if life is None:
+            value = f"[{', '.join(map(_quoted, LIFE))}]"
+            words = "may be stopped at any time, or fail to start"
+            self._assume(self._net, "lifecycle", "lifecycle", value, words)
+        self._net.lifecycle = sym.Lifecycle()
+        for feature in LIFE if life is None else life:
+            setattr(self._net.lifecycle, feature, True)
+
+    def _timers(self) -> None:
+        """Add the timers; nobody can see any, so where none are given, one does all that the node can do."""
+        if self._said.timers is not None:
+            for name, period in self._said.timers.items():
+                self._timer(name, period)
+        elif self._possible.steps():
+            self._assume(self._net, "timers", "timers", f"{{{TIMER} = {USUAL_PERIOD}}}", "has a timer")
+            self._timer(TIMER, USUAL_PERIOD)
+
+    def _timer(self, name: str, period: float) -> None:
+        body = self._page(name, f"on_{flat(name)}", "timer", timer=period)
+        body.end(body.run(body.transition("ticks", kind="start"), self._steps(name)))
+
+    # --------------------------------------------------------------------------------------------- callbacks
+
+    def _subscription(self, endpoint: TopicEndpoint) -> None:
+        name = endpoint.topic
+        body = self._page(name, f"on_{flat(name)}", "subscriber")
+        place, begin = body.place("message"), body.transition("begins")
+        flow(place, begin)
+        body.end(body.run(begin, self._steps(name)))
+        limit, is_taken = self._depth(endpoint)
+        port = self._channels.subscribe(endpoint, place, limit)
+        if is_taken:
+            self._assume_depth(port, name, limit)
+
+    def _service(self, endpoint: Endpoint) -> None:
+        body = self._page(endpoint.name, f"serves_{flat(endpoint.name)}", "server")
+        entry, answer, begin = body.place("request"), body.place("response"), body.transition("begins")
+        flow(entry, begin)
+        if self._is_unseen:
+            flow(begin, body.place("unanswered"))
+        else:
+            body.end(body.run(begin, self._steps(endpoint.name)), answer)
+        port = sym.ServerPort(entry=entry, exit=answer, page=body.page)
+        self._channels.serve(endpoint, port, self._at_once(endpoint.name))
+
+    def _at_once(self, service: str) -> int:
+        """Return how many requests of a service the node works on at once: several in a reentrant group."""
+        group = self._said.callbacks.get(service, GivenCallback()).group
+        is_reentrant = group is not None and self._said.groups[group] == "reentrant"
+        return (self._said.threads or 1) if is_reentrant else 1
+
+    def _action(self, endpoint: Endpoint) -> None:
+        body = self._page(endpoint.name, f"works_on_{flat(endpoint.name)}", "goal")
+        goal, begin = body.place("goal"), body.transition("begins")
+        succeeded, aborted, canceled = (body.place(each) for each in ("succeeded", "aborted", "canceled"))
+        cancel, feedback = body.place("cancel"), body.place("feedback")
+        flow(goal, begin)
+        state = body.run(begin, self._steps(endpoint.name))
+        tells = body.transition("tells")
+        flow(state, tells, state)
+        flow(tells, feedback)
+        body.end(state, succeeded)
+        flow(state, body.transition("gives_up"), aborted)
+        stops = body.transition("stops")
+        flow(state, stops, canceled)
+        flow(cancel, stops)
+        self._channels.work(
+            endpoint,
+            sym.ActionServerPort(
+                page=body.page,
+                entry=goal,
+                succeeded=succeeded,
+                aborted=aborted,
+                canceled=canceled,
+                cancel=cancel,
+                feedback=feedback,
+                mayReject=True,
+            ),
+        )
+
+    def _answers(self) -> None:
+        """Add what answers begin to requests that nobody waits for, and what becomes of goals."""
+        for client in self._node.clients:
+            name, step = client.name, Step("send", client.name)
+            if step in self._possible.puts:
+                place = self._answer(name, f"on_answer_of_{flat(name)}", self._steps(name))
+                self._channels.ask(client, str(self._net.id), self._possible.puts[step][0], place)
+        for client in self._node.action_clients:
+            name = client.name
+            ended = self._answer(name, f"on_result_of_{flat(name)}", self._steps(name))
+            port = sym.ActionClientPort(
+                client=self._net.id,
+                goal=self._possible.puts[Step("send", name)][0],
+                cancel=self._possible.puts[Step("cancel", name)][0],
+                succeeded=ended,
+                aborted=ended,
+                canceled=ended,
+                rejected=ended,
+                feedback=self._answer(name, f"on_feedback_of_{flat(name)}", ()),
+            )
+            self._channels.want(client, port)
+
+    def _answer(self, name: str, word: str, steps: tuple[Step, ...] | None) -> sym.Place:
+        body = self._page(name, word, "client")
+        place, begin = body.place("answer"), body.transition("begins")
+        flow(place, begin)
+        body.end(body.run(begin, steps))
+        return place
+
+    def _page(self, name: str, word: str, kind: str, timer: float | None = None) -> Body:
+        said = self._said.callbacks.get(name, GivenCallback())
+        self._asked.add(name)
+        id = self._ids.new(f"{self._net.id}.{word}")
+        page = sym.CallbackPage(id=id, kind=kind, page=self._net, timer=timer, awaits=said.awaits)
+        if said.group is not None and kind != "client":
+            page.group = self._groups[said.group]
+        if said.does is None and self._possible.steps() and not self._is_unseen:
+            steps = ", ".join(_quoted(str(each)) for each in self._possible.steps())
+            key = f"callback.{_quoted(name)}.does"
+            words = f"may, on {name}, in any order: {', '.join(map(str, self._possible.steps()))}"
+            self._assume(page, "behaviour", key, f"[{steps}]", words)
+        return Body(page, self._ids, self._possible)
+
+    def _steps(self, name: str) -> tuple[Step, ...] | None:
+        """Return what is said that a callback does; None: nothing is.
+
+        Raises
+        ------
+        DinerosError
+            The node cannot do that.
+        """
+        steps = self._said.callbacks.get(name, GivenCallback()).does
+        able = {Step(step.verb, step.name) for step in self._possible.steps()}
+        for step in steps or ():
+            if Step(step.verb, step.name) not in able:
+                names = [each.name for each in able if each.verb == step.verb]
+                hint = near_matches(step.name, names) or f"it can {_listed(able)}"
+                raise self._wrong(f"callback.{name}.does", f"the node does not {step.verb} {step.name}", hint)
+        return steps
+
+    # ---------------------------------------------------------------------------------------- what it can do
+
+    def _publishers(self) -> dict[Step, tuple[pn.Place, ...]]:
+        found: dict[Step, tuple[pn.Place, ...]] = {}
+        for endpoint in self._node.publishers:
+            name = endpoint.topic
+            place = sym.Place(id=self._ids.new(f"{self._net.id}.{flat(name)}"), page=self._net)
+            limit, is_taken = self._depth(endpoint)
+            port = self._channels.publish(endpoint, place, limit)
+            if is_taken:
+                self._assume_depth(port, name, limit)
+            step = Step("publish", name)
+            found[step] = (*found.get(step, ()), place)
+        return found
+
+    def _goals(self) -> dict[Step, tuple[pn.Place, ...]]:
+        return {
+            Step(verb, client.name): (self._single(f"{verb}s_{flat(client.name)}"),)
+            for client in self._node.action_clients
+            for verb in ("send", "cancel")
+        }
+
+    def _requests(self) -> dict[Step, tuple[pn.Place, ...]]:
+        """Return where requests are put that nobody waits for: there are some only where that is given."""
+        said = {step for callback in self._said.callbacks.values() for step in callback.does or ()}
+        sent = {step.name for step in said if step.verb == "send"}
+        return {
+            Step("send", client.name): (self._single(f"asks_{flat(client.name)}"),)
+            for client in self._node.clients
+            if client.name in sent
+        }
+
+    def _single(self, word: str) -> sym.Place:
+        """Return a place for one token at a time: nothing bounds how often a callback puts one there."""
+        return sym.Place(id=self._ids.new(f"{self._net.id}.{word}"), page=self._net, capacity=1)
+
+    def _call(self, page: sym.CallbackPage, service: str) -> Call:
+        client = next(each for each in self._node.clients if each.name == service)
+        request, response = (
+            sym.Place(id=self._ids.new(f"{page.id}.{word}_{flat(service)}"), page=page)
+            for word in ("asks", "answer_of")
+        )
+        self._channels.ask(client, str(page.id), request, response)
+        return Call(request, response)
+
+    def _depth(self, endpoint: TopicEndpoint) -> tuple[int, bool]:
+        """Return the depth of a history, and whether it is taken for want of knowledge."""
+        said = self._said.depths.get(endpoint.topic)
+        known = endpoint.depth if said is None else said
+        if known is None:
+            return USUAL_DEPTH, True
+        return known or ALL_KEPT, False
+
+    # ------------------------------------------------------------------------------------- what is not known
+
+    def _assume_depth(self, port: sym.TopicPort, topic: str, limit: int) -> None:
+        self._assume(
+            port, "limit", f"depths.{_quoted(topic)}", str(limit), f"keeps {limit} messages of {topic}"
+        )
+
+    def _assume(self, element: Marked, mark: str, key: str, value: str, words: str) -> None:
+        if self._is_unseen:
+            return
+        element.assumed = f"{element.assumed} {mark}" if element.assumed else mark
+        self.assumed.append(Assumed(self._node.name, key, value, words))
+
+    def _refuse_unknown(self) -> None:
+        """Refuse callbacks and depths that are given, of which the node has none."""
+        topics = [endpoint.topic for endpoint in (*self._node.publishers, *self._node.subscribers)]
+        for key, known in (("callback", sorted(self._asked)), ("depths", topics)):
+            for name in self._said.callbacks if key == "callback" else self._said.depths:
+                if name not in known:
+                    hint = near_matches(name, known) or f"it has {_listed(known)}"
+                    raise self._wrong(f"{key}.{name}", "the node has none", hint)
+
+    def _wrong(self, key: str, message: str, hint: str) -> DinerosError:
+        said = f"node.{self._node.name}.{key}: {message}"
+        return DinerosError(said, location=Location(self._given.path), hint=hint)
+
+
+def _listed(things: Iterable[object]) -> str:
+    return ", ".join(sorted(map(str, things))) or "nothing of the kind"
+
+
+def _quoted(text: str) -> str:
+    return f'"{text}"'

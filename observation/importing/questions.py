@@ -1,0 +1,37 @@
+"""What a source does not tell, as a file that people complete: everything in it is a comment at first."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from pathlib import Path
+
+from dineros.observation.importing.building import Imported
+from dineros.observation.systems import ObservedSystem
+
+
+def to_be_given(imported: Imported, system: ObservedSystem, model: Path) -> str:
+    """Return the text of a file of what is given, which says nothing yet.
+
+    Parameters
+    ----------
+    imported : Imported
+        What was made, and assumed.
+    system : ObservedSystem
+        What was seen.
+    model : Path
+        The file of the model.
+    """
+    lines = [
+        f"# What no graph and no recording tells of {model.name}. Each line has what is taken where nothing",
+        "# is said. Take away the # of a line, and of its [table], say what is true, and import once more.",
+        "# What a callback does is said in order, as ['call /pose', 'publish /map ?', 'publish /log *']:",
+        "# once, once or not at all (?), any number of times (*). Where nothing is said, the order is open.",
+    ]
+    for node, found in groupby(imported.assumed, key=lambda each: each.node):
+        lines += ["", f'# [node."{node}"]']
+        values = {each.key: each.value for each in found}
+        lines += [f"# {key} = {value}" for key, value in values.items()]
+    for topic in system.topics:
+        if topic.name in imported.recorded:
+            lines += ["", f'# [topic."{topic.name}"]', "# publishers = []", "# subscribers = []"]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,174 @@
+"""What was seen, as a model can hold it: each service with a server, and nothing that has two meanings."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from dineros.observation.importing.given import Given
+from dineros.observation.importing.names import flat, is_name, is_type
+from dineros.observation.systems import USUAL, Endpoint, ObservedNode, ObservedSystem, TopicEndpoint, name_of
+
+_KINDS = {
+    "publishers": "msg",
+    "subscribers": "msg",
+    "servers": "srv",
+    "clients": "srv",
+    "action_servers": "action",
+    "action_clients": "action",
+}
+_WORDS = {
+    "publishers": "publisher",
+    "subscribers": "subscription",
+    "servers": "server",
+    "clients": "client",
+    "action_servers": "action server",
+    "action_clients": "action client",
+}
+
+
+@dataclass(frozen=True)
+class Whole:
+    """A system whose services and actions have one server each, and whose channels one type.
+
+    Attributes
+    ----------
+    nodes : tuple of ObservedNode
+        The nodes, those that stand for others among them.
+    unseen : frozenset of str
+        Names of nodes that nobody has seen: they stand for whoever publishes a recorded topic, or would serve
+        what nobody serves.
+    left_out : tuple of str
+        What was seen and is left out, a line each.
+    """
+
+    nodes: tuple[ObservedNode, ...]
+    unseen: frozenset[str]
+    left_out: tuple[str, ...]
+
+
+def whole(system: ObservedSystem, given: Given) -> Whole:
+    """Return what a model can hold of a system, and what it cannot."""
+    left_out: list[str] = []
+    nodes = _joined([*system.nodes, *_recorded(system, given)])
+    seen = {node.name for node in system.nodes} | {
+        name for topic in given.topics.values() for name in (*topic.publishers, *topic.subscribers)
+    }
+    kept = [_named(node, left_out) for node in nodes if _is_kept(node, left_out)]
+    types = _types(kept)
+    kept = [_of_one_type(node, types, left_out) for node in kept]
+    kept = list(_one_server(kept, left_out))
+    kept += _servers_of_the_unserved(kept)
+    return Whole(
+        tuple(sorted(kept, key=lambda node: node.name)),
+        frozenset(node.name for node in kept if node.name not in seen),
+        tuple(left_out),
+    )
+
+
+def _recorded(system: ObservedSystem, given: Given) -> Iterable[ObservedNode]:
+    """Yield nodes with the ports of recorded topics: those that are given, else one for each topic."""
+    for topic in system.topics:
+        said = given.topics.get(topic.name)
+        offered = topic.offered or (USUAL,)
+        publishers = said.publishers if said is not None else ()
+        for name in publishers or (f"/unseen/{flat(topic.name)}",):
+            yield ObservedNode(
+                name, publishers=tuple(TopicEndpoint(topic.name, topic.type, each) for each in offered[:1])
+            )
+        for name in said.subscribers if said is not None else ():
+            # Recorded is what publishers offer; a subscription that asked for more would have got nothing.
+            yield ObservedNode(name, subscribers=(TopicEndpoint(topic.name, topic.type, offered[0]),))
+
+
+def _joined(nodes: Iterable[ObservedNode]) -> list[ObservedNode]:
+    """Return nodes of which each name stands once, with the ports of all of that name."""
+    found: dict[str, ObservedNode] = {}
+    for node in nodes:
+        before = found.get(node.name)
+        ports = {role: getattr(before, role) + getattr(node, role) for role in _KINDS} if before else {}
+        found[node.name] = replace(before, **ports) if before else node
+    return list(found.values())
+
+
+def _is_kept(node: ObservedNode, left_out: list[str]) -> bool:
+    if is_name(node.name):
+        return True
+    left_out.append(f"node {node.name!r}: no name that ROS 2 allows")
+    return False
+
+
+def _named(node: ObservedNode, left_out: list[str]) -> ObservedNode:
+    """Return a node without the ports whose name or type no model can have."""
+    changed: dict[str, Any] = {}
+    for role, kind in _KINDS.items():
+        ports = getattr(node, role)
+        fit = tuple(each for each in ports if is_name(name_of(each)) and is_type(each.type, kind))
+        for each in ports:
+            if each not in fit:
+                left_out.append(
+                    f"{_WORDS[role]} {name_of(each)!r} of {node.name}, of the type {each.type!r}: "
+                    "no name or type that ROS 2 allows"
+                )
+        changed[role] = tuple(sorted(fit, key=lambda each: (name_of(each), each.type)))
+    return replace(node, **changed)
+
+
+def _types(nodes: Iterable[ObservedNode]) -> dict[tuple[str, str], str]:
+    """Return the type of each topic, service and action: that of what offers it first, by nodes' names."""
+    found: dict[tuple[str, str], str] = {}
+    ordered = sorted(nodes, key=lambda node: node.name)
+    for roles in (("publishers", "servers", "action_servers"), ("subscribers", "clients", "action_clients")):
+        for node in ordered:
+            for role in roles:
+                for port in getattr(node, role):
+                    found.setdefault((_KINDS[role], name_of(port)), port.type)
+    return found
+
+
+def _of_one_type(node: ObservedNode, types: dict[tuple[str, str], str], left_out: list[str]) -> ObservedNode:
+    changed: dict[str, Any] = {}
+    for role, kind in _KINDS.items():
+        ports = getattr(node, role)
+        fit = tuple(each for each in ports if each.type == types[kind, name_of(each)])
+        for each in ports:
+            if each not in fit:
+                of, other = f"{_WORDS[role]} {name_of(each)} of {node.name}", types[kind, name_of(each)]
+                left_out.append(f"{of}, of the type {each.type}: others have {other}")
+        changed[role] = fit
+    return replace(node, **changed)
+
+
+def _one_server(nodes: Iterable[ObservedNode], left_out: list[str]) -> Iterable[ObservedNode]:
+    """Yield the nodes; of several servers of one name, the first is kept."""
+    taken: set[tuple[str, str]] = set()
+    for node in sorted(nodes, key=lambda node: node.name):
+        changed: dict[str, Any] = {}
+        for role in ("servers", "action_servers"):
+            fit = []
+            for each in getattr(node, role):
+                if (role, each.name) in taken:
+                    left_out.append(f"{_WORDS[role]} {each.name} of {node.name}: there is another one")
+                else:
+                    fit.append(each)
+                taken.add((role, each.name))
+            changed[role] = tuple(fit)
+        yield replace(node, **changed)
+
+
+def _servers_of_the_unserved(nodes: Iterable[ObservedNode]) -> list[ObservedNode]:
+    """Return a node for each service and action that nobody serves, which never answers."""
+    wanted: dict[tuple[str, str], str] = {}
+    served: dict[str, set[str]] = defaultdict(set)
+    for node in nodes:
+        for clients, servers in (("clients", "servers"), ("action_clients", "action_servers")):
+            served[servers].update(each.name for each in getattr(node, servers))
+            wanted.update({(servers, each.name): each.type for each in getattr(node, clients)})
+    found = []
+    for (role, name), type in wanted.items():
+        if name not in served[role]:
+            ports: dict[str, Any] = {role: (Endpoint(name, type),)}
+            found.append(ObservedNode(f"/unseen/{flat(name)}", **ports))
+    return found

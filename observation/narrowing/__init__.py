@@ -1,0 +1,6 @@
+"""Open behaviour narrowed by what was recorded: which callback leads to which messages, with the evidence."""
+
+from dineros.observation.narrowing.narrowing import Narrowed, narrowed
+from dineros.observation.narrowing.proposals import Proposal, proposals
+
+__all__ = ["Narrowed", "Proposal", "narrowed", "proposals"]

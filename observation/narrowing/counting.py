@@ -1,0 +1,141 @@
+"""What is counted of a recording: which messages of a node come after which, how often and how soon.
+
+All that is kept of each pair of topics is a few numbers, however long the recording is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+SECOND = 1_000_000_000
+
+
+@dataclass
+class Delays:
+    """Times between two messages, in nanoseconds."""
+
+    count: int = 0
+    least: int = 0
+    most: int = 0
+    mean: float = 0.0
+    _squares: float = 0.0
+
+    def add(self, delay: int) -> None:
+        """Count one more."""
+        self.least = min(self.least, delay) if self.count else delay
+        self.most = max(self.most, delay)
+        self.count += 1
+        # Welford, Technometrics 4(3), 1962: no differences of large sums.
+        off = delay - self.mean
+        self.mean += off / self.count
+        self._squares += off * (delay - self.mean)
+
+    @property
+    def variation(self) -> float:
+        """Standard deviation as a part of the mean; infinite where that says nothing."""
+        if self.count < 2 or self.mean <= 0:
+            return math.inf
+        return math.sqrt(self._squares / (self.count - 1)) / self.mean
+
+
+@dataclass
+class Following:
+    """How messages of one topic follow those of another.
+
+    A message follows the latest one before it, unless another one follows that already.
+
+    Attributes
+    ----------
+    triggers : int
+        Messages that might be followed.
+    followed : int
+        Those that are.
+    delays : Delays
+        How soon.
+    """
+
+    triggers: int = 0
+    followed: int = 0
+    delays: Delays = field(default_factory=Delays)
+    _last: int | None = None
+
+    def trigger(self, time: int) -> None:
+        """Take a message that might be followed."""
+        self.triggers += 1
+        self._last = time
+
+    def open_since(self, time: int, within: int) -> int | None:
+        """Return how long the latest trigger has been waiting; None: none waits, or for too long."""
+        if self._last is None or time - self._last > within:
+            return None
+        return max(0, time - self._last)
+
+    def follow(self, delay: int) -> None:
+        """Let the latest trigger be followed."""
+        self.followed += 1
+        self.delays.add(delay)
+        self._last = None
+
+    @property
+    def waits(self) -> bool:
+        """Whether the latest trigger is not followed yet."""
+        return self._last is not None
+
+
+class Publications:
+    """What is counted of the messages that one node publishes on one topic.
+
+    Parameters
+    ----------
+    triggers : tuple of str
+        Topics that the node hears.
+    within : int
+        Nanoseconds after which nothing follows any more.
+
+    Attributes
+    ----------
+    count : int
+        Messages.
+    gaps : Delays
+        Times between them.
+    alone : dict of str to Following
+        By topic: how they follow it if they follow nothing else.
+    together : dict of str to Following
+        By topic: how they follow it if each message follows what came last before it.
+    attributed : int
+        Messages that follow something in `together`.
+    """
+
+    def __init__(self, triggers: tuple[str, ...], within: int) -> None:
+        self._within = within
+        self._last: int | None = None
+        self.count = self.attributed = 0
+        self.gaps = Delays()
+        self.alone = {topic: Following() for topic in triggers}
+        self.together = {topic: Following() for topic in triggers}
+
+    def heard(self, topic: str, time: int) -> None:
+        """Take a message that the node hears."""
+        self.alone[topic].trigger(time)
+        self.together[topic].trigger(time)
+
+    def published(self, time: int) -> None:
+        """Take a message that the node publishes."""
+        self.count += 1
+        if self._last is not None:
+            self.gaps.add(time - self._last)
+        self._last = time
+        for following in self.alone.values():
+            delay = following.open_since(time, self._within)
+            if delay is not None:
+                following.follow(delay)
+        open_ones = [
+            (delay, topic)
+            for topic, following in self.together.items()
+            if (delay := following.open_since(time, self._within)) is not None
+        ]
+        if open_ones:
+            delay, topic = min(open_ones)
+            self.together[topic].follow(delay)
+            self.attributed += 1

@@ -1,0 +1,64 @@
+"""What is given of a system, as the text of its file (TOML 1.0)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+
+from dineros.observation.importing.given import Given, GivenCallback, GivenNode, GivenTopic
+
+
+def given_text(given: Given) -> str:
+    """Return what `dineros.observation.importing.given.read_given` reads as the same again."""
+    tables = [
+        *(table for name in sorted(given.nodes) for table in _node(name, given.nodes[name])),
+        *(_topic(name, given.topics[name]) for name in sorted(given.topics)),
+    ]
+    return "\n".join(tables)
+
+
+def _node(name: str, said: GivenNode) -> Iterator[str]:
+    lines = {
+        "threads": None if said.threads is None else str(said.threads),
+        "groups": _inline(said.groups) if said.groups else None,
+        "depths": _inline(said.depths) if said.depths else None,
+        "timers": None if said.timers is None else _inline(said.timers),
+        "lifecycle": None if said.lifecycle is None else _list(said.lifecycle),
+    }
+    yield _table(f"node.{_text(name)}", lines)
+    for callback, its in sorted(said.callbacks.items()):
+        yield _table(f"node.{_text(name)}.callback.{_text(callback)}", _callback(its))
+
+
+def _callback(said: GivenCallback) -> dict[str, str | None]:
+    return {
+        "does": None if said.does is None else _list(map(str, said.does)),
+        "group": None if said.group is None else _text(said.group),
+        "awaits": "true" if said.awaits else None,
+    }
+
+
+def _topic(name: str, said: GivenTopic) -> str:
+    return _table(
+        f"topic.{_text(name)}",
+        {"publishers": _list(said.publishers), "subscribers": _list(said.subscribers)},
+    )
+
+
+def _table(name: str, lines: Mapping[str, str | None]) -> str:
+    return "".join(
+        [f"[{name}]\n", *(f"{key} = {value}\n" for key, value in lines.items() if value is not None)]
+    )
+
+
+def _inline(values: Mapping[str, str | int | float]) -> str:
+    return "{" + ", ".join(f"{_text(name)} = {json.dumps(values[name])}" for name in sorted(values)) + "}"
+
+
+def _list(texts: Iterable[str]) -> str:
+    return "[" + ", ".join(map(_text, texts)) + "]"
+
+
+def _text(text: str) -> str:
+    """Return a basic string: JSON writes those of TOML, but for one character that TOML wants escaped."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,0 +1,189 @@
+"""What is seen of a system that exists already: nodes, topics, services and actions, whatever the source.
+
+A running graph tells which node has which port; a recording tells topics only, and what was offered on them.
+What a source cannot tell is `None`: nothing here is guessed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from dineros.metamodel.matching import Quality
+
+USUAL = Quality("reliable", "volatile", "automatic", None, None, None)
+"""The quality of service that a port has by default in ROS 2."""
+
+
+@dataclass(frozen=True)
+class TopicEndpoint:
+    """A publisher or a subscription of a node.
+
+    Attributes
+    ----------
+    topic : str
+        Full name, such as ``/scan``.
+    type : str
+        Such as ``std_msgs/msg/String``.
+    quality : Quality
+        Quality of service, as discovered.
+    depth : int or None
+        Depth of the history; None: not told (Fast DDS announces none). 0: all messages are kept.
+    """
+
+    topic: str
+    type: str
+    quality: Quality = USUAL
+    depth: int | None = None
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """A server or a client of a service or of an action.
+
+    Attributes
+    ----------
+    name : str
+        Full name, such as ``/arm/grip``.
+    type : str
+        Such as ``std_srvs/srv/Trigger`` or ``example_interfaces/action/Fibonacci``.
+    """
+
+    name: str
+    type: str
+
+
+@dataclass(frozen=True)
+class ObservedNode:
+    """A node that was seen.
+
+    Attributes
+    ----------
+    name : str
+        Full name, such as ``/arm/gripper``.
+    publishers, subscribers : tuple of TopicEndpoint
+        Without those that every node has (``/rosout``, ``/parameter_events``) and those of actions.
+    servers, clients : tuple of Endpoint
+        Of services, without those that every node has (parameters, lifecycle) and those of actions.
+    action_servers, action_clients : tuple of Endpoint
+        Of actions.
+    use_sim_time : bool or None
+        Whether it obeys simulated time; None: not told.
+    lifecycle : str or None
+        State of a managed node: ``unconfigured``, ``inactive``, ``active``, ``finalized``; ``unknown`` where
+        it did not answer; None: the node is not managed.
+    """
+
+    name: str
+    publishers: tuple[TopicEndpoint, ...] = ()
+    subscribers: tuple[TopicEndpoint, ...] = ()
+    servers: tuple[Endpoint, ...] = ()
+    clients: tuple[Endpoint, ...] = ()
+    action_servers: tuple[Endpoint, ...] = ()
+    action_clients: tuple[Endpoint, ...] = ()
+    use_sim_time: bool | None = None
+    lifecycle: str | None = None
+
+
+@dataclass(frozen=True)
+class RecordedTopic:
+    """A topic of which it is known that messages went over it, and not between whom.
+
+    Attributes
+    ----------
+    name : str
+        Full name.
+    type : str
+        Such as ``std_msgs/msg/String``.
+    offered : tuple of Quality
+        What each publisher offered, as far as the recording says; which nodes these were, it does not.
+    messages : int or None
+        How many were recorded; None: not told.
+    """
+
+    name: str
+    type: str
+    offered: tuple[Quality, ...] = ()
+    messages: int | None = None
+
+
+@dataclass(frozen=True)
+class ObservedSystem:
+    """A system that was seen.
+
+    Attributes
+    ----------
+    source : str
+        Where, in words: ``ROS domain 3``, or the path of a recording.
+    nodes : tuple of ObservedNode
+        In order of their names.
+    topics : tuple of RecordedTopic
+        Topics seen without their nodes, in order of their names: those of a recording.
+    departed : tuple of str
+        Names of nodes that went while they were watched. They stand in `nodes`, with what was seen of them.
+    duplicates : tuple of str
+        Names that more than one node has; what was seen of these nodes stands in one of `nodes`.
+    """
+
+    source: str
+    nodes: tuple[ObservedNode, ...] = ()
+    topics: tuple[RecordedTopic, ...] = ()
+    departed: tuple[str, ...] = ()
+    duplicates: tuple[str, ...] = ()
+
+    def publishers(self) -> Iterator[tuple[ObservedNode, TopicEndpoint]]:
+        """Yield each publisher and its node."""
+        for node in self.nodes:
+            for endpoint in node.publishers:
+                yield node, endpoint
+
+    def subscribers(self) -> Iterator[tuple[ObservedNode, TopicEndpoint]]:
+        """Yield each subscription and its node."""
+        for node in self.nodes:
+            for endpoint in node.subscribers:
+                yield node, endpoint
+
+
+def name_of(port: TopicEndpoint | Endpoint) -> str:
+    """Return the name of the topic, service or action of a port."""
+    return port.topic if isinstance(port, TopicEndpoint) else port.name
+
+
+def within(
+    system: ObservedSystem, namespaces: Sequence[str] = (), without: Sequence[str] = ()
+) -> ObservedSystem:
+    """Return a system with only the nodes of some namespaces (all where none are named), without some."""
+    starts = tuple(f"/{name.strip('/')}/".replace("//", "/") for name in namespaces or ("/",))
+    kept = tuple(node for node in system.nodes if node.name.startswith(starts) and node.name not in without)
+    names = {node.name for node in kept}
+    departed, duplicates = (
+        tuple(name for name in found if name in names) for found in (system.departed, system.duplicates)
+    )
+    return ObservedSystem(system.source, kept, system.topics, departed, duplicates)
+
+
+_EVERY_TOPIC = frozenset({"/rosout", "/parameter_events", "/clock"})
+_EVERY_SERVICE = frozenset(
+    f"rcl_interfaces/srv/{name}"
+    for name in (
+        *("DescribeParameters", "GetParameters", "GetParameterTypes", "ListParameters"),
+        *("SetParameters", "SetParametersAtomically", "GetLoggerLevels", "SetLoggerLevels"),
+    )
+) | {"type_description_interfaces/srv/GetTypeDescription"}
+_OF_LIFECYCLES = "lifecycle_msgs/"
+_OF_ACTIONS = "/_action/"
+
+
+def is_house_topic(name: str, type: str) -> bool:
+    """Tell whether a topic is one that ROS makes by itself: for logs, parameters, time, states."""
+    return name in _EVERY_TOPIC or type.startswith(_OF_LIFECYCLES) or name.endswith("/_service_event")
+
+
+def is_house_service(type: str) -> bool:
+    """Tell whether a service, by its type, is one that nodes have unasked: of parameters, lifecycle."""
+    return type in _EVERY_SERVICE or type.startswith(_OF_LIFECYCLES)
+
+
+def is_of_action(name: str) -> bool:
+    """Tell whether a topic or a service belongs to an action."""
+    return _OF_ACTIONS in name

@@ -1,0 +1,54 @@
+"""What is given is read again as it was written."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from dineros.observation.importing.given import (
+    LIFE,
+    Given,
+    GivenCallback,
+    GivenNode,
+    GivenTopic,
+    Step,
+    read_given,
+)
+from dineros.observation.narrowing.written import given_text
+
+NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)
+WORDS = st.from_regex(r"/[a-z]{1,5}", fullmatch=True)
+STEPS = st.builds(
+    Step, st.sampled_from(["publish", "call", "send", "cancel"]), WORDS, st.sampled_from(["", "?", "*"])
+)
+GROUPS = st.dictionaries(NAMES, st.sampled_from(["exclusive", "reentrant"]), max_size=2)
+
+
+@st.composite
+def nodes(draw: st.DrawFn) -> GivenNode:
+    groups = draw(GROUPS)
+    group = st.sampled_from([None, *groups])
+    does = st.one_of(st.none(), st.lists(STEPS, max_size=3).map(tuple))
+    return GivenNode(
+        draw(st.one_of(st.none(), st.integers(1, 1000))),
+        groups,
+        draw(st.dictionaries(NAMES, st.integers(0, 1_000_000), max_size=2)),
+        draw(st.one_of(st.none(), st.dictionaries(NAMES, st.floats(1e-3, 1e3), max_size=2))),
+        draw(st.one_of(st.none(), st.lists(st.sampled_from(LIFE)).map(tuple))),
+        draw(st.dictionaries(NAMES, st.builds(GivenCallback, does, group, st.booleans()), max_size=2)),
+    )
+
+
+TOPICS = st.builds(GivenTopic, st.lists(NAMES).map(tuple), st.lists(NAMES).map(tuple))
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.dictionaries(NAMES, nodes(), max_size=3), st.dictionaries(NAMES, TOPICS, max_size=2))
+def test_round_trip(said: dict[str, GivenNode], topics: dict[str, GivenTopic]) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "robot.given.toml")
+        path.write_text(given_text(Given(said, topics)), encoding="utf-8")
+        assert read_given(path) == Given(said, topics, path)

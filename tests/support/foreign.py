@@ -1,0 +1,92 @@
+"""The twelve plain nodes of `examples/foreign`: as processes, and as what is to be seen of them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from dineros.metamodel.matching import Quality
+from dineros.observation.systems import USUAL, Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
+
+FOREIGN = Path(__file__).resolve().parents[2] / "examples/foreign"
+SENSOR = USUAL._replace(reliability="bestEffort")
+LATCHED = USUAL._replace(durability="transientLocal")
+TEXT, NUMBER, TRIGGER = "std_msgs/msg/String", "std_msgs/msg/Float64", "std_srvs/srv/Trigger"
+
+
+def port(topic: str, type: str = TEXT, quality: Quality = USUAL, depth: int | None = None) -> TopicEndpoint:
+    return TopicEndpoint(topic, type, quality, depth)
+
+
+def trigger(name: str) -> Endpoint:
+    return Endpoint(name, TRIGGER)
+
+
+def robot() -> ObservedSystem:
+    """Return what is to be seen of the robot, written down by hand from its programs."""
+    nodes = [
+        ObservedNode("/sensors/lidar", publishers=(port("/scan", quality=SENSOR),)),
+        ObservedNode("/sensors/camera", publishers=(port("/image", quality=SENSOR),)),
+        ObservedNode("/sensors/imu", publishers=(port("/imu", NUMBER),)),
+        ObservedNode("/detector", publishers=(port("/obstacles"),), subscribers=(port("/image"),)),
+        ObservedNode(
+            "/localizer",
+            publishers=(port("/pose", NUMBER),),
+            subscribers=(port("/imu", NUMBER), port("/scan", quality=SENSOR)),
+            servers=(trigger("/where"),),
+        ),
+        ObservedNode(
+            "/mapper",
+            publishers=(port("/map", quality=LATCHED),),
+            subscribers=(port("/pose", NUMBER), port("/scan", quality=SENSOR)),
+        ),
+        ObservedNode(
+            "/planner",
+            publishers=(port("/path"),),
+            subscribers=(port("/map", quality=LATCHED),),
+            servers=(trigger("/plan"),),
+            clients=(trigger("/where"),),
+        ),
+        ObservedNode("/commander", publishers=(port("/mission"),), clients=(trigger("/plan"),)),
+        ObservedNode(
+            "/driver", publishers=(port("/speed", NUMBER),), subscribers=(port("/obstacles"), port("/path"))
+        ),
+        ObservedNode("/base", publishers=(port("/odometry", NUMBER),), subscribers=(port("/speed", NUMBER),)),
+        ObservedNode("/battery", publishers=(port("/battery_level", NUMBER),), servers=(trigger("/charge"),)),
+        ObservedNode(
+            "/monitor",
+            subscribers=(
+                port("/battery_level", NUMBER, LATCHED),
+                port("/mission"),
+                port("/odometry", NUMBER),
+            ),
+            clients=(trigger("/charge"),),
+        ),
+    ]
+    return ObservedSystem("the robot", tuple(sorted(nodes, key=lambda node: node.name)))
+
+
+@contextmanager
+def running(
+    environment: Mapping[str, str], *arguments: str, program: Path = FOREIGN / "robot.py"
+) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a program until the block ends."""
+    process = subprocess.Popen(
+        [sys.executable, str(program), *arguments],
+        env=dict(environment),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        yield process
+    finally:
+        process.terminate()
+        try:
+            process.wait(10)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()

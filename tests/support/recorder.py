@@ -1,0 +1,53 @@
+"""A recorder: ``python -m tests.support.recorder OUT /topic=package/msg/Type ..`` writes what comes until SIGTERM.
+
+It stands for ``ros2 bag record``, which no package registry has.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+SILENT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""Matches every publisher, and holds none of them back."""
+
+
+def record(path: Path, topics: dict[str, str]) -> None:
+    """Record topics, by name and type, until the process is asked to end."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+        node = Node("recorder")
+
+        def write(connection: Connection, data: bytes, info: dict[str, Any]) -> None:
+            writer.write(connection, info["received_timestamp"], data)
+
+        for topic, kind in topics.items():
+            package, _, name = kind.split("/")
+            connection = writer.add_connection(topic, kind, typestore=store)
+            message = getattr(import_module(f"{package}.msg"), name)
+            node.create_subscription(message, topic, partial(write, connection), SILENT, raw=True)
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        ending: list[int] = []
+        signal.signal(signal.SIGTERM, lambda number, _: ending.append(number))
+        print("records", flush=True)
+        while not ending:
+            executor.spin_once(timeout_sec=0.1)
+
+
+if __name__ == "__main__":
+    record(Path(sys.argv[1]), dict(each.split("=") for each in sys.argv[2:]))

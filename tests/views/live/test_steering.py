@@ -1,0 +1,141 @@
+"""A run is steered from its live page: signals are set, nodes paused; what strangers say changes nothing."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from websockets.sync.client import connect
+from websockets.typing import Origin
+
+from dineros.runtime.application.simulation import LocalApplication
+from dineros.runtime.firing.handlers import Firing
+from dineros.runtime.journal.recorder import JournalRecorder
+from dineros.transformations.flattening.split import split
+from dineros.views.live.steering import Steering
+from dineros.views.serving.handle import PageHandle
+from tests.support.talker import talker
+from tests.views.browser import Visit, wait_until
+
+NewVisit = Callable[..., Visit]
+Serve = Callable[..., PageHandle]
+
+
+@pytest.fixture
+def application(tmp_path: Path) -> Iterator[LocalApplication]:
+    """Return the talker's nodes, running on threads, recorded below `tmp_path`."""
+    made = LocalApplication(
+        split(talker()),
+        seed=1,
+        recorder=lambda node: JournalRecorder(tmp_path / "run", node),
+        simulated_time=False,
+    )
+    with made:
+        yield made
+
+
+def until(condition: Callable[[], bool]) -> None:
+    for _ in range(400):
+        if condition():
+            return
+        time.sleep(0.025)
+    raise AssertionError("it did not happen")
+
+
+def test_signals_pausing_and_refusals(application: LocalApplication) -> None:
+    steering = Steering()
+    steering.take(application.nets)
+    talks = application.nets["talker"]
+    assert steering.hear('{"ask":"pause","node":"talker"}') is None
+    until(lambda: talks.status.state == "halted")
+    assert steering.hear('{"ask":"signal","node":"talker","signal":"Button","value":true}') is None
+    until(lambda: talks.inspect().signals["Button"])
+    assert application.count("talker", "Words") == 3  # it is paused
+    (node,) = [each for each in steering.nodes() if each["node"] == "talker"]
+    assert node == {
+        "node": "talker",
+        "state": "halted",
+        "reason": "paused on the live page",
+        "signals": {"Button": True},
+        "enabled": ["Say"],
+    }
+    assert steering.hear('{"ask":"proceed","node":"talker"}') is None
+    until(lambda: application.count("listener", "Noted") == 3)
+    for wrong in (
+        "",
+        "[]",
+        '{"ask":"pause"}',
+        '{"ask":"pause","node":"nobody"}',
+        '{"ask":"pause","node":"talker","x":1}',
+        '{"ask":"signal","node":"talker","signal":"Butto","value":true}',
+        '{"ask":"signal","node":"talker","signal":"Button","value":"yes"}',
+        '{"ask":"signal","node":"talker","signal":1,"value":true}',
+    ):
+        answer = steering.hear(wrong)
+        assert answer is not None and json.loads(answer)["type"] == "refused", wrong
+        assert "unexpected" not in answer, answer
+
+
+@given(st.recursive(st.none() | st.booleans() | st.integers() | st.text(max_size=9), st.lists, max_leaves=4))
+@settings(max_examples=50)
+def test_nothing_that_is_said_raises_anything(said: Any) -> None:
+    answer = Steering().hear(json.dumps({"ask": said, "node": said}))
+    assert answer is not None and "unexpected" not in answer
+
+
+def test_a_blocked_node_keeps_nobody_waiting(
+    application: LocalApplication, tmp_path: Path, serve: Serve
+) -> None:
+    release, begun = threading.Event(), threading.Event()
+
+    @application.nets["listener"].handler("Listen")
+    def listen(firing: Firing) -> None:
+        begun.set()
+        release.wait(20)
+
+    steering = Steering()
+    steering.take(application.nets)
+    handle = serve(tmp_path / "run", talker(), steering=steering)
+    origin = handle.url.split("/?")[0]
+    address = handle.url.replace("http", "ws", 1).replace("/?", "/changes?")
+    try:
+        with connect(address, origin=Origin(origin), max_size=1 << 24) as socket:
+            socket.send('{"ask":"signal","node":"talker","signal":"Button","value":true}')
+            assert begun.wait(10)
+            socket.send('{"ask":"pause","node":"listener"}')
+            socket.send("nonsense")
+            while json.loads(socket.recv(timeout=20))["type"] != "refused":
+                pass
+        handle.stop()
+    finally:
+        release.set()
+
+
+def test_a_run_is_steered_on_its_page(
+    application: LocalApplication, tmp_path: Path, visit: NewVisit, serve: Serve
+) -> None:
+    steering = Steering()
+    steering.take(application.nets)
+    handle = serve(tmp_path / "run", talker(), steering=steering)
+    one = visit()
+    page = one.page
+    page.goto(handle.url)
+    wait_until(page, "document.querySelector('#steer [data-node=talker]')")
+    page.get_by_role("button", name="Pause listener").click()
+    page.get_by_role("button", name="Proceed listener").wait_for()
+    page.get_by_role("switch", name="Button: false").focus()
+    page.keyboard.press("Enter")
+    page.get_by_role("switch", name="Button: true").wait_for()
+    assert page.evaluate("document.activeElement.textContent") == "Button: true"
+    until(lambda: application.count("listener", "Heard") == 3)
+    wait_until(page, "document.querySelector('#steer [data-node=listener]').textContent.includes('Listen')")
+    page.get_by_role("button", name="Proceed listener").click()
+    until(lambda: application.count("listener", "Noted") == 3)
+    assert one.problems == []

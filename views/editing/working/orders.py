@@ -1,0 +1,165 @@
+"""What pages can have done, and the command lines that do it; what a page says stays one argument."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from dineros.metamodel.editing import CommandError
+from dineros.metamodel.files.confined import is_confined
+
+Kind = Literal["check", "find", "verify", "generate", "run"]
+
+LONGEST_QUESTION = 10_000
+"""Characters of a formula."""
+
+LONGEST_TIME = 86_400.0
+"""Seconds that anything may take."""
+
+SIGNALS = ("input-enabled", "fully-enabled", "io-enabled", "none")
+WITNESS, TRACES = "witness.jsonl", "traces"
+"""In the folder of a job: how a finding comes about, and what a run recorded."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """Something to be done.
+
+    Attributes
+    ----------
+    kind : {"check", "find", "verify", "generate", "run"}
+        What.
+    arguments : tuple of str
+        Of ``dineros``; the model is left out, which comes after the first.
+    words : str
+        What it is for people.
+    needs_file : bool
+        Whether it is about the file as it is on the disk: what it makes stands beside that, or names it.
+    """
+
+    kind: Kind
+    arguments: tuple[str, ...]
+    words: str
+    needs_file: bool = False
+
+    def line(self, model: Path, folder: Path) -> list[str]:
+        """Return the arguments for a model, with a folder for what is kept of it."""
+        found = [self.kind, str(model), *self.arguments, "--json", "-v"]
+        if self.kind in ("check", "find", "verify"):
+            return [*found, "-o", str(folder / WITNESS)]
+        return [*found, "--trace", str(folder / TRACES)] if self.kind == "run" else found
+
+
+def order_of(said: Mapping[str, Any], beside: Path) -> Order:
+    """Read what a page wants done.
+
+    Parameters
+    ----------
+    said : mapping
+        ``kind``, and what that kind takes.
+    beside : Path
+        The folder of the model: what is generated is generated in it.
+
+    Raises
+    ------
+    CommandError
+        It is nothing that can be done.
+    """
+    kind = said.get("kind")
+    make = _KINDS.get(kind) if isinstance(kind, str) else None
+    if make is None:
+        raise CommandError(f"what can be done is one of {', '.join(_KINDS)}")
+    names, order = make
+    for name in said:
+        if name not in names | {"kind"}:
+            raise CommandError(f"{kind} takes no {name[:100]!r}")
+    return order(said, beside)
+
+
+def _check(said: Mapping[str, Any], _: Path) -> Order:
+    return Order("check", ("--no-cache", *_budget(said)), "check")
+
+
+def _find(said: Mapping[str, Any], _: Path) -> Order:
+    asked = _one_of(said, "enabled", "marking")
+    text = _text(said, asked)
+    options = (f"--{asked}={text}", *_signals(said), *_budget(said))
+    return Order("find", options, f"find {text}" if asked == "marking" else f"find enabled({text})")
+
+
+def _verify(said: Mapping[str, Any], _: Path) -> Order:
+    logic = _one_of(said, "ltl", "ctl")
+    text = _text(said, logic)
+    options = (f"--{logic}={text}", "--no-cache", *_signals(said), *_budget(said))
+    return Order("verify", options, f"verify {text}")
+
+
+def _generate(said: Mapping[str, Any], beside: Path) -> Order:
+    workspace, write = said.get("workspace"), said.get("write", False)
+    if not isinstance(workspace, str) or not is_confined(workspace) or workspace.startswith("-"):
+        raise CommandError("the workspace is a folder beside the model, such as workspace")
+    if not isinstance(write, bool):
+        raise CommandError("write is true or false")
+    options = ("-o", str(beside / workspace), *(() if write else ("--check",)))
+    words = f"generate {workspace}" if write else f"what would change in {workspace}"
+    return Order("generate", options, words, needs_file=True)
+
+
+_HOW = {"simulate": ("--simulate",), "local": ("--local",), "ros": ()}
+
+
+def _run(said: Mapping[str, Any], _: Path) -> Order:
+    how = said.get("how")
+    if not isinstance(how, str) or how not in _HOW:
+        raise CommandError(f"an application is run in one of these ways: {', '.join(_HOW)}")
+    options: list[str] = [*_HOW[how], *_timeout(said), "--view"]
+    if said.get("until") not in (None, ""):
+        options.append(f"--until={_text(said, 'until')}")
+    if how == "simulate" and (speed := said.get("speed")) is not None:
+        options.append(f"--speed={_number(speed, 'speed', 1e6)}")
+    return Order("run", tuple(options), f"run ({how})", needs_file=True)
+
+
+_KINDS: dict[str, tuple[set[str], Callable[[Mapping[str, Any], Path], Order]]] = {
+    "check": ({"timeout"}, _check),
+    "find": ({"enabled", "marking", "signals", "timeout"}, _find),
+    "verify": ({"ltl", "ctl", "signals", "timeout"}, _verify),
+    "generate": ({"workspace", "write"}, _generate),
+    "run": ({"how", "timeout", "until", "speed"}, _run),
+}
+
+
+def _one_of(said: Mapping[str, Any], one: str, other: str) -> str:
+    if (one in said) == (other in said):
+        raise CommandError(f"give {one} or {other}")
+    return one if one in said else other
+
+
+def _text(said: Mapping[str, Any], name: str) -> str:
+    text = said.get(name)
+    if not isinstance(text, str) or not text.strip() or "\0" in text or len(text) > LONGEST_QUESTION:
+        raise CommandError(f"{name} is a text of 1 to {LONGEST_QUESTION:,} characters")
+    return text
+
+
+def _signals(said: Mapping[str, Any]) -> tuple[str, ...]:
+    signals = said.get("signals", SIGNALS[0])
+    if signals not in SIGNALS:
+        raise CommandError(f"signals are one of {', '.join(SIGNALS)}")
+    return ("--signals", str(signals))
+
+
+def _timeout(said: Mapping[str, Any]) -> tuple[str, str]:
+    return "--timeout", str(_number(said.get("timeout", 60), "timeout", LONGEST_TIME))
+
+
+def _budget(said: Mapping[str, Any]) -> tuple[str, ...]:
+    return (*_timeout(said), "--memory", "2G")
+
+
+def _number(found: object, name: str, most: float) -> float:
+    if isinstance(found, bool) or not isinstance(found, (int, float)) or not 0 < found <= most:
+        raise CommandError(f"{name} is a number above 0, at most {most:,.0f}")
+    return float(found)
