@@ -76,6 +76,24 @@ def signal_names(text: str) -> list[str]:
     return list(dict.fromkeys(signals_of(parse(text))))
 
 
+_NAMES = re.compile(r'"(?:[^"\\]|\\["\\])*"|\w+(?:[.-]+\w+)*')
+
+
+def column_of(text: str, name: str) -> int | None:
+    """Return where the text of a clause first speaks of a signal, from 1.
+
+    Examples
+    --------
+    >>> column_of('ab & !"a"', "a")
+    7
+    """
+    for found in _NAMES.finditer(text):
+        word = found[0]
+        if name == (re.sub(r"\\(.)", r"\1", word[1:-1]) if word[0] == '"' else word):
+            return found.start() + 1
+    return None
+
+
 @cache
 def _parser() -> Lark:
     from lark import Lark

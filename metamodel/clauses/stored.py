@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dineros.metamodel import sym
 from dineros.metamodel.clauses.expressions import quoted
 from dineros.metamodel.clauses.normal_form import to_cnf
-from dineros.metamodel.clauses.parser import parse, signal_names
+from dineros.metamodel.clauses.parser import column_of, parse, signal_names
 from dineros.metamodel.elements import label, node_net_of
 from dineros.metamodel.errors import ClauseError, UnknownElementError, near_matches
 from dineros.metamodel.positions import location_of
@@ -55,7 +55,9 @@ def signals_of_clause(transition: sym.Transition, text: str) -> list[list[tuple[
         signals = _signals(transition)
         for used in signal_names(text):
             if used not in signals:
-                raise _unknown_signal(transition, used, signals)
+                error = _unknown_signal(transition, used, signals)
+                error.column = column_of(text, used)
+                raise error
         form = to_cnf(parse(text))
     except ClauseError as error:
         error.element = transition.id

@@ -10,7 +10,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, Protocol, TypeAlias, TypeVar
 
 from dineros.metamodel.errors import DinerosError, near_matches
 
@@ -164,7 +164,7 @@ def decode_commands(found: object) -> list[Command]:
         raise CommandError("a group is a list of commands")
     if not 0 < len(found) <= MOST_COMMANDS:
         raise CommandError(f"a group has 1 to {MOST_COMMANDS} commands, not {len(found)}")
-    return [_decoded(each, number) for number, each in enumerate(found, 1)]
+    return [decode(each, KINDS, f"command {number}") for number, each in enumerate(found, 1)]
 
 
 def encode_command(command: Command) -> dict[str, Any]:
@@ -179,14 +179,31 @@ def _plain(value: Any) -> Any:
     return [_plain(each) for each in value] if isinstance(value, tuple) else value
 
 
-def _decoded(found: object, number: int) -> Command:
+class Kinded(Protocol):
+    """A dataclass that JSON values name by its kind."""
+
+    kind: ClassVar[str]
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+
+K = TypeVar("K", bound=Kinded)
+
+
+def decode(found: object, kinds: Mapping[str, type[K]], what: str) -> K:
+    """Read one of several dataclasses from JSON values; `what` is said where they are none.
+
+    Raises
+    ------
+    CommandError
+        Kind, fields or values are not as one of the dataclasses wants them.
+    """
     if not isinstance(found, dict):
-        raise CommandError(f"command {number} is no object")
+        raise CommandError(f"{what} is no object")
     name = found.get("kind")
-    kind = KINDS.get(name) if isinstance(name, str) else None
+    kind = kinds.get(name) if isinstance(name, str) else None
     if kind is None:
-        hint = near_matches(name, KINDS) if isinstance(name, str) else None
-        raise CommandError(f"command {number} is of no known kind", hint=hint or f"kinds: {', '.join(KINDS)}")
+        hint = near_matches(name[:100], kinds) if isinstance(name, str) else None
+        raise CommandError(f"{what} is of no known kind", hint=hint or f"kinds: {', '.join(kinds)}")
     fields = {each.name: each for each in dataclasses.fields(kind)}
     for given in found:
         if given != "kind" and given not in fields:

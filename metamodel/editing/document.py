@@ -260,7 +260,7 @@ class Document:
         JournalError
             The journal cannot be written; nothing changed.
         """
-        if (done := self._done_before(by)) is not None:
+        if (done := self.done_before(by)) is not None:
             return done
         count = len(self.handles)
         performed = self._editor.perform(commands)
@@ -290,11 +290,11 @@ class Document:
         JournalError
             The journal cannot be written; nothing changed.
         """
-        return self._done_before(by) or self._turned(True, by)
+        return self.done_before(by) or self._turned(True, by)
 
     def redo(self, by: By | None = None) -> Done:
         """Do again what was taken back last; raises as `undo`."""
-        return self._done_before(by) or self._turned(False, by)
+        return self.done_before(by) or self._turned(False, by)
 
     def _turned(self, back: bool, by: By | None) -> Done:
         if not (self._undo if back else self._redo):
@@ -321,7 +321,14 @@ class Document:
                 del self._last[next(iter(self._last))]
         return done
 
-    def _done_before(self, by: By | None) -> Done | None:
+    def done_before(self, by: By | None) -> Done | None:
+        """Return what came of a group that was sent before; None: it is a new one.
+
+        Raises
+        ------
+        CommandError
+            The sender's later groups have been done.
+        """
         if by is None or by[0] not in self._last:
             return None
         number, done = self._last[by[0]]

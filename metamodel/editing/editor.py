@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, cast
@@ -14,8 +13,9 @@ from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.editing import commands as c
 from dineros.metamodel.editing.changes import Change, Inserted, Removed, Valued, touched, undo
 from dineros.metamodel.editing.handles import Handles, is_within, subtree
+from dineros.metamodel.editing.naming import default_id
 from dineros.metamodel.editing.offered import class_to_make, follows_from_text, name_of
-from dineros.metamodel.editing.removing import closure
+from dineros.metamodel.editing.removing import check_clauses, closure
 from dineros.metamodel.editing.renaming import rewritings
 from dineros.metamodel.editing.values import checked
 from dineros.metamodel.errors import near_matches
@@ -118,6 +118,8 @@ class Editor:
                 value = getattr(element, feature.name)
                 if value is None or (feature.many and not len(value)):
                     raise c.CommandError(f"{describe(element)} needs {feature.name}")
+        if any(isinstance(each, c.Place | c.Delete) for each in group):
+            check_clauses(self._now.changes, self.root)
         if any(
             isinstance(each, c.Create) or (isinstance(each, c.Set) and each.feature == "id") for each in group
         ):
@@ -149,7 +151,7 @@ class Editor:
         element = cls()
         identifier = class_of(element).identifier
         if identifier and command.values.get(identifier) is None:
-            element.id = self._new_id(cls)  # type: ignore[attr-defined]
+            element.id = default_id(self.root, cls, owner, command.values, self.find)  # type: ignore[attr-defined]
         references = self._attributes(element, command.values)
         self._attach(element, owner, feature, command.index)
         if command.called is not None:
@@ -169,11 +171,6 @@ class Editor:
             elif value is not None:
                 setattr(element, name, checked(feature, value))
         return references
-
-    def _new_id(self, cls: type[EObject]) -> str:
-        used = {each.id for each in subtree(self.root) if isinstance(each, pn.Element)}
-        stem = cls.__name__
-        return next(name for number in itertools.count(1) if (name := f"{stem}{number}") not in used)
 
     def _attach(self, element: EObject, owner: EObject, feature: Any, index: int | None) -> None:
         """Put an object without a container into one."""

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from dineros.metamodel import sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.clauses import signal_names
 from dineros.metamodel.constraints.wording import describe
+from dineros.metamodel.editing.changes import Change, Inserted, Removed
 from dineros.metamodel.editing.commands import CommandError
-from dineros.metamodel.editing.handles import subtree
+from dineros.metamodel.editing.handles import is_within, subtree
+from dineros.metamodel.elements import label, node_net_of
 from dineros.metamodel.files.schema import Kind, class_of
 
 
@@ -86,3 +89,45 @@ def _refuse_clauses(gone: dict[EObject, None], leading: dict[EObject, list[tuple
                     f"the clause of {describe(transition)} speaks of {describe(element)}",
                     hint="change the clause first",
                 )
+
+
+def check_clauses(changes: Sequence[Change], root: EObject) -> None:
+    """Refuse changes after which a clause speaks of a signal that its ROS node has not.
+
+    Such a clause cannot be read again; its normal form may not even have a literal for the signal.
+
+    Raises
+    ------
+    CommandError
+        The message names the transition and the signal.
+    """
+    moved = {
+        part
+        for change in changes
+        if isinstance(change, Inserted | Removed)
+        and class_of(change.element).features[change.feature].kind is Kind.CONTAINMENT
+        for part in subtree(change.value)
+    }
+    nets = {
+        node_net_of(change.element)
+        for change in changes
+        if isinstance(change, Removed) and isinstance(change.value, sym.InputSignal)
+    }
+    beside = (part for net in nets if net is not None and is_within(net, root) for part in subtree(net))
+    for transition in dict.fromkeys([*moved, *beside]):
+        if (
+            not isinstance(transition, sym.Transition)
+            or transition.clause is None
+            or not is_within(transition, root)
+        ):
+            continue
+        node_net = node_net_of(transition)
+        known = {label(signal): signal for signal in node_net.signals} if node_net is not None else {}
+        spoken = [literal.signal for each in transition.clause.disjunctions for literal in each.literals]
+        lost = [name for name in signal_names(transition.clause.text) if name not in known]
+        lost += [label(signal) for signal in spoken if known.get(label(signal)) is not signal]
+        if lost:
+            raise CommandError(
+                f"the clause of {describe(transition)} speaks of the signal {lost[0]!r}",
+                hint="change the clause first; signals belong to one ROS node",
+            )

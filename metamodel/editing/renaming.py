@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from dineros.metamodel import pn, sym
@@ -49,7 +49,11 @@ def rewritings(root: pn.Net, element: EObject, feature: str, value: str | None) 
     if isinstance(element, sym.InputSignal) and feature in ("name", "id"):
         before = label(element)
         after = value or element.id if feature == "name" else element.name or value or ""
-        return _clauses(element, before, after) if before != after else []
+        found = _clauses(element, before, after) if before != after else []
+        former = element.id if feature == "id" else element.name
+        return [*found, *_properties(root, former, value or element.id)]
+    if isinstance(element, pn.Element) and feature == "id" and value:
+        return _properties(root, element.id, value)
     if isinstance(element, sym.TokenField) and feature == "name" and value and value != element.name:
         return _token_data(root, element, element.name, value)
     return []
@@ -64,8 +68,8 @@ def _clauses(signal: sym.InputSignal, before: str, after: str) -> list[Rewriting
         if (
             isinstance(part, sym.InputClause)
             and any(literal.signal is signal for each in part.disjunctions for literal in each.literals)
-        ) or (isinstance(part, sym.InputClause) and replaced(part.text, before, after) != part.text):
-            found.append(Rewriting(part, "text", replaced(part.text, before, after)))
+        ) or (isinstance(part, sym.InputClause) and replaced(part.text, {before: after}) != part.text):
+            found.append(Rewriting(part, "text", replaced(part.text, {before: after})))
     if found and any(label(other) == after for other in node_net.signals if other is not signal):
         raise CommandError(f"the node net has a signal {after!r} already", hint="clauses would be ambiguous")
     return found
@@ -74,12 +78,12 @@ def _clauses(signal: sym.InputSignal, before: str, after: str) -> list[Rewriting
 _WORDS = re.compile(r'"(?:[^"\\]|\\["\\])*"|\w+(?:[.-]+\w+)*')
 
 
-def replaced(text: str, before: str, after: str) -> str:
-    """Return the text of a clause with one signal called by another name.
+def replaced(text: str, names: Mapping[str, str]) -> str:
+    """Return the text of a clause with signals called by other names.
 
     Examples
     --------
-    >>> replaced('a & !(ab | "a") -> a', "a", "is there")
+    >>> replaced('a & !(ab | "a") -> a', {"a": "is there"})
     '"is there" & !(ab | "is there") -> "is there"'
     """
 
@@ -87,9 +91,94 @@ def replaced(text: str, before: str, after: str) -> str:
         word = found[0]
         name = re.sub(r"\\(.)", r"\1", word[1:-1]) if word[0] == '"' else word
         is_name = word[0] == '"' or word not in KEYWORDS
-        return quoted(after) if is_name and name == before else word
+        return quoted(names[name]) if is_name and name in names else word
 
     return _WORDS.sub(other, text)
+
+
+def _properties(root: pn.Net, before: str | None, after: str) -> list[Rewriting]:
+    """Return what becomes of stored properties and assumptions, which speak of elements by their ids."""
+    if not isinstance(root, sym.SystemModel) or not before or before == after:
+        return []
+    texts = [
+        *((each, "text", in_formula(each.text or "", before, after)) for each in root.properties),
+        *(
+            (each, "of", in_words(each.of or "", before, after))
+            for each in root.assumptions
+            if isinstance(each, sym.Fairness)
+        ),
+    ]
+    return [Rewriting(*each) for each in texts if getattr(*each[:2]) != each[2]]
+
+
+_FORMULA_NAMES = re.compile(
+    r'"(?:[^"\\]|\\["\\])*"|\{(?:[^{}\\]|\\[{}\\])*\}|[^\W\d]\w*(?:\[\d+\])?(?:\.\w+(?:\[\d+\])?)*'
+)
+"""Names of formulas: as they are, in quotes, or in braces."""
+
+_FORMULA_WORDS = {
+    *("true", "false", "deadlock", "enabled", "fired", "signal", "or", "and", "not"),
+    *("never", "always", "happens", "until", "leads", "to", "only", "after", "before", "between"),
+    *("at", "most", "once", "twice", "times", "is", "stays", "possible"),
+    *("U", "R", "W", "A", "E", "G", "F", "X", "GF", "FG", "AG", "AF", "AX", "EG", "EF", "EX"),
+}
+_COUNTED = re.compile(r"\s*(?:[=≤≥≠+*]|!=|>|<(?![>-])|-(?!>))")
+"""What stands behind a word that names a place."""
+
+
+def in_formula(text: str, before: str, after: str) -> str:
+    """Return a formula, or a pattern in words, with an element called by another id.
+
+    Examples
+    --------
+    >>> in_formula('never Topic.publisher.Said + "Said" >= 2 after fired(Said2)', "Said", "is said")
+    'never "Topic.publisher.is said" + "is said" >= 2 after fired(Said2)'
+    """
+
+    def other(found: re.Match[str]) -> str:
+        word = found[0]
+        is_plain = word[0] not in '"{'
+        if is_plain and word in _FORMULA_WORDS and not _COUNTED.match(text, found.end()):
+            return word
+        name = word if is_plain else re.sub(r"\\(.)", r"\1", word[1:-1])
+        changed = in_name(name, before, after)
+        if changed == name:
+            return word
+        if word[0] == "{":
+            return "{" + re.sub(r"([{}\\])", r"\\\1", changed) + "}"
+        fits = _FORMULA_NAMES.fullmatch(changed) and changed[0] not in '"{' and changed not in _FORMULA_WORDS
+        return changed if is_plain and fits else '"' + re.sub(r'(["\\])', r"\\\1", changed) + '"'
+
+    return _FORMULA_NAMES.sub(other, text)
+
+
+def in_name(name: str, before: str, after: str) -> str:
+    """Return the name of an element of the flattened net, which joins ids by dots, with another id in it.
+
+    Examples
+    --------
+    >>> in_name("Pick[2].PickRun", "Pick", "Grasp")
+    'Grasp[2].PickRun'
+    """
+    if name == before:
+        return after
+    parts = (re.fullmatch(r"(.*?)((?:\[\d+\])?)", part, re.DOTALL) for part in name.split("."))
+    return ".".join((after if part[1] == before else part[1]) + part[2] for part in parts if part)
+
+
+def in_words(of: str, before: str, after: str) -> str:
+    """Return what a fairness is about, such as ``all-but:Ask,Answer``, with an element called by another id.
+
+    Examples
+    --------
+    >>> in_words("all-but:Ask,Answer", "Answer", "Reply"), in_words("node:Ask", "Ask", "Beg")
+    ('all-but:Ask,Reply', 'node:Beg')
+    """
+    for word in ("node:", "all-but:"):
+        if of.startswith(word):
+            names = of.removeprefix(word).split(",") if word == "all-but:" else [of.removeprefix(word)]
+            return word + ",".join(in_name(each, before, after) for each in names)
+    return of if of in ("all", "signals") else in_name(of, before, after)
 
 
 def _token_data(root: pn.Net, field: sym.TokenField, before: str, after: str) -> list[Rewriting]:

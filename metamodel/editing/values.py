@@ -50,7 +50,7 @@ def checked(feature: Any, value: Value) -> Any:
             raise CommandError(f"{feature.name} is true or false")
         return value
     text = _text(feature.name, value)
-    return _id(text) if feature.iD else text
+    return checked_id(text) if feature.iD else text
 
 
 def _literal(name: str, kind: EEnum, value: Value) -> Any:
@@ -91,8 +91,14 @@ def _text(name: str, value: Value) -> str:
     return value
 
 
-def _id(text: str) -> str:
-    """Refuse ids that one of the formats cannot hold, or would take for a path."""
+def checked_id(text: str) -> str:
+    """Return an id.
+
+    Raises
+    ------
+    CommandError
+        One of the formats cannot hold it, or would take it for a path.
+    """
     if not text or len(text) > LONGEST_ID:
         raise CommandError(f"an id has 1 to {LONGEST_ID} characters")
     if any(character.isspace() for character in text):

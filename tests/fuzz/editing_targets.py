@@ -44,7 +44,17 @@ COMMANDS = [
     {"kind": "bend", "element": "e9", "points": [[1, 2], [3, 4]]},
     {"kind": "clause", "element": "e3", "text": "!Button | Button"},
 ]
+OPERATIONS = [
+    {"kind": "copy", "elements": ["e2", "e3"], "owner": "e1", "dx": 10, "dy": 10.5},
+    {"kind": "into", "elements": ["e2"], "page": "e12"},
+    {"kind": "group", "elements": ["e2", "e3"], "type": "sym.CallbackPage"},
+    {"kind": "split", "page": "e12"},
+    {"kind": "fill", "token": "e2", "field": "color", "text": "red"},
+    {"kind": "insert", "template": "safety loop", "x": 100, "y": 50},
+]
 MESSAGES = [
+    *(json.dumps({"number": 1, "ask": "compose", "operation": each}).encode() for each in OPERATIONS),
+    b'{"number": 1, "ask": "clause", "element": "e3", "text": "Button & !Knob"}',
     *(json.dumps({"number": 1, "ask": "do", "commands": [each], "label": "x"}).encode() for each in COMMANDS),
     json.dumps({"number": 1, "ask": "do", "commands": COMMANDS}).encode(),
     *(json.dumps({"number": 1, "ask": ask}).encode() for ask in ("undo", "redo", "save", "reload")),

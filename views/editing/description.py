@@ -13,6 +13,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject, features_of
 from dineros.metamodel.constraints import all_constraints
 from dineros.metamodel.constraints.wording import words_for
+from dineros.metamodel.editing.composed.templates import TEMPLATES
 from dineros.metamodel.editing.offered import classes_for, name_of
 from dineros.metamodel.files.schema import Kind, model_class
 from dineros.metamodel.files.xml import parse_bytes
@@ -74,7 +75,8 @@ def description_for(root: pn.Net) -> dict[str, Any]:
         ``classes``: by name, with ``words``, ``says``, ``supers``, ``made`` (whether one can be made),
         ``rules`` (constraints about it), ``features`` (each with name, text, kind, type, bounds and default),
         and the ``shape`` and ``lines`` that it is drawn as;
-        ``enumerations``: by name, their literals with their texts.
+        ``enumerations``: by name, their literals with their texts;
+        ``templates``: what the model can begin with, each with its name and text.
     """
     made = classes_for(type(root))
     classes: dict[str, Any] = {}
@@ -84,7 +86,12 @@ def description_for(root: pn.Net) -> dict[str, Any]:
             classes.setdefault(name_of(each), _class(each, enumerations))
     for name in made:
         classes[name]["made"] = True
-    return {"classes": classes, "enumerations": enumerations}
+    templates = TEMPLATES.items() if isinstance(root, sym.SystemModel) else ()
+    return {
+        "classes": classes,
+        "enumerations": enumerations,
+        "templates": [{"name": name, "says": make.__doc__ or ""} for name, make in templates],
+    }
 
 
 def _supers(cls: type[EObject]) -> list[type[EObject]]:

@@ -12,7 +12,10 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
+from dineros.metamodel import sym
+from dineros.metamodel.clauses import signals_of_clause
 from dineros.metamodel.editing import CommandError, Document, Done, decode_commands
+from dineros.metamodel.editing.composed import compose, decode_operation
 from dineros.metamodel.errors import ClauseError, DinerosError, without_middle
 from dineros.metamodel.json_text import decode_json
 from dineros.views.editing.contents import changed_json, marks_json, model_json
@@ -30,6 +33,8 @@ QUICK = 0.1
 
 _FIELDS = {
     "do": {"commands", "label", "epoch"},
+    "compose": {"operation", "label", "epoch"},
+    "clause": {"element", "text", "epoch"},
     "undo": {"epoch"},
     "redo": {"epoch"},
     "save": {"over"},
@@ -163,11 +168,14 @@ class Session:
             return Answer([_done(number, self._work(said))])
         if said.get("epoch", document.epoch) != document.epoch:
             raise CommandError("the model was read anew meanwhile", hint="look at it, then do it again")
-        if ask == "do":
+        if ask in ("do", "compose"):
             label = said.get("label", "")
             if not isinstance(label, str):
                 raise CommandError("label is a text")
-            return self._told(document.do(decode_commands(said.get("commands")), label, by), by)
+            return self._told(self._do(said, label, by), by)
+        if ask == "clause":
+            self._try_clause(said.get("element"), said.get("text"))
+            return Answer([_done(number, {})])
         if ask in ("undo", "redo"):
             return self._told(document.undo(by) if ask == "undo" else document.redo(by), by)
         if ask == "save":
@@ -180,6 +188,26 @@ class Session:
             return Answer([_done(number, {"keepsForm": content.keeps_form})], everybody)
         document.reload()
         return Answer([_done(number, {})], [self.greeting()])
+
+    def _do(self, said: dict[str, Any], label: str, by: tuple[str, int]) -> Done:
+        document = self.document
+        if said["ask"] == "do":
+            return document.do(decode_commands(said.get("commands")), label, by)
+        operation = decode_operation(said.get("operation"))
+        # What is asked again after a loss is composed of what may be gone by now.
+        return document.done_before(by) or document.do(
+            compose(document.root, document.handles, operation), label, by
+        )
+
+    def _try_clause(self, handle: object, text: object) -> None:
+        """Refuse a clause that a transition could not have, without doing anything."""
+        if not isinstance(handle, str) or not isinstance(text, str):
+            raise CommandError("element and text are texts")
+        transition = self.document.handles.find(handle)
+        if not isinstance(transition, sym.Transition):
+            raise CommandError("only transitions have clauses")
+        if text.strip():
+            signals_of_clause(transition, text)
 
     def _play(self, said: dict[str, Any], page: str) -> dict[str, Any]:
         """Play; also what a job has left."""

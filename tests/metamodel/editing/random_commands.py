@@ -8,6 +8,7 @@ from typing import Any
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject, features_of
+from dineros.metamodel.editing.composed.templates import TEMPLATES
 from dineros.metamodel.editing.editor import Editor
 from dineros.metamodel.editing.handles import subtree
 from dineros.metamodel.editing.offered import classes_for
@@ -57,6 +58,46 @@ class Drawer:
             key = self.random.choice(list(command))
             command[key if self.random.random() < 0.7 else "unknown"] = self.random.choice(NASTY)
         return self.random.choice((found, NASTY)) if self.random.random() < forged / 10 else found
+
+    def operation(self) -> dict[str, Any]:
+        """Return something composed of commands."""
+        parts = list(subtree(self.editor.root))
+        beside = [each for each in parts if isinstance(each, pn.PageObject)]
+        page = self._any(parts, pn.Page)
+        here = [each for each in beside if each.eContainer() is page] or beside or parts
+        some = self.random.sample(here, min(len(here), self.random.choice((1, 2, 3, 9))))
+        elements = [self._handle(each) for each in some]
+        token = self._handle(self._any(parts, sym.BalloonToken))
+        kinds: list[type[EObject]] = [pn.Page, pn.Net]
+        target = self._handle(self._any(parts, self.random.choice(kinds)))
+        return self.random.choice(
+            [
+                {"kind": "copy", "elements": elements, "owner": target, "dx": 10, "dy": -2.5},
+                {
+                    "kind": "copy",
+                    "elements": [self._handle(self._any(parts))],
+                    "owner": target,
+                    "dx": 0,
+                    "dy": 0,
+                },
+                {"kind": "into", "elements": elements, "page": target},
+                {
+                    "kind": "group",
+                    "elements": elements,
+                    "type": self.random.choice(["pn.Page", "sym.CallbackPage"]),
+                },
+                {"kind": "group", "elements": elements},
+                {"kind": "split", "page": self._handle(page)},
+                {"kind": "split", "page": self._handle(self._any(parts, sym.CallbackPage))},
+                {
+                    "kind": "fill",
+                    "token": token,
+                    "field": self.random.choice(["color", "a", "pose"]),
+                    "text": self.random.choice(["red", "[1, 2]", "", None, "true"]),
+                },
+                {"kind": "insert", "template": self.random.choice(list(TEMPLATES)), "x": 5, "y": 5},
+            ]
+        )
 
     def _one(self, parts: list[EObject]) -> dict[str, Any]:
         makers: list[Callable[[list[EObject]], dict[str, Any]]] = [

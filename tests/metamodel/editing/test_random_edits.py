@@ -16,6 +16,7 @@ from dineros.metamodel.base import features_of
 from dineros.metamodel.constraints import validate
 from dineros.metamodel.editing import Document, decode_commands
 from dineros.metamodel.editing.changes import Change, redo, undo
+from dineros.metamodel.editing.composed import compose, decode_operation
 from dineros.metamodel.editing.editor import Editor
 from dineros.metamodel.editing.handles import subtree
 from dineros.metamodel.editing.journal import journal_of
@@ -52,7 +53,11 @@ def test_any_stream_of_commands(model: pn.Net, random: Random) -> None:
     for _ in range(30):
         before, count = state(model), len(editor.handles)
         try:
-            performed = editor.perform(decode_commands(drawer.group()))
+            if random.random() < 0.3:
+                operation = decode_operation(drawer.operation())
+                performed = editor.perform(compose(model, editor.handles, operation))
+            else:
+                performed = editor.perform(decode_commands(drawer.group()))
         except DinerosError as error:
             assert str(error) and "\n" not in str(error)
             assert state(model) == before and len(editor.handles) == count
@@ -92,6 +97,9 @@ def test_two_hundred_edits_of_the_case_study(tmp_path: Path, suffix: str) -> Non
                 found = document.undo()
             elif turn < 0.15:
                 found = document.redo()
+            elif turn < 0.35:
+                operation = decode_operation(drawer.operation())
+                found = document.do(compose(document.root, document.handles, operation))
             else:
                 found = document.do(decode_commands(drawer.group()))
             done += bool(found.touched)  # what was as it was wanted is in no journal

@@ -38,6 +38,10 @@ class Hand:
         """Open a page by a double click."""
         self.idle()
         self.page.mouse.dblclick(*self.middle(name))
+        self.on_sheet(name)
+
+    def on_sheet(self, name: str) -> None:
+        """Wait until the sheet of this name is shown."""
         wait_until(self.page, f"document.querySelector('#path [aria-current]').textContent === '{name}'")
         self.idle()
 
@@ -56,6 +60,12 @@ class Hand:
     def click(self, name: str) -> None:
         self.page.mouse.click(*self.middle(name))
 
+    def choose(self, *names: str) -> None:
+        """Choose shapes by keys."""
+        for number, name in enumerate(names):
+            self.shape(name).focus()
+            self.page.keyboard.press("Shift+Enter" if number else "Enter")
+
     def drag(self, name: str, dx: float, dy: float) -> None:
         """Drag a shape by pixels of the window."""
         x, y = self.middle(name)
@@ -71,11 +81,26 @@ class Hand:
 
     def put(self, words: str, x: float, y: float, **fields: str) -> None:
         """Make an element by clicking on the canvas at a share of its width and height; fill in its form."""
+        self.click_at(words, x, y)
+        self.made(**fields)
+
+    def click_at(self, words: str, x: float, y: float) -> None:
+        """Take a tool, and click on the canvas at a share of its width and height."""
         self.tool(words)
         canvas = self.page.locator("#canvas").bounding_box()
         assert canvas is not None
         self.page.mouse.click(canvas["x"] + x * canvas["width"], canvas["y"] + y * canvas["height"])
-        self.made(**fields)
+
+    def middles(self) -> dict[str, tuple[float, float]]:
+        """Return where all shapes of the sheet are, in pixels of the window, by their ids."""
+        found: dict[str, tuple[float, float]] = self.page.evaluate(
+            """() => Object.fromEntries([...document.querySelectorAll("#canvas .djs-shape")].map((shape) => {
+                const { x, y, width, height } = shape.querySelector(".djs-hit").getBoundingClientRect();
+                const { values } = dinerosEditor.model.get(shape.dataset.element);
+                return [values.id, [x + width / 2, y + height / 2]];
+            }))"""
+        )
+        return found
 
     def made(self, **fields: str) -> None:
         """Wait until an element is made and shown; fill in its form."""

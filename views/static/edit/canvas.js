@@ -12,7 +12,7 @@ import { contentOf } from "./sheets.js";
  *
  * @typedef {object} Asked
  * @property {(commands: Command[], label: string) => void} act does something to the model
- * @property {(element: string | null) => void} chosen is told what was chosen
+ * @property {(elements: string[]) => void} chosen is told what was chosen
  * @property {(element: string | null, at: Point) => boolean} clicked is told of clicks; whether it used this one
  * @property {(element: string) => void} opened is told of double clicks
  */
@@ -45,7 +45,7 @@ export class Canvas {
     surface?.setAttribute("role", "group");
     surface?.setAttribute("aria-label", "Sheet");
     this.bus.on("selection.changed", ({ newSelection }) => {
-      if (!this.isDrawing) asked.chosen(newSelection.length === 1 ? newSelection[0].business.element : null);
+      if (!this.isDrawing) asked.chosen(newSelection.map(({ business }) => business.element));
     });
     // Before diagram-js chooses what was clicked.
     this.bus.on("element.click", 2000, ({ element, originalEvent }) => {
@@ -58,6 +58,8 @@ export class Canvas {
   }
 
   isDrawing = false;
+  /** What was said of graphics last. @type {WeakMap<SVGGElement, string>} */
+  described = new WeakMap();
 
   /** Where something happened, on the sheet. @type {(event: MouseEvent) => Point} */
   pointAt(event) {
@@ -72,11 +74,19 @@ export class Canvas {
     return { x: x + width / 2, y: y + height / 2 };
   }
 
+  /** Where something new stands below everything else. @returns {Point} */
+  below() {
+    const shapes = this.shapes();
+    if (shapes.length === 0) return { x: 120, y: 80 };
+    return {
+      x: Math.min(...shapes.map(({ x, width }) => x + width / 2)),
+      y: Math.max(...shapes.map(({ y, height }) => y + height)) + 80,
+    };
+  }
+
   /** A point near another where nothing stands. @type {(point: Point) => Point} */
   free(point) {
-    const shapes = this.registry.filter(
-      (element) => element.business !== undefined && element.waypoints === undefined,
-    );
+    const shapes = this.shapes();
     for (let ring = 0; ring < 40; ring += 1) {
       for (let turn = 0; turn < Math.max(1, 6 * ring); turn += 1) {
         const angle = (2 * Math.PI * turn) / Math.max(1, 6 * ring);
@@ -115,9 +125,7 @@ export class Canvas {
 
   /** Shows the whole sheet, no larger than it is. */
   fit() {
-    const shapes = this.registry.filter(
-      (element) => element.business !== undefined && element.waypoints === undefined,
-    );
+    const shapes = this.shapes();
     const { clientWidth, clientHeight } = this.canvas.getContainer();
     const corners = shapes.length ? shapes : [{ x: 0, y: 0, width: clientWidth, height: clientHeight }];
     const box = {
@@ -195,7 +203,8 @@ export class Canvas {
     if (still === undefined) {
       const values = { id: drawn.id, waypoints, source, target, business: drawn };
       const made = this.diagram.get("elementFactory").createConnection(values);
-      this.canvas.addConnection(made, this.canvas.getRootElement());
+      // Below all shapes: what leads past a place must not take its clicks.
+      this.canvas.addConnection(made, this.canvas.getRootElement(), 0);
     } else if (JSON.stringify([still.business, still.waypoints]) !== JSON.stringify([drawn, waypoints])) {
       Object.assign(still, { waypoints, business: drawn });
       this.bus.fire("element.changed", { element: still });
@@ -227,19 +236,22 @@ export class Canvas {
           : ` from ${element.source.business.title} to ${element.target.business.title}`;
       const isEnabled = enabled.has(business.element) && element.waypoints === undefined;
       const count = business.tokens ? `, ${business.tokens} tokens` : "";
-      graphics.setAttribute("role", "button");
-      graphics.setAttribute("tabindex", "0");
-      graphics.dataset.element = business.element;
       const { words } = this.model.kind(business.element);
       // What can be read on a shape stands in its name, for those who speak to the page (WCAG 2, 2.5.3).
       const read = /^(place|transition)/.test(business.kind) ? [] : (business.lines ?? []);
       const name = [business.title, ...read].join(", ");
       const state = `${mark ? `, ${mark}` : ""}${isEnabled ? ", enabled" : ""}`;
-      graphics.setAttribute("aria-label", `${words} ${name}${ends}${count}${state}`);
+      const says = `${words} ${name}${ends}${count}${state}`;
       graphics.classList.toggle("is-enabled", isEnabled);
       graphics.classList.toggle("is-fired", fired.has(business.element) && element.waypoints === undefined);
       graphics.classList.toggle("has-error", mark === "error");
       graphics.classList.toggle("has-warning", mark === "warning");
+      if (this.described.get(graphics) === `${business.element} ${says}`) continue;
+      this.described.set(graphics, `${business.element} ${says}`);
+      graphics.setAttribute("role", "button");
+      graphics.setAttribute("tabindex", "0");
+      graphics.dataset.element = business.element;
+      graphics.setAttribute("aria-label", says);
     }
   }
 
@@ -250,9 +262,25 @@ export class Canvas {
     )[0];
     this.selection.select(found ?? null);
     if (found && focus) {
-      this.canvas.scrollToElement(found);
-      this.canvas.getGraphics(found).focus();
+      if (!this.isSeen(found)) this.canvas.scrollToElement(found); // else everything would slide away at each click
+      this.canvas.getGraphics(found).focus({ preventScroll: true });
     }
+  }
+
+  /** @type {(element: CanvasElement) => boolean} */
+  isSeen({ x, y, width, height, waypoints }) {
+    const view = this.canvas.viewbox();
+    const points = waypoints ?? [
+      { x, y },
+      { x: x + width, y: y + height },
+    ];
+    return points.some(
+      (each) =>
+        each.x >= view.x &&
+        each.x <= view.x + view.width &&
+        each.y >= view.y &&
+        each.y <= view.y + view.height,
+    );
   }
 
   /** Elements that are chosen. @returns {string[]} */
@@ -263,20 +291,52 @@ export class Canvas {
       .map(({ business }) => business.element);
   }
 
+  /** Shapes that are chosen; without lines. @returns {string[]} */
+  chosenShapes() {
+    const shapes = this.selection.get().filter((each) => each.waypoints === undefined);
+    return shapes.map(({ business }) => business.element);
+  }
+
+  chooseAll() {
+    this.selection.select(this.shapes());
+  }
+
+  /** Chooses an element too, or no more. @type {(element: string) => void} */
+  chooseToo(element) {
+    const found = this.registry.get(element);
+    if (found === undefined) return;
+    const chosen = this.selection.get();
+    this.selection.select(
+      chosen.includes(found) ? chosen.filter((each) => each !== found) : [...chosen, found],
+    );
+  }
+
+  /** Chooses several elements of the sheet. @type {(elements: string[]) => void} */
+  chooseThese(elements) {
+    this.selection.select(elements.flatMap((each) => this.registry.get(each) ?? []));
+  }
+
+  shapes() {
+    return this.registry.filter((each) => each.business !== undefined && each.waypoints === undefined);
+  }
+
+  /** Commands that move shapes by the same way. @type {(shapes: CanvasElement[], delta: Point) => Command[]} */
+  moves(shapes, delta) {
+    return this.moved(new Map(shapes.map((shape) => [shape, delta])));
+  }
+
   /**
    * Commands that move shapes; on a sheet that nobody has arranged, everything is put where it is seen.
    *
-   * @type {(shapes: CanvasElement[], delta: Point) => Command[]}
+   * @type {(shifts: Map<CanvasElement, Point>) => Command[]}
    */
-  moves(shapes, delta) {
-    const moved = new Set(shapes);
-    const all = this.registry.filter((each) => each.business !== undefined && each.waypoints === undefined);
-    const concerned = all.filter((each) => moved.has(each) || !this.isStored(each));
+  moved(shifts) {
+    const concerned = this.shapes().filter((each) => shifts.has(each) || !this.isStored(each));
     return concerned.map((each) => ({
       kind: "move",
       element: each.business.element,
-      x: Math.round(each.x + each.width / 2 + (moved.has(each) ? delta.x : 0)),
-      y: Math.round(each.y + each.height / 2 + (moved.has(each) ? delta.y : 0)),
+      x: Math.round(each.x + each.width / 2 + (shifts.get(each)?.x ?? 0)),
+      y: Math.round(each.y + each.height / 2 + (shifts.get(each)?.y ?? 0)),
     }));
   }
 

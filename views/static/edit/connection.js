@@ -70,7 +70,7 @@ export class Connection {
   /**
    * Asks for something.
    *
-   * @param {"do" | "undo" | "redo" | "save" | "reload" | "play" | "work"} ask
+   * @param {"do" | "compose" | "clause" | "undo" | "redo" | "save" | "reload" | "play" | "work"} ask
    * @param {object} [more]
    * @returns {Promise<Done | Refused>}
    */

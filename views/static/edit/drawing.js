@@ -1,6 +1,6 @@
 // Drawing shapes and lines as pictures of nets do; colours and dashes are those of the style sheets.
 
-/** @import { CanvasElement, Drawn, Point } from "./types.js" */
+/** @import { CanvasElement, Drawn, Point, Port } from "./types.js" */
 
 const NAMESPACE = "http://www.w3.org/2000/svg";
 
@@ -93,6 +93,7 @@ export function drawLine(group, { business, waypoints }) {
   } else if (business.kind !== "reference") {
     group.append(svg("path", { class: "head", d: "M0 0 L-9 -3.6 L-9 3.6 Z", transform: at }));
   }
+  if (business.ports.length > 0) group.append(port(business, waypoints));
   if (business.weight !== 1) {
     const [one, other] = waypoints.slice(Math.floor((waypoints.length - 1) / 2));
     const label = { x: (one.x + other.x) / 2, y: (one.y + other.y) / 2 - 5 };
@@ -100,6 +101,35 @@ export function drawLine(group, { business, waypoints }) {
   }
   return path;
 }
+
+/** The end of a topic at its place: a box with the limit of the queue; of several, the smallest. @type {(business: Drawn, waypoints: Point[]) => SVGElement} */
+function port({ ports, kind }, waypoints) {
+  const isOut = kind === "publish";
+  const [end, next] = isOut ? waypoints : [...waypoints].reverse();
+  const length = Math.hypot(next.x - end.x, next.y - end.y) || 1;
+  const away = Math.min(16, length / 3);
+  const x = end.x + ((next.x - end.x) / length) * away;
+  const y = end.y + ((next.y - end.y) / length) * away;
+  const limits = ports.map(({ limit }) => limit);
+  const text = `${Math.min(...limits)}${new Set(limits).size > 1 ? "…" : ""}`;
+  const names = ["port", ports.some(({ isBestEffort }) => isBestEffort) && "best-effort"];
+  const group = svg("g", {
+    class: [...names, ports.some(({ isKept }) => isKept) && "kept"].filter(Boolean).join(" "),
+  });
+  const width = 8 + 6 * text.length;
+  group.append(
+    svg("title", {}, ports.map((each) => inShort(each)).join("\n")),
+    svg("rect", { x: x - width / 2, y: y - 7, width, height: 14, rx: 2 }),
+    svg("text", { x, y: y + 3.5 }, text),
+  );
+  return group;
+}
+
+/** How many messages wait at the end of a topic at most, and what is promised of them. @type {(port: Port) => string} */
+export const inShort = ({ limit, isBestEffort, isKept, times }) =>
+  [`≤${limit}`, isBestEffort && "best effort", isKept && "kept for late joiners", ...times]
+    .filter(Boolean)
+    .join(", ");
 
 /** @type {(points: Point[]) => string} */
 export const pathOf = (points) => points.map(({ x, y }, index) => `${index ? "L" : "M"}${x} ${y}`).join(" ");

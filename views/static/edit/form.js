@@ -2,16 +2,20 @@
 
 import { make } from "../elements.js";
 import { mender } from "./around.js";
+import { clauseHelp } from "./clause.js";
 import { inWords, optionFor, typesFor } from "./making.js";
+import { fieldsOf } from "./token_form.js";
 
 /** @import { Model } from "./model.js" */
-/** @import { Command, Feature, Value } from "./types.js" */
+/** @import { Command, Feature, Refused, Value } from "./types.js" */
 
 /**
  * What the form asks of the page.
  *
  * @typedef {object} Asked
  * @property {(commands: Command[], label: string) => Promise<string | null>} act does something to the model; answers why not, or null
+ * @property {(operation: Command, label: string) => Promise<string | null>} compose does something larger; answers why not, or null
+ * @property {(element: string, text: string) => Promise<Refused | null>} clause what is wrong with the text of a clause
  * @property {(element: string) => HTMLElement[]} found says what a check has found at an element
  * @property {(element: string) => void} go shows another element
  * @property {(owner: string, feature: string, type: string, given?: string) => void} make makes an element
@@ -19,6 +23,26 @@ import { inWords, optionFor, typesFor } from "./making.js";
 
 /** Parts that are drawn or edited elsewhere. */
 const ELSEWHERE = new Set(["graphics", "labels", "toolInfos", "arcs"]);
+
+/**
+ * Fills in the form of several elements: what can be done with them.
+ *
+ * @param {HTMLElement} panel
+ * @param {number} count
+ * @param {{ words: string, key: string, act: () => unknown }[]} actions
+ */
+export function showActions(panel, count, actions) {
+  panel.replaceChildren(
+    make("h2", {}, `${count} elements`),
+    make(
+      "div",
+      { class: "actions", role: "group", "aria-label": "Actions" },
+      ...actions.map(({ words, key, act }) =>
+        make("button", { onclick: () => act() }, words, key && make("kbd", { "aria-hidden": "true" }, key)),
+      ),
+    ),
+  );
+}
 
 /**
  * Fills in the form of an element.
@@ -32,7 +56,7 @@ export function showForm(panel, model, element, asked) {
   const focused = panel.contains(document.activeElement) ? document.activeElement?.id : null;
   const kind = model.kind(element);
   const above = model.get(element).in;
-  const marks = model.marks.marks.filter(({ element: one, at }) => one === element || at === element);
+  const marks = model.marksOf(element);
   panel.replaceChildren(
     make("h2", {}, model.label(element)),
     make("p", { class: "quiet", title: [kind.says, ...kind.rules].join("\n") }, kind.words),
@@ -54,7 +78,7 @@ export function showForm(panel, model, element, asked) {
     ),
     ...offers(model, element, asked),
   );
-  if (focused) document.getElementById(focused)?.focus();
+  if (focused) document.getElementById(focused)?.focus({ preventScroll: true });
 }
 
 /** @type {(model: Model, element: string, asked: Asked) => HTMLElement} */
@@ -67,7 +91,11 @@ const goTo = (model, element, asked) =>
 
 /** @type {(model: Model, element: string, feature: Feature, asked: Asked) => HTMLElement[]} */
 function rowsFor(model, element, feature, asked) {
-  if (feature.kind === "attribute") return [attribute(model, element, feature, asked)];
+  if (feature.kind === "attribute") {
+    const fields = feature.name === "data" ? fieldsOf(model, element) : [];
+    const rows = fields.map((field) => tokenRow(element, field, asked));
+    return [...rows, attribute(model, element, feature, asked)];
+  }
   if (feature.kind === "reference")
     return feature.many
       ? [several(model, element, feature, asked)]
@@ -85,8 +113,9 @@ function rowsFor(model, element, feature, asked) {
  * @param {Feature} feature
  * @param {HTMLInputElement | HTMLSelectElement | HTMLTextAreaElement} field
  * @param {() => Promise<string | null>} change
+ * @param {string} [words] what it is called
  */
-function row(feature, field, change) {
+function row(feature, field, change, words = inWords(feature.name)) {
   const said = make("span", { class: "said", role: "alert" });
   field.id = `field-${feature.name}`;
   field.title = feature.says;
@@ -98,7 +127,7 @@ function row(feature, field, change) {
   return make(
     "div",
     { class: "row" },
-    make("label", { for: field.id, title: feature.says }, inWords(feature.name)),
+    make("label", { for: field.id, title: feature.says }, words),
     field,
     said,
   );
@@ -134,6 +163,24 @@ function attribute(model, element, feature, asked) {
     if (input.value === "") return set(null);
     return set(isNumber ? Number(input.value) : input.value);
   });
+}
+
+/** What a token carries in one field of its type. @type {(token: string, field: import("./token_form.js").TokenField, asked: Asked) => HTMLElement} */
+function tokenRow(token, { name, kind, feature, text }, asked) {
+  const fill = (/** @type {string} */ given) =>
+    asked.compose(
+      { kind: "fill", token, field: name, text: given === "" ? null : given },
+      `${name} of a token`,
+    );
+  if (kind === "boolean") {
+    const options = ["", "true", "false"].map((value) =>
+      make("option", { value, selected: value === text }, value || "by default"),
+    );
+    const choice = make("select", {}, ...options);
+    return row(feature, choice, () => fill(choice.value), name);
+  }
+  const input = make("input", { type: "text", value: text, spellcheck: "false" });
+  return row(feature, input, () => fill(input.value), name);
 }
 
 /** @type {(model: Model, element: string, feature: Feature, asked: Asked) => HTMLElement} */
@@ -183,12 +230,17 @@ function clause(model, element, asked) {
   const says = "A boolean expression over the signals of the ROS node, such as: Button & !Danger";
   const input = make("input", { type: "text", value: text, spellcheck: "false" });
   const feature = { name: "clause", says, kind: /** @type {const} */ ("part"), type: "sym.InputClause" };
-  return row(feature, input, () =>
+  const found = row(feature, input, () =>
     asked.act(
       [{ kind: "clause", element, text: input.value.trim() || null }],
       `clause of ${model.label(element)}`,
     ),
   );
+  const help = clauseHelp(input, model.signalsFor(element), (wanted) => asked.clause(element, wanted));
+  found.append(...help);
+  if (present !== undefined)
+    found.append(make("button", { class: "link", onclick: () => asked.go(present) }, "show"));
+  return found;
 }
 
 /** @type {(model: Model, element: string, feature: Feature, asked: Asked) => HTMLElement} */

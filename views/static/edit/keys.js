@@ -1,6 +1,7 @@
 // What keys do; the help of the page lists them.
 
 import { byId, isInField } from "../elements.js";
+import { actionFor } from "./actions.js";
 import { toolsFor } from "./tools.js";
 
 /** @import { Editor } from "./page.js" */
@@ -11,14 +12,24 @@ export function heed(event, editor) {
   const isCommand = ctrlKey || metaKey;
   if (isCommand && key.toLowerCase() === "s") used(event, () => editor.save(false));
   if (document.querySelector("dialog[open]")) return;
+  if (altKey && key === "ArrowUp" && !(event.target instanceof HTMLSelectElement)) {
+    used(event, () => editor.up());
+    return;
+  }
   if (isInField(event)) {
     if (key === "Escape" && document.activeElement instanceof HTMLElement) document.activeElement.blur();
     return;
   }
   const lower = key.toLowerCase();
+  const action = actionFor(
+    `${isCommand ? "Ctrl " : ""}${altKey ? "Alt " : ""}${isCommand ? lower : key}`,
+    editor,
+  );
   if (isCommand && lower === "z") used(event, () => editor.turn(shiftKey ? "redo" : "undo"));
   else if (isCommand && lower === "y") used(event, () => editor.turn("redo"));
-  else if (altKey && key === "ArrowUp") used(event, () => editor.up());
+  else if ((isCommand && lower === "f") || key === "/") used(event, () => editor.search());
+  else if (isCommand && lower === "k") used(event, () => editor.askForAction());
+  else if (action !== undefined && !shiftKey) used(event, () => action.act(editor));
   else if (isCommand || altKey) return;
   else if (key === "p") used(event, () => editor.player.toggle());
   else if (key === "c") used(event, () => editor.worker.check());
@@ -29,6 +40,7 @@ export function heed(event, editor) {
   else if (key === "F2") used(event, () => editor.looked !== null && editor.rename(editor.looked));
   else if (key.startsWith("Arrow") && editor.canvas.chosen().length > 0)
     used(event, () => editor.push(key, shiftKey));
+  else if (key === "Enter" && shiftKey) editor.enterToo(event);
   else if (key === "Enter") editor.enter(event);
   else if (key === "0") used(event, () => editor.canvas.fit());
   else if (key === "a") used(event, () => editor.beginArc());

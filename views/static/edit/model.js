@@ -1,6 +1,6 @@
 // What the page knows of the model: objects by handle, as Python tells them. Only Python changes them.
 
-/** @import { Feature, FileState, Finding, Game, Marks, Message, Metamodel, ModelClass, ModelObject, Snapshot, Target } from "./types.js" */
+/** @import { Feature, FileState, Finding, Game, Mark, Marks, Message, Metamodel, ModelClass, ModelObject, Snapshot, Target } from "./types.js" */
 
 export class Model {
   /** @type {Map<string, ModelObject>} */
@@ -10,7 +10,7 @@ export class Model {
   epoch = "";
   revision = -1;
   /** @type {Metamodel} */
-  metamodel = { classes: {}, enumerations: {} };
+  metamodel = { classes: {}, enumerations: {}, templates: [] };
   /** @type {Marks} */
   marks = { errors: 0, warnings: 0, marks: [] };
   /** @type {FileState} */
@@ -98,6 +98,20 @@ export class Model {
     const target = leads === undefined ? null : this.link(handle, leads.name);
     const words = this.kind(handle).words;
     return target === null ? words : `${words} ${this.label(target)}`;
+  }
+
+  /** Marks of an element and its parts. @type {(handle: string) => Mark[]} */
+  marksOf(handle) {
+    return this.marks.marks.filter(({ element, at }) => element === handle || at === handle);
+  }
+
+  /** Names of the signals that clauses of an element can speak of. @type {(handle: string) => string[]} */
+  signalsFor(handle) {
+    for (let at = this.get(handle).in; at !== undefined; at = this.get(at).in) {
+      if (this.feature(at, "signals")?.kind === "part")
+        return this.links(at, "signals").map((signal) => this.label(signal));
+    }
+    return [];
   }
 
   /** The tokens of a place. @type {(place: string) => number} */

@@ -1,13 +1,16 @@
 // The page of the editor: what people do becomes commands, what Python says becomes what they see.
 
 import { byId } from "../elements.js";
+import { ACTIONS } from "./actions.js";
 import { showMarks, showPath, showState } from "./around.js";
 import { Canvas } from "./canvas.js";
+import { Clipboard } from "./clipboard.js";
 import { Connection } from "./connection.js";
-import { showForm } from "./form.js";
+import { showActions, showForm } from "./form.js";
 import { heed } from "./keys.js";
 import { askFor } from "./making.js";
 import { Model } from "./model.js";
+import { choose, elementsOf } from "./palette.js";
 import { Player, refusedInGame } from "./play.js";
 import { ARC, CHOOSE, showTools, toolsFor } from "./tools.js";
 import { Worker } from "./work.js";
@@ -19,7 +22,7 @@ export class Editor {
   model = new Model();
   canvas = new Canvas(byId("canvas", HTMLElement), this.model, {
     act: (commands, label) => this.act(commands, label),
-    chosen: (element) => this.look(element),
+    chosen: (elements) => this.look(elements.length === 1 ? elements[0] : null),
     clicked: (element, at) => this.clicked(element, at),
     opened: (element) => this.open(element),
   });
@@ -29,6 +32,9 @@ export class Editor {
   source = null;
   /** What the form shows; null: the sheet. @type {string | null} */
   looked = null;
+  /** The marks in the form. */
+  formMarks = "";
+  clipboard = new Clipboard(this);
   /** What has been asked where to put, by sheet. @type {Map<string, string>} */
   arranged = new Map();
   connection = new Connection(
@@ -45,6 +51,8 @@ export class Editor {
     byId("save", HTMLElement).onclick = () => this.save(false);
     byId("fit", HTMLElement).onclick = () => this.canvas.fit();
     byId("arrange", HTMLElement).onclick = () => this.arrange();
+    byId("search", HTMLElement).onclick = () => this.search();
+    byId("actions", HTMLElement).onclick = () => this.askForAction();
     byId("keys", HTMLElement).onclick = () => byId("help", HTMLDialogElement).showModal();
     const theme = byId("theme", HTMLSelectElement);
     const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -83,6 +91,13 @@ export class Editor {
       this.showState();
       return;
     }
+    if (message.type === "marks") {
+      this.canvas.describe();
+      this.showMarks();
+      if (this.formMarks !== JSON.stringify(this.model.marksOf(this.looked ?? before))) this.showForm();
+      document.body.dataset.revision = String(this.model.revision);
+      return;
+    }
     const still = before && this.model.objects.has(before) ? before : this.firstSheet();
     if (this.looked !== null && !this.model.objects.has(this.looked)) this.looked = null;
     if (this.source !== null && !this.model.objects.has(this.source)) this.source = null;
@@ -118,11 +133,15 @@ export class Editor {
     showPath(this.model, sheet, (element) => this.go(element));
     this.showTools();
     this.showState();
-    const act = (/** @type {Command[]} */ commands, /** @type {string} */ label) => this.act(commands, label);
-    showMarks(this.model, (element) => this.go(element), act);
+    this.showMarks();
     this.showForm();
     this.player.show();
     this.findPlaces(sheet);
+  }
+
+  showMarks() {
+    const act = (/** @type {Command[]} */ commands, /** @type {string} */ label) => this.act(commands, label);
+    showMarks(this.model, (element) => this.go(element), act);
   }
 
   showState() {
@@ -137,8 +156,16 @@ export class Editor {
   }
 
   showForm() {
+    const count = this.canvas.chosenShapes().length;
+    if (count > 1) {
+      showActions(byId("form", HTMLElement), count, this.actions());
+      return;
+    }
+    this.formMarks = JSON.stringify(this.model.marksOf(this.looked ?? this.canvas.sheet));
     showForm(byId("form", HTMLElement), this.model, this.looked ?? this.canvas.sheet, {
       act: (commands, label) => this.act(commands, label),
+      compose: (operation, label) => this.compose(operation, label),
+      clause: (element, text) => this.wrongClause(element, text),
       found: (element) => this.worker.foundAt(element),
       go: (element) => this.go(element),
       make: (owner, feature, type, given) => this.make(owner, feature, type, given ?? null),
@@ -313,6 +340,92 @@ export class Editor {
     }
   }
 
+  // ---------------------------------------------------------------------------------- larger steps
+
+  /**
+   * Does something larger, and chooses what comes of it.
+   *
+   * @param {Command} operation
+   * @param {string} label
+   * @param {string[] | null} [elements] what is chosen then; null: what was made
+   * @returns {Promise<string | null>} why not, or null
+   */
+  async compose(operation, label, elements) {
+    const answer = await this.connection.ask("compose", { operation, label, epoch: this.model.epoch });
+    const reason = this.answered(answer);
+    if (reason !== null || answer.type !== "done" || elements === undefined) return reason;
+    this.canvas.chooseThese(elements ?? Object.values(answer.made ?? {}));
+    return null;
+  }
+
+  /** What is wrong with a text as the clause of a transition. @type {(element: string, text: string) => Promise<Refused | null>} */
+  async wrongClause(element, text) {
+    const answer = await this.connection.ask("clause", { element, text, epoch: this.model.epoch });
+    return answer.type === "refused" ? answer : null;
+  }
+
+  /** @type {(type: string) => Promise<string | null>} */
+  group(type) {
+    const elements = this.canvas.chosenShapes();
+    return this.compose({ kind: "group", elements, type }, "group into a page", null);
+  }
+
+  split() {
+    const [page] = this.canvas.chosenShapes();
+    const contents = this.model.links(page, "objects");
+    return this.compose({ kind: "split", page }, `split ${this.model.label(page)}`, contents);
+  }
+
+  /** Whether a shape stands for a page. @type {(shape: { business: { element: string } }) => boolean} */
+  isPage({ business }) {
+    return this.model.isA(this.model.get(business.element).type, "pn.Page");
+  }
+
+  askForPage() {
+    const { model, canvas } = this;
+    const elements = canvas.chosenShapes();
+    const pages = model.all("pn.Page").filter((each) => each !== canvas.sheet && !elements.includes(each));
+    const entries = pages.map((page) => ({
+      words: model.label(page),
+      note: `${model.kind(page).words} in ${model.label(model.get(page).in ?? model.root)}`,
+      act: () => this.compose({ kind: "into", elements, page }, `move into ${model.label(page)}`),
+    }));
+    choose(byId("dialog", HTMLDialogElement), "Move into a page", entries);
+  }
+
+  askForTemplate() {
+    const entries = this.model.metamodel.templates.map(({ name, says }) => ({
+      words: name,
+      note: says,
+      act: async () => {
+        this.go(this.model.root);
+        const at = this.canvas.below();
+        const operation = { kind: "insert", template: name, x: Math.round(at.x), y: Math.round(at.y) };
+        if ((await this.compose(operation, name, null)) === null) this.canvas.fit();
+      },
+    }));
+    choose(byId("dialog", HTMLDialogElement), "Insert a template", entries);
+  }
+
+  search() {
+    const entries = elementsOf(this.model, (element) => this.go(element));
+    choose(byId("dialog", HTMLDialogElement), "Search", entries);
+  }
+
+  askForAction() {
+    const entries = this.actions().map(({ words, key, act }) => ({ words, note: key, act }));
+    choose(byId("dialog", HTMLDialogElement), "Actions", entries);
+  }
+
+  /** What can be done now. */
+  actions() {
+    return ACTIONS.filter((action) => action.applies(this)).map(({ words, key, act }) => ({
+      words,
+      key,
+      act: () => act(this),
+    }));
+  }
+
   // ---------------------------------------------------------------------------------- where things go
 
   /** What of a sheet nobody has put anywhere. @returns {string[]} */
@@ -377,6 +490,7 @@ export class Editor {
     this.source = null;
     this.showTools();
     this.canvas.choose(null);
+    this.look(null);
     this.say("");
   }
 
@@ -405,6 +519,15 @@ export class Editor {
     if (this.clicked(focused, { x: 0, y: 0 })) return;
     if (this.looked === focused && this.model.isSheet(focused)) this.open(focused);
     else this.canvas.choose(focused, true);
+  }
+
+  /** @type {(event: KeyboardEvent) => void} */
+  enterToo(event) {
+    const { activeElement } = document;
+    const focused = activeElement instanceof SVGElement ? activeElement.dataset.element : undefined;
+    if (focused === undefined) return;
+    event.preventDefault();
+    this.canvas.chooseToo(focused);
   }
 
   beginArc() {

@@ -1,7 +1,9 @@
 // What a sheet shows: shapes of what stands on it, and lines for what leads from one of them to another.
 
+import { inShort } from "./drawing.js";
+
 /** @import { Model } from "./model.js" */
-/** @import { Drawn, Point } from "./types.js" */
+/** @import { Drawn, Line, Point, Port } from "./types.js" */
 
 /** @type {Record<string, { width: number, height: number }>} */
 const SIZES = {
@@ -35,22 +37,50 @@ export function contentOf(model, sheet, computed) {
   };
   /** @type {Map<string, Drawn>} */
   const lines = new Map();
+  for (const { element, line, source, target } of linesOf(model)) {
+    const [from, to] = [standIn(source), standIn(target)];
+    if (from === null || to === null || from === to) continue;
+    const isOwn = from === source && to === target;
+    const kind = line.kind === "arc" ? String(model.value(element, "kind")) : line.kind;
+    // Lines into closed pages stand for all that go the same way.
+    const id = isOwn ? `${element}-${line.from}-${line.to}` : `${from}>${to}>${kind}`;
+    const known = lines.get(id);
+    const port = portOf(model, element);
+    if (known === undefined) {
+      const ports = port === null ? [] : [port];
+      lines.set(id, lineOf(model, { id, element, kind, from, to, isOwn, ports }));
+    } else if (port !== null) known.ports.push(port);
+  }
+  return { shapes, lines: [...lines.values()] };
+}
+
+/** What leads from one object to another. @typedef {{ element: string, line: Line, source: string | null, target: string | null }} Leading */
+
+/** Of every model, for the revision that was drawn last. @type {WeakMap<Model, { of: string, lines: Leading[], ports: Map<string, string[]> }>} */
+const drawnLast = new WeakMap();
+
+/** @type {(model: Model) => { of: string, lines: Leading[], ports: Map<string, string[]> }} */
+function known(model) {
+  const of = `${model.epoch} ${model.revision}`;
+  const before = drawnLast.get(model);
+  if (before?.of === of) return before;
+  /** @type {Leading[]} */
+  const lines = [];
   for (const [element, object] of model.objects) {
     for (const line of model.classOf(object.type).lines ?? []) {
       const [source, target] = [line.from, line.to].map((end) =>
         end === "self" ? element : end === "in" ? (object.in ?? null) : model.link(element, end),
       );
-      const [from, to] = [standIn(source), standIn(target)];
-      if (from === null || to === null || from === to) continue;
-      const isOwn = from === source && to === target;
-      const kind = line.kind === "arc" ? String(model.value(element, "kind")) : line.kind;
-      // Lines into closed pages stand for all that go the same way.
-      const id = isOwn ? `${element}-${line.from}-${line.to}` : `${from}>${to}>${kind}`;
-      if (!lines.has(id)) lines.set(id, lineOf(model, { id, element, kind, from, to, isOwn }));
+      lines.push({ element, line, source, target });
     }
   }
-  return { shapes, lines: [...lines.values()] };
+  const now = { of, lines, ports: portsOf(model, lines) };
+  drawnLast.set(model, now);
+  return now;
 }
+
+/** @type {(model: Model) => Leading[]} */
+const linesOf = (model) => known(model).lines;
 
 /** @type {(model: Model, sheet: string) => string[]} */
 function standingOn(model, sheet) {
@@ -127,22 +157,45 @@ function waiting({ played }, channel) {
 }
 
 /** Which channels a place gives to or takes from, that are not on its sheet. @type {(model: Model, place: string) => string[]} */
-function portsAt(model, place) {
-  const found = [];
-  const sheet = model.get(place).in;
-  for (const [handle, object] of model.objects) {
-    for (const { from, to } of model.classOf(object.type).lines ?? []) {
-      const channel = object.in;
-      if ((from !== "in" && to !== "in") || channel === undefined || model.sheetOf(channel) === sheet)
-        continue;
-      if (model.link(handle, from) === place) found.push(`→ ${model.label(channel)}`);
-      if (model.link(handle, to) === place) found.push(`← ${model.label(channel)}`);
-    }
+const portsAt = (model, place) => known(model).ports.get(place) ?? [];
+
+/** What ports say at the places that are on other sheets than their channels. @type {(model: Model, lines: Leading[]) => Map<string, string[]>} */
+function portsOf(model, lines) {
+  /** @type {Map<string, string[]>} */
+  const found = new Map();
+  for (const { element, line, source, target } of lines) {
+    const channel = model.get(element).in;
+    if ((line.from !== "in" && line.to !== "in") || channel === undefined) continue;
+    const place = line.to === "in" ? source : target;
+    if (place === null || model.sheetOf(channel) === model.get(place).in) continue;
+    const port = portOf(model, element);
+    const said = `${line.to === "in" ? "→" : "←"} ${model.label(channel)}${port === null ? "" : ` ${inShort(port)}`}`;
+    found.set(place, [...(found.get(place) ?? []), said]);
   }
   return found;
 }
 
-/** @type {(model: Model, line: Pick<Drawn, "id" | "element" | "kind" | "from" | "to" | "isOwn">) => Drawn} */
+/** The limit of a port and what is promised of its messages; null for what has neither. @type {(model: Model, element: string) => Port | null} */
+function portOf(model, element) {
+  if (model.feature(element, "limit") === undefined) return null;
+  const channel = model.get(element).in;
+  const own = model.links(element, "qos")[0];
+  const common = channel === undefined ? undefined : model.links(channel, "qos")[0];
+  const quality = own ?? common;
+  const is = (/** @type {string} */ name, /** @type {string} */ value) =>
+    quality !== undefined && model.value(quality, name) === value;
+  const times = ["deadline", "lifespan"].filter(
+    (name) => quality !== undefined && model.value(quality, name) !== null,
+  );
+  return {
+    limit: Number(model.value(element, "limit")),
+    isBestEffort: is("reliability", "bestEffort"),
+    isKept: is("durability", "transientLocal"),
+    times: times.map((name) => `${name} ${model.value(/** @type {string} */ (quality), name)} s`),
+  };
+}
+
+/** @type {(model: Model, line: Pick<Drawn, "id" | "element" | "kind" | "from" | "to" | "isOwn" | "ports">) => Drawn} */
 function lineOf(model, line) {
   const isArc = model.isA(model.get(line.element).type, "pn.Arc");
   return {
@@ -169,4 +222,5 @@ const EMPTY = {
   to: "",
   bends: [],
   isOwn: true,
+  ports: [],
 };

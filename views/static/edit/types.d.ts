@@ -44,6 +44,7 @@ export interface ModelClass {
 export interface Metamodel {
   classes: Record<string, ModelClass>;
   enumerations: Record<string, { name: string; says: string }[]>;
+  templates: { name: string; says: string }[];
 }
 
 export interface Mark {
@@ -201,6 +202,14 @@ export interface CanvasElement extends Point {
   business: Drawn;
 }
 
+/** What is said of messages at the end of a topic. */
+export interface Port {
+  limit: number;
+  isBestEffort: boolean;
+  isKept: boolean;
+  times: string[];
+}
+
 /** What a sheet shows. */
 export interface Drawn {
   id: string;
@@ -216,6 +225,7 @@ export interface Drawn {
   to: string;
   bends: Point[];
   isOwn: boolean;
+  ports: Port[];
 }
 
 export interface Box extends Point {
@@ -234,7 +244,7 @@ interface Services {
     setRootElement(root: CanvasElement): void;
     getRootElement(): CanvasElement;
     addShape(shape: CanvasElement, parent: CanvasElement): CanvasElement;
-    addConnection(line: CanvasElement, parent: CanvasElement): CanvasElement;
+    addConnection(line: CanvasElement, parent: CanvasElement, index?: number): CanvasElement;
     removeShape(shape: CanvasElement): void;
     removeConnection(line: CanvasElement): void;
     viewbox(): Box & { scale: number };
