@@ -69,7 +69,9 @@ def blink(period: str, firings: int) -> None:
 @contextmanager
 def listening(environment: dict[str, str]) -> Iterator[None]:
     """Have somebody listen as long as the block lasts."""
-    listener = subprocess.Popen([sys.executable, "-c", LISTENER], env=environment, stderr=subprocess.DEVNULL)
+    listener = subprocess.Popen(
+        [sys.executable, "-P", "-c", LISTENER], env=environment, stderr=subprocess.DEVNULL
+    )
     try:
         yield
     finally:
@@ -91,7 +93,7 @@ def main() -> None:
     found: dict[str, list[float]] = {way: [] for way in WAYS}
     with tempfile.TemporaryDirectory() as folder, claimed_domain() as domain:
         environment = ros_environment(Path(folder), domain, "memory", os.environ)
-        command = [sys.executable, "-m", "benchmarks.diagnostics", "--firings", str(given.firings), "--blink"]
+        command = [sys.executable, "-P", __file__, "--firings", str(given.firings), "--blink"]
         for _ in range(given.turns):
             for way, (period, is_heard) in WAYS.items():
                 with listening(environment) if is_heard else nullcontext():

@@ -79,7 +79,7 @@ def build(folder: Path) -> Path:
         for file in ("setup.py", "LICENSE"):
             shutil.copy(ROOT / file, copy)
         (copy / "pyproject.toml").write_text(_toml(settings), encoding="utf-8")
-        pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
+        pip = [sys.executable, "-P", "-m", "pip", "--disable-pip-version-check", "--quiet"]
         build = [*pip, "wheel", "--no-deps", "--no-build-isolation", "--no-index", "--wheel-dir", "dist", "."]
         subprocess.run(build, cwd=copy, check=True)
         (built,) = (copy / "dist").glob("*.whl")

@@ -201,7 +201,7 @@ def _let_validate_raise(monkeypatch: pytest.MonkeyPatch, error: BaseException) -
     def fail(*_: object) -> None:
         raise error
 
-    monkeypatch.setattr("dineros.cli.commands.models.validate.load", fail)
+    monkeypatch.setattr("dineros.cli.commands.models.validate.load_named", fail)
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["completion", "bash"], ["validate", "--help"]])
@@ -237,7 +237,7 @@ def test_an_interrupt_ends_quietly() -> None:
         "def load(*_):\n"
         "    print('ready', flush=True)\n"
         "    time.sleep(60)\n"
-        "validate.load = load\n"
+        "validate.load_named = load\n"
         "main(['validate', 'model.xmi'])\n"
     )
     command = [sys.executable, "-c", program]

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     "--bag",
     type=ModelPath(),
     metavar="RECORDING",
-    help="Explain a recording of rosbag2 instead of traces: is there a run that shows its messages?",
+    help="Explain a recording of rosbag2 instead of traces, by a run that shows its messages.",
 )
 @click.option(
     "--tolerance",

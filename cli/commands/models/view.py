@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     "dineros view sorting.sym.xmi -o sorting.html",
     "dineros view sorting.sym.xmi --around TStop --steps 2 -o stop.svg",
     "dineros view sorting.sym.xmi --set RedObjects.tokens=2 --compare sorting.sym.xmi -o changed.html",
-    "dineros view sorting.sym.xmi --width 170 --aspect 3:2 -o figure.svg",
+    "dineros view sorting.sym.xmi --collapse all --width 250 --aspect 3:2 -o figure.svg",
     "dineros view sorting.sym.xmi --collapse all --badge executor=6 -o overview.png",
 )
 @model_argument()
