@@ -22,7 +22,7 @@ _NEEDED = frozenset(
     launch_xml launch_yaml llvmlite logger lxml markupsafe matplotlib mcap mpl_toolkits networkx numba
     numpy osrf_pycommon packaging paho pandas perfetto pip pkg_resources pluggy py_mini_racer pyarrow
     pycard pyecore pyformula pylab pyparsing pysat pysolvers pytest rclpy resvg_py rich ros2cli
-    ros2launch ros2node ros2param ros2pkg ros2run ros2service ros2topic rosbag2_py rosidl_adapter
+    ros2launch ros2node ros2param ros2pkg ros2run ros2service ros2topic rosbag2_py rosbags rosidl_adapter
     rosidl_cli rosidl_cmake rosidl_generator_c rosidl_generator_cpp rosidl_generator_py
     rosidl_generator_type_description rosidl_parser rosidl_pycommon rosidl_runtime_py
     rosidl_typesupport_c rosidl_typesupport_cpp rpyutils scipy setuptools six starlette tf2_ros tornado

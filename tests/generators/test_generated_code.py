@@ -128,6 +128,7 @@ def test_package_files(workspace: Path) -> None:
     cook = etree.parse(workspace / "src/kitchen_cook/package.xml").getroot()
     assert [each.text for each in cook.iterfind("exec_depend")] == [
         "rclpy",
+        "diagnostic_msgs",
         "kitchen_interfaces",
         "std_msgs",
         "std_srvs",

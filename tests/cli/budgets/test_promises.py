@@ -137,7 +137,7 @@ def test_memory_is_kept_by_all_processes_together(net: Path) -> None:
 
 @uses("ends")
 def test_without_anything_to_say_it_is_one_line(net: Path) -> None:
-    where = ("dineros.cli.analysing", "load")
+    where = ("dineros.cli.analysing", "load_named")
     status, output, errors = ended(start("statespace", net, "--memory=400M", does=TAKES, where=where))
     assert (status, output) == (3, "")
     assert errors.startswith("dineros: memory ran out after ")

@@ -171,7 +171,7 @@ def wait(condition):
         time.sleep(0.01)
 
 weighed = threading.Event()
-arguments = ["--ros-args", "-p", "request_timeout:={timeout}"]
+arguments = ["--ros-args", "-p", "request_timeout:={timeout}", "-p", "diagnostics_period:=0.0"]
 desk = RosNode(Net(load_runtime_model("desk.rtm.xmi")), arguments=arguments)
 scale = RosNode(Net(load_runtime_model("scale.rtm.xmi")))
 scale.net.handler("TWeigh", thread=True, parallel=2)(lambda firing: weighed.wait(50) and None)

@@ -10,7 +10,8 @@ import time
 from rclpy.parameter import Parameter
 from dineros.runtime import Net
 from dineros.runtime.ros.running import RosNode
-heart = RosNode(Net.load("heart.rtm.xmi"), arguments=["--ros-args", "-p", "periods.OnTimer:=2"])
+arguments = ["--ros-args", "-p", "periods.OnTimer:=2", "-p", "diagnostics_period:=0.0"]
+heart = RosNode(Net.load("heart.rtm.xmi"), arguments=arguments)
 node = heart.session.node
 own = set(node.timers)
 """

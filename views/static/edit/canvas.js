@@ -1,6 +1,6 @@
 // The canvas: a sheet of the model on diagram-js, which moves and bends nothing itself but says what is wanted.
 
-import { drawLine, drawShape, pathOf } from "./drawing.js";
+import { drawLine, drawShape, inShort, pathOf } from "./drawing.js";
 import { route } from "./geometry.js";
 import { contentOf } from "./sheets.js";
 
@@ -239,7 +239,7 @@ export class Canvas {
       const { words } = this.model.kind(business.element);
       // What can be read on a shape stands in its name, for those who speak to the page (WCAG 2, 2.5.3).
       const read = /^(place|transition)/.test(business.kind) ? [] : (business.lines ?? []);
-      const name = [business.title, ...read].join(", ");
+      const name = [business.title, ...read, ...(business.ports ?? []).map(inShort)].join(", ");
       const state = `${mark ? `, ${mark}` : ""}${isEnabled ? ", enabled" : ""}`;
       const says = `${words} ${name}${ends}${count}${state}`;
       graphics.classList.toggle("is-enabled", isEnabled);
