@@ -53,6 +53,8 @@ class Replay:
         Where to note each firing of the net.
     fates : Fates, optional
         What became of messages, for topics with histories.
+    early : bool
+        Whether histories of subscribers lose as early as they can what is known to be lost.
     """
 
     def __init__(
@@ -61,6 +63,8 @@ class Replay:
         keep: Collection[tuple[str, str]] = (),
         firings: list[int] | None = None,
         fates: Fates | None = None,
+        *,
+        early: bool = False,
     ) -> None:
         self.net = net
         self.marking: list[int] = net.net.initial.tolist()
@@ -74,7 +78,7 @@ class Replay:
         known = fates or Fates()
         for channel, topic in net.topics.items():
             if isinstance(topic, HistoryTopic):
-                flow = HistoryFlow(net, channel, topic, self.marking, self._fire, known)
+                flow = HistoryFlow(net, channel, topic, self.marking, self._fire, known, early=early)
                 self._histories[channel] = flow
             else:
                 kept = {place for other, place in keep if other == channel}

@@ -50,6 +50,9 @@ class HistoryFlow:
         Fires an enabled transition.
     fates : Fates
         What became of messages.
+    early : bool
+        Whether a subscriber's history loses as early as it can what is known to be lost: its trace tells a
+        loss with the next message of the same publisher, before which others may have come.
     """
 
     def __init__(
@@ -60,8 +63,11 @@ class HistoryFlow:
         marking: list[int],
         fire: Callable[[int], None],
         fates: Fates,
+        *,
+        early: bool = False,
     ) -> None:
         self.topic = topic
+        self._early = early
         self._net = net
         self._channel = channel
         self._marking = marking
@@ -171,6 +177,8 @@ class HistoryFlow:
     def take(self, record: Take, leave: int) -> Fault | bool:
         """Let a subscriber take a message; False: none is under way."""
         pairs = self._pairs_of(record)
+        if self._early:
+            self._lose_early(record.place)
         if not self._fill(record.place, 1, pairs):
             return False
         reason = why_not(self._net, leave, self._marking)
@@ -246,6 +254,21 @@ class HistoryFlow:
             self._supply(place, pairs)
         self._fire(reader.drop)
         self._forget(min(pairs, key=lambda pair: self._victim(pair) is None), None)
+
+    def _lose_early(self, place: str) -> None:
+        """Let a full history lose what is under way to it and known to be lost."""
+        reader, marking = self.topic.subscribers[place], self._marking
+        pairs = self._pairs_to(place)
+        while pair := next((pair for pair in pairs if self._victim(pair) is not None), None):
+            there = marking[reader.source] + marking[reader.load]
+            if there + sum(self._here(each).all for each in pairs) <= reader.limit:
+                return
+            self._fill(place, reader.limit, [pair])
+            if marking[reader.source] < 1:
+                self._supply(place, [pair])
+            self._fire(reader.drop)
+            self._forget(pair, self._victim(pair))
+            self._untold[pair] += 1
 
     def _fill(self, place: str, load: int, first: Collection[Pair]) -> bool:
         """Fill a reader history up to a load, from some pairs first; False: too little is under way."""

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
+from pathlib import Path
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from dineros.analysis.conformance import conform
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.constraints import validate
+from dineros.metamodel.records import Drop, read_trace, traces_of_runs
 from dineros.runtime import Net, Node
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.channels.local import LocalNetwork
+from dineros.runtime.journal import JournalRecorder
 from dineros.runtime.journal.recording import ListRecorder
 from dineros.transformations.flattening.split import split
 from tests.histories.test_figures import periodic
@@ -151,3 +156,46 @@ def test_a_periodic_publisher_stays_flat() -> None:
             nets = application.nets.values()
             sizes.add(sum(net.count(place) for net in nets for place in net.structure.places))
     assert max(sizes) <= 4
+
+
+def test_losses_that_are_told_later_than_they_happen_conform(tmp_path: Path) -> None:
+    """A gap is told with the next message of the same publisher; others may have been taken before it."""
+    model = talk(3, publisher=3, subscriber=2)
+    model.middleware = "ros2"  # type: ignore[assignment]
+    (topic,) = model.channels
+    other = sym.NodeNet(id="other", net=model)
+    words, said = sym.Place(id="OtherWords", tokens=3, page=other), sym.Place(id="OtherSaid", page=other)
+    flow(words, sym.Transition(id="OtherSay", page=other), said)
+    assert isinstance(topic, sym.TopicChannel)
+    topic.publishers.append(sym.PublisherPort(place=said, limit=2))
+    network = LocalNetwork(seed=1)
+    nodes = {
+        part.node.id: Node(Net(part, seed=1), network.transport(), JournalRecorder(tmp_path, part.node.id))
+        for part in split(model)
+    }
+    for id in ("listener", "talker", "other"):
+        nodes[id].open()
+    (histories,) = network._topics.values()
+    (reader,), writers = histories._readers, histories._writers
+    (talkers,) = next(writer for key, writer in writers.items() if key.startswith("talker/")).pairs
+    (others,) = next(writer for key, writer in writers.items() if key.startswith("other/")).pairs
+    nodes["talker"].run_until_idle()
+    talkers.pass_on()
+    reader.deliver()
+    nodes["listener"].run_until_idle()
+    talkers.pass_on()
+    for _ in range(2):
+        nodes["other"].step()
+        others.pass_on()
+    talkers.pass_on()
+    nodes["other"].run_until_idle()
+    others.pass_on()
+    while reader.history:
+        reader.deliver()
+        nodes["listener"].run_until_idle()
+    for node in nodes.values():
+        node.close()
+    traces = {n: list(read_trace(files)) for n, files in traces_of_runs([tmp_path]).items()}
+    drops = [record.count for record in traces["listener"] if isinstance(record, Drop)]
+    assert drops == [1, 2]
+    assert conform(model, {n: partial(iter, trace) for n, trace in traces.items()}).status == "conforms"
