@@ -28,6 +28,7 @@ from types import FrameType, TracebackType
 from typing import Any, NoReturn, Self
 
 from dineros.analysis.answers.processes import Tree, die_with
+from dineros.metamodel.errors import DinerosError
 
 Tell = Callable[[object], None]
 Work = Callable[[Tell], object]
@@ -185,7 +186,8 @@ class _Teller:
 
     def __init__(self, pipe: int) -> None:
         self._pipe, self._turn = pipe, threading.Lock()
-        self._is_writing = self._is_asked = self._has_ended = False
+        self._is_writing = self._is_asked = False
+        self.has_ended = False
 
     def tell(self, value: object) -> None:
         self.write(_TOLD, value)
@@ -213,8 +215,8 @@ class _Teller:
             self._end()
 
     def _end(self) -> None:
-        if not self._has_ended:
-            self._has_ended = True
+        if not self.has_ended:
+            self.has_ended = True
             raise KeyboardInterrupt
 
 
@@ -229,7 +231,9 @@ def _run(work: Work, parent: int, reading: int, writing: int) -> NoReturn:
         try:
             kind, value = _RETURNED, work(teller.tell)
         except BaseException as error:
-            kind, value = _RAISED, _tellable(error)
+            # What was interrupted within a compiler's callback from C fails in another way afterwards.
+            is_end = teller.has_ended and not isinstance(error, DinerosError)
+            kind, value = _RAISED, KeyboardInterrupt() if is_end else _tellable(error)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         try:
             teller.write(kind, value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -119,6 +120,23 @@ def test_asked_to_end_it_may_say_what_it_has_and_only_once() -> None:
         apart.ask_to_end()
         assert list(apart.messages()) == ["asked"]
         assert apart.value() == "what there is"
+
+
+def test_an_interrupt_that_a_library_swallows_ends_it_all_the_same() -> None:
+    """As in a callback from C: the interrupt is printed there, and something else fails for it."""
+
+    def work(tell: Tell) -> None:
+        tell("begun")
+        with contextlib.suppress(KeyboardInterrupt):
+            time.sleep(FOR_EVER)
+        raise RuntimeError("no compiled object yet")
+
+    with Apart(work) as apart:
+        assert first(apart) == "begun"
+        apart.ask_to_end()
+        assert list(apart.messages()) == []
+        with pytest.raises(KeyboardInterrupt):
+            apart.value()
 
 
 def test_it_is_asked_between_two_messages_never_within_one() -> None:
