@@ -16,6 +16,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -263,7 +264,7 @@ class Supervisor:
                     cwd=plan.folder,
                     start_new_session=True,  # Ctrl-C comes to us alone, and we end them in order
                     # Harmless with threads: it makes two system calls and takes no lock.
-                    preexec_fn=_die_with_parent if sys.platform == "linux" else None,  # noqa: PLW1509
+                    preexec_fn=partial(_die_with, os.getpid()) if sys.platform == "linux" else None,  # noqa: PLW1509
                 )
         except OSError as error:
             raise SupervisionError(f"{plan.name} cannot be started: {error}") from error
@@ -352,7 +353,9 @@ def _send(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
         os.killpg(process.pid, number)
 
 
-def _die_with_parent() -> None:
+def _die_with(supervisor: int) -> None:
     """Have the system end this process when the supervisor is gone, however that ended."""
     ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, signal.SIGTERM)
+    if os.getppid() != supervisor:  # it was killed before: nobody would end this process any more
+        os._exit(1)
     signal.signal(signal.SIGINT, signal.default_int_handler)

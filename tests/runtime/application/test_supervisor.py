@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -220,3 +221,16 @@ def test_processes_end_when_their_supervisor_is_killed(tmp_path: Path) -> None:
     while is_there(process) and "Z" not in Path(f"/proc/{process}/stat").read_text().split()[2]:
         assert time.monotonic() < deadline
         time.sleep(0.02)
+
+
+def test_a_process_whose_supervisor_is_gone_before_it_begins_ends_at_once() -> None:
+    """The system tells only of ends that come later: it looks whether its parent is still that one."""
+    for parent, status in (("os.getppid()", 7), ("os.getppid() + 1", 1)):
+        program = (
+            "import os\n"
+            "from dineros.runtime.application.supervisor import _die_with\n"
+            f"_die_with({parent})\n"
+            "os._exit(7)\n"
+        )
+        done = subprocess.run([sys.executable, "-P", "-c", program], check=False, timeout=60)
+        assert done.returncode == status

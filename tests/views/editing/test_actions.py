@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import expect
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.constraints import validate
@@ -39,7 +40,7 @@ def test_a_template_is_inserted_by_keys(tmp_path: Path, edit: Edit, visit: NewVi
     hand.page.keyboard.press("Enter")
     hand.shape("worker").wait_for()
     hand.idle()
-    assert hand.page.locator("#count").inner_text() == "No problems"
+    expect(hand.page.locator("#count")).to_have_text("No problems")
     hand.page.keyboard.press("Control+z")
     hand.shape("worker").wait_for(state="detached")
     hand.idle()

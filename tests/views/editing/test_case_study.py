@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from playwright.sync_api import expect
+
 from dineros.metamodel import sym
 from dineros.metamodel.files import load
 from tests.support.equality import differences
@@ -23,6 +25,6 @@ def test_the_case_study_drawn_from_nothing(tmp_path: Path, edit: Edit, visit: Ca
     wanted = load(CASE_STUDY)
     assert isinstance(wanted, sym.SystemModel)
     Draughtsman(hand).draw(wanted)
-    assert hand.page.locator("#count").inner_text() == "No problems"
+    expect(hand.page.locator("#count")).to_have_text("No problems")
     hand.button("Save")
     assert differences(load(file), wanted, frozenset({"graphics"})) == []

@@ -9,6 +9,7 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
+from playwright.sync_api import expect
 
 from dineros.metamodel.files import load, save
 from dineros.views.editing.contents import model_json
@@ -110,7 +111,7 @@ def test_a_model_drawn_from_nothing_is_the_one_that_was_built(
         hand.page.keyboard.press("Escape")
     hand.click("Heard")
     hand.button("+ subscriber port of Chatter")
-    assert hand.page.locator("#count").inner_text() == "No problems"
+    expect(hand.page.locator("#count")).to_have_text("No problems")
     hand.button("Save")
     drawn, built = load(file), talker()
     for arc in (each for each in drawn.eAllContents() if type(each).__name__ == "Arc"):

@@ -7,6 +7,7 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
+from playwright.sync_api import expect
 
 from dineros.metamodel.files import save
 from dineros.views.traces.reading import build
@@ -41,7 +42,7 @@ def test_a_mark_is_mended_by_its_button_and_undone(file: Path, edit: Edit, visit
     page.locator("#form").get_by_role("button", name="Mend: 0 tokens").click()
     hand.idle()
     assert page.locator("#field-tokens").input_value() == "0"
-    assert page.locator("#count").inner_text() == "No problems"
+    expect(page.locator("#count")).to_have_text("No problems")
     assert document.undo_label == "mend: 0 tokens"
     page.keyboard.press("Escape")
     page.keyboard.press("Control+z")
