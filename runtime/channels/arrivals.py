@@ -2,8 +2,8 @@
 
 Each waits for the node's thread, and, where its place is full, for room. Under the paper's rules, as many
 wait as the port's limit says, and what comes then is dropped. Under those of ROS 2, a message is taken from
-the middleware when its place has room, so that one waits here at most: for room that was taken meanwhile. A
-request is taken when an instance is free.
+the middleware when its place has room, so that one waits here at most: for room that was taken meanwhile.
+Requests are taken as they come, up to their server's depth, and wait for an instance there.
 """
 
 from __future__ import annotations
@@ -59,10 +59,7 @@ class Arrivals:
     # From any thread.
 
     def is_open(self, port: SubscriberPort | ServerPort) -> bool:
-        """Return whether a message is taken now: under ROS 2, one at a time, and into its place.
-
-        A request is taken when an instance is free for it.
-        """
+        """Return whether one more is taken now; under ROS 2, a message at a time, and into its place."""
         if isinstance(port, ServerPort):
             return self._exchange.is_open(port, self._asked[port])
         return not self._has_histories or (not self._arriving[port] and self._exchange.has_room(port))

@@ -2,7 +2,7 @@
 
 A server serves as many requests at a time as it has instances, the oldest first; a request that comes twice
 is served once and answered twice. Under the rules of ROS 2 it keeps as many requests as its depth, and
-forgets the oldest for one more (rule R5).
+forgets the oldest for one more (rule R5); one that comes again takes no room there.
 """
 
 from __future__ import annotations
@@ -116,9 +116,12 @@ class Server:
         return message_id in self.responses.get(_sender(message_id), {})
 
     def is_open(self, arriving: int) -> bool:
-        """Return whether an instance is free for one more request than those that arrive; from any thread."""
-        free = sum(map(self._is_free, self.instances))
-        return self._depth is None or arriving + len(self.waiting) < free
+        """Return whether a request is taken from the middleware besides those that arrive; from any thread.
+
+        Even while all instances serve others: the history is kept here, since what comes again and is known
+        must be answered then, too. Nobody else might end what the instances wait for.
+        """
+        return self._depth is None or arriving <= self._depth
 
     def _is_free(self, instance: Instance) -> bool:
         return instance.message is None and self._traffic.engine.has_room(instance.entry)

@@ -26,16 +26,18 @@ from dineros.runtime.nets.ports import (
 from tests.runtime.tiny import events, token_type
 
 
-def server_model(instances: int = 2) -> rtm.RuntimeModel:
+def server_model(instances: int = 2, middleware: str = "ros1", depth: int = 10) -> rtm.RuntimeModel:
     """Return a node that serves: entry -> start -> run -> finish -> exit."""
     node = sym.NodeNet(id="server", name="server")
     model = rtm.RuntimeModel(id="m.server", systemModel="m", pages=[node], node=node, tokenType=token_type())
+    model.middleware = sym.Middleware.getEEnumLiteral(middleware)
     sym.InputSignal(id="go", node=node)
     page = sym.CallbackPage(id="page", kind="server", page=node)
     entry, run, exit_ = (rtm.Place(id=id, page=page) for id in ("entry", "run", "exit"))
     start, finish = (sym.Transition(id=id, page=page) for id in ("start", "finish"))
     flow(entry, start, run, finish, exit_)
-    entry.ports.append(rtm.ServerPort(channel="s", service="/s", exit=exit_, page=page, instances=instances))
+    port = rtm.ServerPort(channel="s", service="/s", exit=exit_, page=page, instances=instances, depth=depth)
+    entry.ports.append(port)
     return model
 
 
@@ -110,9 +112,14 @@ class Asked:
         self.wire.receiver.request_arrived(self.port, Message(id, data), self.answers.append)
         self.node.run_until_idle()
 
+    def answered(self) -> list[str]:
+        return [message.id for message in self.answers]
 
-def serving(instances: int = 2, resume: Checkpoint | None = None) -> tuple[Net, Node, Asked, ListRecorder]:
-    net, wire, recorder = Net(server_model(instances)), Wire(), ListRecorder()
+
+def serving(
+    instances: int = 2, resume: Checkpoint | None = None, **options: Any
+) -> tuple[Net, Node, Asked, ListRecorder]:
+    net, wire, recorder = Net(server_model(instances, **options)), Wire(), ListRecorder()
     node = Node(net, wire, recorder, resume=resume)
     return net, node, Asked(node, wire), recorder
 
@@ -166,6 +173,30 @@ def test_a_request_that_comes_twice_is_served_once_and_answered_twice() -> None:
     assert asked.answers[-1].id == "a/p/1"
     assert asked.answers[-1].data["count"] == 1
     assert len(events(recorder, "serve")) == 2
+    node.close()
+
+
+def test_what_comes_again_is_answered_while_all_instances_serve_others() -> None:
+    """Its response was lost, and its client may be the one who ends what the instances wait for."""
+    net, node, asked, recorder = serving(instances=1, middleware="ros2", depth=2)
+    net.signal("go").set(True)
+    clause_free(net)
+    node.open()
+    asked.ask("a/p/1", count=1)
+    net.signal("go").set(False)
+    asked.ask("b/p/1", count=2)
+    assert (place_counts(net), asked.answered()) == ({"s[1].run": 1}, ["a/p/1"])
+    assert asked.wire.receiver.is_open(asked.port)
+    asked.ask("a/p/1", count=1)
+    assert asked.answered() == ["a/p/1", "a/p/1"]
+    for sender in "cde":  # the history keeps two, and what comes again takes no room in it
+        asked.ask(f"{sender}/p/1", count=3)
+        asked.ask("a/p/1", count=1)
+    assert net.inspect().waiting_requests == 2
+    assert [event["message"] for event in events(recorder, "drop")] == ["c/p/1"]
+    net.signal("go").set(True)
+    node.run_until_idle()
+    assert [id for id in asked.answered() if id != "a/p/1"] == ["b/p/1", "d/p/1", "e/p/1"]
     node.close()
 
 
