@@ -7,7 +7,7 @@ What a source cannot tell is `None`: nothing here is guessed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from dineros.metamodel.matching import Quality
 
@@ -111,6 +111,25 @@ class RecordedTopic:
 
 
 @dataclass(frozen=True)
+class RecordedService:
+    """A service whose introspection events were recorded; which nodes they are of, they do not tell.
+
+    Attributes
+    ----------
+    name : str
+        Full name.
+    type : str
+        Such as ``std_srvs/srv/Trigger``.
+    events : int or None
+        How many were recorded; None: not told.
+    """
+
+    name: str
+    type: str
+    events: int | None = None
+
+
+@dataclass(frozen=True)
 class ObservedSystem:
     """A system that was seen.
 
@@ -126,6 +145,8 @@ class ObservedSystem:
         Names of nodes that went while they were watched. They stand in `nodes`, with what was seen of them.
     duplicates : tuple of str
         Names that more than one node has; what was seen of these nodes stands in one of `nodes`.
+    services : tuple of RecordedService
+        Services seen without their nodes, in order of their names: those of a recording.
     """
 
     source: str
@@ -133,6 +154,7 @@ class ObservedSystem:
     topics: tuple[RecordedTopic, ...] = ()
     departed: tuple[str, ...] = ()
     duplicates: tuple[str, ...] = ()
+    services: tuple[RecordedService, ...] = ()
 
     def publishers(self) -> Iterator[tuple[ObservedNode, TopicEndpoint]]:
         """Yield each publisher and its node."""
@@ -162,7 +184,38 @@ def within(
     departed, duplicates = (
         tuple(name for name in found if name in names) for found in (system.departed, system.duplicates)
     )
-    return ObservedSystem(system.source, kept, system.topics, departed, duplicates)
+    return replace(system, nodes=kept, departed=departed, duplicates=duplicates)
+
+
+REQUEST_SENT, REQUEST_RECEIVED, RESPONSE_SENT, RESPONSE_RECEIVED = SERVICE_EVENTS = (
+    *("request sent", "request received", "response sent", "response received"),
+)
+"""What services tell of a call, in the order of their numbers in ``service_msgs/msg/ServiceEventInfo``."""
+
+OF_EVENTS = "/_service_event"
+"""How the name of a topic ends on which a service tells of its calls."""
+
+
+def event_name(service: str, event: str) -> str:
+    """Return the name by which events of a service stand among messages; no topic is named so.
+
+    Examples
+    --------
+    >>> event_name("/plan", REQUEST_SENT)
+    '/plan (request sent)'
+    """
+    return f"{service} ({event})"
+
+
+def named(name: str) -> str:
+    """Return the topic of a message, the service of an event.
+
+    Examples
+    --------
+    >>> named("/plan (request sent)"), named("/scan")
+    ('/plan', '/scan')
+    """
+    return name.partition(" (")[0]
 
 
 _EVERY_TOPIC = frozenset({"/rosout", "/parameter_events", "/clock"})
@@ -179,7 +232,7 @@ _OF_ACTIONS = "/_action/"
 
 def is_house_topic(name: str, type: str) -> bool:
     """Tell whether a topic is one that ROS makes by itself: for logs, parameters, time, states."""
-    return name in _EVERY_TOPIC or type.startswith(_OF_LIFECYCLES) or name.endswith("/_service_event")
+    return name in _EVERY_TOPIC or type.startswith(_OF_LIFECYCLES) or name.endswith(OF_EVENTS)
 
 
 def is_house_service(type: str) -> bool:

@@ -107,4 +107,5 @@ def _as_json(report: ImportReport) -> dict[str, Any]:
         "unused": list(imported.unused),
         "nodes": [asdict(node) for node in report.system.nodes],
         "topics": [asdict(topic) for topic in report.system.topics],
+        "services": [asdict(service) for service in report.system.services],
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,6 @@ from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.observation.explaining import RecordingVerdict
-    from dineros.observation.recordings import Recording
 
 _STATUS = {"conforms": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}
 
@@ -30,7 +29,7 @@ def explain_bag(
 ) -> int:
     """Explain a recording, say what is found, and return the exit status."""
     from dineros.observation.explaining import RecordingVerdict, explain
-    from dineros.observation.recordings import Recording
+    from dineros.observation.recordings import Observed, Recording
 
     system = load_system(model, settings)
     refuse_invalid(system, model)
@@ -43,10 +42,11 @@ def explain_bag(
     with Recording(bag) as recording:
         say_rules(system, model)
         run.stage(f"explaining {counted(recording.count, 'message')}")
+        observed = Observed(recording)
         verdict = explain(
             system,
-            recording.topics,
-            _messages(recording),
+            observed.recorded,
+            observed.messages(),
             tolerance=tolerance,
             midway=midway,
             budget=run.budget(),
@@ -69,17 +69,12 @@ def explain_bag(
         return _report(verdict, model, as_json)
 
 
-def _messages(recording: Recording) -> Iterator[tuple[str, int]]:
-    for topic, time, _ in recording.messages():
-        yield topic, time
-
-
 def _report(verdict: RecordingVerdict, model: Path, as_json: bool) -> int:
     if as_json:
         say_json(verdict.to_dict(str(model)))
         return _STATUS[verdict.status]
     if verdict.others:
-        warn(f"{model}: topics that the model does not have are left out: {', '.join(verdict.others)}")
+        warn(f"{model}: what the model does not have is left out: {', '.join(verdict.others)}")
     if verdict.hidden:
         warn(f"{model}: topics that were not recorded may have any messages: {', '.join(verdict.hidden)}")
     if verdict.status == "violated":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from dineros.metamodel import sym
     from dineros.observation.importing.given import Given
     from dineros.observation.narrowing import Narrowed, Proposal
+    from dineros.observation.recordings import Calls
     from dineros.observation.systems import ObservedSystem
 
 
@@ -71,18 +72,15 @@ def chosen(found: Sequence[Proposal], threshold: float | None, numbers: Sequence
     ]
 
 
-def write(made: Narrowed, output: Path, bag: Path) -> Path:
-    """Write a narrowed model, and beside it what is given of its system now; return the latter's file.
+def refuse_given(output: Path) -> None:
+    """Refuse to write where what is given of a system is there already.
 
     Raises
     ------
     DinerosError
         There is such a file, which people may have written.
     """
-    from dineros.metamodel.files import save
-    from dineros.metamodel.files.atomic import write_atomically
     from dineros.observation.importing.given import given_beside
-    from dineros.observation.narrowing.written import given_text
 
     beside = given_beside(output)
     if beside.exists():
@@ -91,18 +89,42 @@ def write(made: Narrowed, output: Path, bag: Path) -> Path:
             location=Location(beside),
             hint="give the narrowed model another name by -o",
         )
+
+
+def write(made: Narrowed, output: Path, bag: Path) -> None:
+    """Write a narrowed model, and then beside it what is given of its system now."""
+    from dineros.metamodel.files import save
+    from dineros.metamodel.files.atomic import write_atomically
+    from dineros.observation.importing.given import given_beside
+    from dineros.observation.narrowing.written import given_text
+
     shown = "".join(f"#   {proposal}\n" for proposal in made.accepted)
     head = f"# What the recording {bag.name} shows of {output.name}, and what was given before.\n{shown}\n"
-    write_atomically(beside, (head + given_text(made.given)).encode())
     save(made.imported.model, output)
-    return beside
+    write_atomically(given_beside(output), (head + given_text(made.given)).encode())
 
 
-def print_proposals(found: Sequence[Proposal]) -> None:
+def print_proposals(found: Sequence[Proposal], bag: Path) -> None:
     """Print proposals with their numbers."""
     width = len(str(len(found)))
     for number, proposal in enumerate(found, 1):
         say(f"{number:>{width}}  {proposal}")
+    if not found:
+        summarise(f"{bag}: nothing to propose")
+
+
+def print_calls(calls: Mapping[str, Calls]) -> None:
+    """Print how services answered, as far as they and their clients tell."""
+    from dineros.observation.systems import REQUEST_RECEIVED, REQUEST_SENT, RESPONSE_RECEIVED, RESPONSE_SENT
+
+    ends = (("the server", REQUEST_RECEIVED, RESPONSE_SENT), ("clients", REQUEST_SENT, RESPONSE_RECEIVED))
+    for service, told in calls.items():
+        for who, asked, answered in ends:
+            if told.events[asked]:
+                count, least, most = told.answers.get(answered, (0, 0.0, 0.0))
+                times = f", within {least * 1e3:.3g} to {most * 1e3:.3g} ms" if count else ""
+                requests = counted(told.events[asked], "request")
+                say(f"{service}: {count:,} of {requests} answered{times}; by {who}")
 
 
 def print_narrowed(made: Narrowed, output: Path, bag: Path) -> None:
@@ -118,12 +140,26 @@ def print_narrowed(made: Narrowed, output: Path, bag: Path) -> None:
 
 
 def print_json(
-    subject: Subject, found: Iterable[Proposal], made: Narrowed | None, output: Path | None
+    subject: Subject,
+    found: Iterable[Proposal],
+    calls: Mapping[str, Calls],
+    made: Narrowed | None,
+    output: Path | None,
 ) -> None:
     """Print all of it as JSON."""
     report: dict[str, Any] = {
         "model": str(subject.model),
         "proposals": [asdict(each) for each in found],
+        "services": {
+            service: {
+                "events": dict(told.events),
+                "answers": {
+                    end: {"count": count, "least": least, "most": most}
+                    for end, (count, least, most) in told.answers.items()
+                },
+            }
+            for service, told in calls.items()
+        },
         "narrowed": None,
     }
     if made is not None:

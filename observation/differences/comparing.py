@@ -69,6 +69,24 @@ MORE_TOPICS = Fault(
     "A topic was recorded that the model does not have.",
     "the model has no topic {topic}{near}",
 )
+NO_EVENTS = Fault(
+    "service-not-recorded",
+    "note",
+    "A service of the model tells nothing of its calls in the recording.",
+    "service {service} tells nothing of its calls in the recording",
+)
+MORE_SERVICES = Fault(
+    "service-extra",
+    "error",
+    "A service was recorded that the model does not have.",
+    "the model has no service {service}{near}",
+)
+RECORDED_SERVICE = Fault(
+    "type-differs",
+    "error",
+    TYPE.meaning,
+    "service {service} was recorded with the type {found}; in the model it has {expected}",
+)
 RECORDED_TYPE = Fault(
     "type-differs",
     "error",
@@ -87,8 +105,7 @@ FAULTS = {
     for fault in (
         *(NO_NODE, MORE_NODES, NO_PORT, MORE_PORTS, TYPE, QUALITY),
         MANAGED,
-        NOT_RECORDED,
-        MORE_TOPICS,
+        *(NOT_RECORDED, MORE_TOPICS, NO_EVENTS, MORE_SERVICES),
     )
 }
 """All of them, by name."""
@@ -117,16 +134,18 @@ def differences(
     model : sym.SystemModel
         The model.
     system : ObservedSystem
-        What was seen: nodes with their ports, or topics only.
+        What was seen: nodes with their ports, or topics and services only.
     namespaces : sequence of str
         Only nodes in these are compared; all where there are none.
     without : sequence of str
         Full names of nodes that are left out.
     """
-    said, report = described(model, with_unseen=bool(system.topics)), Report()
+    is_recorded = bool(system.topics or system.services)
+    said, report = described(model, with_unseen=is_recorded), Report()
     expected = within(said.system, namespaces, without)
-    if system.topics:
+    if is_recorded:
         _compare_topics(expected, system, report, said)
+        _compare_services(expected, system, report, said)
     else:
         _compare_nodes(expected, within(system, namespaces, without), report, said)
     return report
@@ -261,6 +280,36 @@ def _compare_topics(expected: ObservedSystem, found: ObservedSystem, report: Rep
             report.proved.append(f"topic {topic.name} is as in the model")
     for name in sorted(set(wanted) - recorded):
         report.findings.append(NOT_RECORDED.found(wanted[name][0][0], topic=name))
+
+
+def _compare_services(
+    expected: ObservedSystem, found: ObservedSystem, report: Report, said: Described
+) -> None:
+    """Compare services that told of their calls; where none did, nobody asked them to."""
+    if not found.services:
+        return
+    wanted = {
+        each.name: (said.elements[node.name, role, each.name], each.type)
+        for node in expected.nodes
+        for role in ("clients", "servers")
+        for each in getattr(node, role)
+    }
+    recorded = {service.name for service in found.services}
+    for service in found.services:
+        name = service.name
+        if name not in wanted:
+            near = _near(name, [each for each in wanted if each not in recorded])
+            report.findings.append(MORE_SERVICES.found(name, service=name, near=near))
+            continue
+        id, type = wanted[name]
+        if service.type != type:
+            report.findings.append(
+                RECORDED_SERVICE.found(*(id, name), service=name, found=service.type, expected=type)
+            )
+        else:
+            report.proved.append(f"service {name} is as in the model")
+    for name in sorted(set(wanted) - recorded):
+        report.findings.append(NO_EVENTS.found(wanted[name][0], service=name))
 
 
 def _ends(system: ObservedSystem, topic: str) -> Iterator[tuple[ObservedNode, TopicEndpoint]]:

@@ -69,6 +69,12 @@ class MarkingSets:
         self._firing = {
             part.transitions[number]: self._only(frozenset({number})) for number in events - part.silent
         }
+        # The diagram's relations leave out what changes nothing; of that, what enables it is kept.
+        self._tests = {
+            transition: space.event_masks(number)
+            for number, transition in enumerate(part.transitions)
+            if transition in self._firing and not part.net.delta[number]
+        }
         self._steps: dict[tuple[int, int], int] = {}
         self._unions: dict[tuple[int, int], int] = {}
         self._kept: set[int] = set()
@@ -166,7 +172,10 @@ class MarkingSets:
             if self._silent is not None:
                 last = self._silent.closure(last, self.anywhere, True)
                 scope.hold(last, states)
-            found = firing.image(last, states, True)
+            if transition in self._tests:
+                found = self._sets.intersection(self._enabled(states, transition), last)
+            else:
+                found = firing.image(last, states, True)
             return self.some(found) if found else None
 
     def path(self, start: Vector, end: Vector) -> list[int]:
@@ -206,7 +215,19 @@ class MarkingSets:
             return NOTHING
         if not self._anything:
             return states
+        if transition in self._tests:
+            return self._hold(self._made(self._enabled, states, transition))
         return self.closed(self._made(firing.image, states, self.anywhere, False))
+
+    def _enabled(self, states: int, transition: int) -> int:
+        """Return the markings of a set that enable a shown transition which changes nothing here."""
+        with Scope(self.space.diagram) as scope:
+            found = NOTHING
+            for masks in self._tests[transition]:
+                scope.hold(found, enabled := self._sets.box(masks))
+                scope.hold(found, enabled := self._sets.intersection(enabled, states))
+                found = self._sets.union(found, enabled)
+            return found
 
     def _made(self, operation: Callable[P, int], *arguments: P.args, **named: P.kwargs) -> int:
         if len(self._kept) > MOST_KEPT:

@@ -1,4 +1,4 @@
-"""Which firings of a flattened model show a message on a topic, and which nobody sees."""
+"""Which firings of a flattened model show a message on a topic, or an event of a service."""
 
 from __future__ import annotations
 
@@ -10,7 +10,24 @@ from dineros.analysis.model.step_roles import StepRole, step_roles
 from dineros.analysis.model.subject import Subject, base_subject
 from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError, Location
-from dineros.metamodel.records import Publish, Transfer
+from dineros.metamodel.records import Publish, Reply, Request, Response, Serve, Transfer
+from dineros.metamodel.records.schema import Step
+from dineros.observation.systems import (
+    REQUEST_RECEIVED,
+    REQUEST_SENT,
+    RESPONSE_RECEIVED,
+    RESPONSE_SENT,
+    event_name,
+    named,
+)
+
+EVENTS: dict[type[Step], str] = {
+    Request: REQUEST_SENT,
+    Serve: REQUEST_RECEIVED,
+    Reply: RESPONSE_SENT,
+    Response: RESPONSE_RECEIVED,
+}
+"""What a service tells of a step."""
 
 
 def full_name(topic: str) -> str:
@@ -32,7 +49,7 @@ class ShownNet:
     subject : Subject
         What it is flattened to.
     shown : dict of str to tuple of int
-        By full name of a recorded topic: the transitions that show a message on it.
+        By full name of a recorded topic, or name of an event: the transitions that show a message on it.
     hidden : tuple of str
         Topics of the model that were not recorded: their messages may come at any time.
     """
@@ -47,19 +64,11 @@ class ShownNet:
         """What firing each transition is, by its id."""
         return step_roles(self.subject.links())
 
-    def nodes_of(self, topic: str) -> tuple[str, ...]:
-        """Return the node nets that publish on a topic."""
-        channels = [
-            channel
-            for channel in self.model.channels
-            if isinstance(channel, sym.TopicChannel) and full_name(channel.topic) == topic
-        ]
-        found = {
-            role.node: None
-            for role in self.roles.values()
-            if role.kind is Publish and role.channel in {channel.id for channel in channels} and role.node
-        }
-        return tuple(found)
+    def nodes_of(self, name: str) -> tuple[str, ...]:
+        """Return the node nets that publish on a topic, or tell an event."""
+        names = _names(self.model)
+        roles = (role for role in self.roles.values() if names.get((role.channel, role.kind)) == name)
+        return tuple(dict.fromkeys(role.node for role in roles if role.node))
 
 
 def shown_net(model: sym.SystemModel, recorded: set[str]) -> ShownNet:
@@ -73,7 +82,7 @@ def shown_net(model: sym.SystemModel, recorded: set[str]) -> ShownNet:
     model : sym.SystemModel
         The model.
     recorded : set of str
-        Full names of the recorded topics.
+        Full names of the recorded topics, and names of events.
 
     Raises
     ------
@@ -81,23 +90,46 @@ def shown_net(model: sym.SystemModel, recorded: set[str]) -> ShownNet:
         No topic of the model was recorded.
     """
     subject = base_subject(model)
-    topics = {
-        channel.id: full_name(channel.topic)
-        for channel in model.channels
-        if isinstance(channel, sym.TopicChannel)
-    }
+    names = _names(model)
     delivered = model.middleware == sym.Middleware.ros1
     found: dict[str, list[int]] = defaultdict(list)
-    for name, role in step_roles(subject.links()).items():
-        is_seen = role.kind is Transfer and role.stage == "transport" if delivered else role.kind is Publish
-        if is_seen and role.channel in topics:
-            found[topics[role.channel]].append(subject.transition_index[name])
-    known = sorted({*topics.values()} & recorded)
+    nodes: dict[str, set[str | None]] = defaultdict(set)
+    for transition, role in step_roles(subject.links()).items():
+        kind = role.kind
+        if delivered and kind in (Publish, Transfer):
+            kind = Publish if role.stage == "transport" else Transfer
+        name = names.get((role.channel, kind))
+        if name is not None:
+            found[name].append(subject.transition_index[transition])
+            nodes[name].add(role.node)
+    topics = {full_name(each.topic) for each in model.channels if isinstance(each, sym.TopicChannel)}
+    known = sorted(
+        name
+        for name in {*topics, *found} & recorded
+        if len(nodes[name]) < 2 or name in topics or _is_of_all(name, recorded)
+    )
     if not known:
         raise DinerosError(
             "no topic of the model was recorded",
             location=Location(str(model.id)),
             hint=f"recorded are {', '.join(sorted(recorded)) or 'none'}"[:500],
         )
-    hidden = tuple(sorted({*topics.values()} - recorded))
+    hidden = tuple(sorted(topics - recorded))
     return ShownNet(model, subject, {topic: tuple(found[topic]) for topic in known}, hidden)
+
+
+def _names(model: sym.SystemModel) -> dict[tuple[str | None, type[Step]], str]:
+    """Return what shows a step, by channel and kind of the step."""
+    found: dict[tuple[str | None, type[Step]], str] = {}
+    for channel in model.channels:
+        if isinstance(channel, sym.TopicChannel):
+            found[channel.id, Publish] = full_name(channel.topic)
+        elif isinstance(channel, sym.ServiceChannel):
+            service = full_name(channel.service)
+            found |= {(channel.id, kind): event_name(service, event) for kind, event in EVENTS.items()}
+    return found
+
+
+def _is_of_all(event: str, recorded: set[str]) -> bool:
+    """Tell whether all of several clients tell of their calls: it is known where the server tells, too."""
+    return event_name(named(event), REQUEST_RECEIVED) in recorded

@@ -27,9 +27,9 @@ class Imported:
     left_out : tuple of str
         What was seen and a model cannot hold, a line each.
     recorded : tuple of str
-        Recorded topics of which nothing is given: nobody knows whose they are.
+        Recorded topics and services of which nothing is given: nobody knows whose they are.
     unused : tuple of str
-        Names of nodes and topics that something is given of, and that were not seen.
+        Names of nodes, topics and services that something is given of, and that were not seen.
     """
 
     model: sym.SystemModel
@@ -72,12 +72,17 @@ def to_model(system: ObservedSystem, given: Given | None = None, id: str = "obse
     model.channels.extend(channels.all())
     names = {node.name for node in found.nodes}
     topics = {topic.name for topic in system.topics}
-    unused = (*(set(given.nodes) - names), *(set(given.topics) - topics))
+    services = {service.name for service in system.services}
+    unused = (
+        *(set(given.nodes) - names),
+        *(set(given.topics) - topics),
+        *(set(given.services) - services),
+    )
     return Imported(
         model,
         tuple(assumed),
         tuple(sorted(found.unseen)),
         found.left_out,
-        tuple(sorted(topics - set(given.topics))),
+        (*sorted(topics - set(given.topics)), *sorted(services - set(given.services))),
         tuple(sorted(unused)),
     )

@@ -17,6 +17,10 @@ It is TOML. Everything in it may be left out; what is there replaces what would 
     [topic."/scan"]                         # of a recording, which does not tell
     publishers = ["/driver"]
     subscribers = ["/mapper"]
+
+    [service."/plan"]                       # of a recording with service introspection
+    servers = ["/planner"]
+    clients = ["/commander"]
 """
 
 from __future__ import annotations
@@ -98,12 +102,21 @@ class GivenTopic:
 
 
 @dataclass(frozen=True)
+class GivenService:
+    """Between whom a service is that was recorded."""
+
+    servers: tuple[str, ...] = ()
+    clients: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Given:
     """All that is said of a system."""
 
     nodes: Mapping[str, GivenNode] = field(default_factory=dict)
     topics: Mapping[str, GivenTopic] = field(default_factory=dict)
     path: Path | None = None
+    services: Mapping[str, GivenService] = field(default_factory=dict)
 
     def node(self, name: str) -> GivenNode:
         """Return what is said of a node."""
@@ -148,12 +161,20 @@ class _Reading:
         self._path = path
 
     def given(self, found: Mapping[str, Any]) -> Given:
-        self._known(found, "", ("node", "topic"))
+        self._known(found, "", ("node", "topic", "service"))
         nodes, topics = self._table(found, "node", ""), self._table(found, "topic", "")
+        services = self._table(found, "service", "")
         return Given(
             {name: self._node(self._table(nodes, name, "node"), f"node.{name}") for name in nodes},
-            {name: self._topic(self._table(topics, name, "topic"), f"topic.{name}") for name in topics},
+            {
+                name: GivenTopic(**self._ends(topics, name, "topic", ("publishers", "subscribers")))
+                for name in topics
+            },
             self._path,
+            {
+                name: GivenService(**self._ends(services, name, "service", ("servers", "clients")))
+                for name in services
+            },
         )
 
     def _node(self, table: Mapping[str, Any], at: str) -> GivenNode:
@@ -209,12 +230,13 @@ class _Reading:
             )
         return Step(match[1], match[2], match[3] or "")
 
-    def _topic(self, table: Mapping[str, Any], at: str) -> GivenTopic:
-        self._known(table, at, ("publishers", "subscribers"))
-        return GivenTopic(
-            self._texts(table, "publishers", at) if "publishers" in table else (),
-            self._texts(table, "subscribers", at) if "subscribers" in table else (),
-        )
+    def _ends(
+        self, tables: Mapping[str, Any], name: str, kind: str, ends: tuple[str, str]
+    ) -> dict[str, tuple[str, ...]]:
+        """Return which nodes have the ends of a topic or service."""
+        table, at = self._table(tables, name, kind), f"{kind}.{name}"
+        self._known(table, at, ends)
+        return {end: self._texts(table, end, at) for end in ends if end in table}
 
     def _known(self, table: Mapping[str, Any], at: str, known: tuple[str, ...]) -> None:
         for key in table:

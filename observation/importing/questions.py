@@ -31,7 +31,12 @@ def to_be_given(imported: Imported, system: ObservedSystem, model: Path) -> str:
         lines += ["", f'# [node."{node}"]']
         values = {each.key: each.value for each in found}
         lines += [f"# {key} = {value}" for key, value in values.items()]
-    for topic in system.topics:
-        if topic.name in imported.recorded:
-            lines += ["", f'# [topic."{topic.name}"]', "# publishers = []", "# subscribers = []"]
+    kinds = (
+        ("topic", system.topics, ("publishers", "subscribers")),
+        ("service", system.services, ("servers", "clients")),
+    )
+    for kind, recorded, ends in kinds:
+        for each in recorded:
+            if each.name in imported.recorded:
+                lines += ["", f'# [{kind}."{each.name}"]', *(f"# {end} = []" for end in ends)]
     return "\n".join(lines) + "\n"

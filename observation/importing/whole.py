@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from dineros.observation.importing.given import Given
+from dineros.observation.importing.given import Given, GivenService
 from dineros.observation.importing.names import is_name, is_type
 from dineros.observation.systems import USUAL, Endpoint, ObservedNode, ObservedSystem, TopicEndpoint, name_of
 
@@ -52,9 +52,17 @@ class Whole:
 def whole(system: ObservedSystem, given: Given) -> Whole:
     """Return what a model can hold of a system, and what it cannot."""
     left_out: list[str] = []
+    left_out += [
+        f"service {service.name}: its events do not tell whose it is"
+        for service in system.services
+        if service.name not in given.services
+    ]
     nodes = _joined([*system.nodes, *_recorded(system, given)])
     seen = {node.name for node in system.nodes} | {
-        name for topic in given.topics.values() for name in (*topic.publishers, *topic.subscribers)
+        name
+        for ends in (*given.topics.values(), *given.services.values())
+        for names in vars(ends).values()
+        for name in names
     }
     kept = [_named(node, left_out) for node in nodes if _is_kept(node, left_out)]
     types = _types(kept)
@@ -69,7 +77,10 @@ def whole(system: ObservedSystem, given: Given) -> Whole:
 
 
 def _recorded(system: ObservedSystem, given: Given) -> Iterable[ObservedNode]:
-    """Yield nodes with the ports of recorded topics: those that are given, else one for each topic."""
+    """Yield nodes with the ports of recorded topics: those that are given, else one for each topic.
+
+    Services are there as far as somebody says whose they are: a server that nobody has seen would not answer.
+    """
     for topic in system.topics:
         said = given.topics.get(topic.name)
         offered = topic.offered or (USUAL,)
@@ -81,6 +92,11 @@ def _recorded(system: ObservedSystem, given: Given) -> Iterable[ObservedNode]:
         for name in said.subscribers if said is not None else ():
             # Recorded is what publishers offer; a subscription that asked for more would have got nothing.
             yield ObservedNode(name, subscribers=(TopicEndpoint(topic.name, topic.type, offered[0]),))
+    for service in system.services:
+        ends = given.services.get(service.name, GivenService())
+        endpoint = (Endpoint(service.name, service.type),)
+        yield from (ObservedNode(name, servers=endpoint) for name in ends.servers)
+        yield from (ObservedNode(name, clients=endpoint) for name in ends.clients)
 
 
 def _joined(nodes: Iterable[ObservedNode]) -> list[ObservedNode]:

@@ -83,6 +83,10 @@ class Following:
             return None
         return max(0, time - self._last)
 
+    def end(self) -> None:
+        """Let the latest trigger not be followed any more."""
+        self._last = None
+
     def follow(self, delay: int) -> None:
         """Let the latest trigger be followed."""
         self.followed += 1
@@ -96,12 +100,12 @@ class Following:
 
 
 class Publications:
-    """What is counted of the messages that one node publishes on one topic.
+    """What is counted of the messages that one node publishes on one topic, or of its calls of one service.
 
     Parameters
     ----------
     triggers : tuple of str
-        Topics that the node hears.
+        Topics that the node hears; of its services, names of events.
     within : int
         Nanoseconds after which nothing follows any more.
 
@@ -112,9 +116,9 @@ class Publications:
     gaps : Delays
         Times between them.
     alone : dict of str to Following
-        By topic: how they follow it if they follow nothing else.
+        By trigger: how they follow it if they follow nothing else.
     together : dict of str to Following
-        By topic: how they follow it if each message follows what came last before it.
+        By trigger: how they follow it if each message follows what came last before it.
     attributed : int
         Messages that follow something in `together`.
     """
@@ -126,11 +130,21 @@ class Publications:
         self.gaps = Delays()
         self.alone = {topic: Following() for topic in triggers}
         self.together = {topic: Following() for topic in triggers}
+        self._begun = dict.fromkeys(triggers, 0)
 
-    def heard(self, topic: str, time: int) -> None:
-        """Take a message that the node hears."""
-        self.alone[topic].trigger(time)
-        self.together[topic].trigger(time)
+    def heard(self, trigger: str, time: int) -> None:
+        """Take a message that the node hears, or an event that begins a callback."""
+        self._begun[trigger] += 1
+        self.alone[trigger].trigger(time)
+        self.together[trigger].trigger(time)
+
+    def ended(self, trigger: str) -> None:
+        """Take the end of a callback: where no other one of its kind runs, nothing follows any more."""
+        self._begun[trigger] -= 1
+        if self._begun[trigger] <= 0:
+            self._begun[trigger] = 0
+            self.alone[trigger].end()
+            self.together[trigger].end()
 
     def published(self, time: int) -> None:
         """Take a message that the node publishes."""

@@ -11,8 +11,9 @@ from dineros.observation.explaining import TOLERANCE, RecordingVerdict, explain
 from dineros.observation.importing.building import Imported, to_model
 from dineros.observation.importing.given import Given, GivenCallback, GivenNode, Step
 from dineros.observation.importing.nodes import TIMER, USUAL_PERIOD
-from dineros.observation.narrowing.proposals import Proposal
-from dineros.observation.systems import ObservedNode, ObservedSystem, RecordedTopic
+from dineros.observation.narrowing.calling import verbs_of
+from dineros.observation.narrowing.proposals import Proposal, Verbs
+from dineros.observation.systems import ObservedNode, ObservedSystem, RecordedTopic, named
 
 Messages = Callable[[], Iterable[tuple[str, int]]]
 
@@ -58,16 +59,18 @@ def narrowed(
 
     Where no run shows a message, what is least sure of its topic is weakened: from always to sometimes, and
     then taken back; if nothing of the kind is left, what was accepted of its nodes, and then the rest.
-    Open behaviour explains any recording of the system, so this ends.
+    Open behaviour explains any recording of the system, so this ends. Where it does not, as a node has more
+    threads than anybody has said, no more is taken back than what explains as much as it does.
 
     Parameters
     ----------
     system : ObservedSystem
         Nodes with their publishers and subscriptions.
     recorded : collection of RecordedTopic
-        The recorded topics.
+        The recorded topics, and the events of services.
     messages : callable
-        Gives the messages anew: topic and time in nanoseconds of each, in order of their times.
+        Gives the messages anew: topic, or name of an event, and time in nanoseconds of each, in order of
+        their times.
     accepted : iterable of Proposal
         What is to hold.
     given : Given, optional
@@ -77,62 +80,91 @@ def narrowed(
     """
     before = given or Given()
     kept, dropped = list(accepted), list[Proposal]()
-    while True:
-        said = with_proposals(before, system, kept)
+    verbs = verbs_of(system, recorded, before)
+
+    def made(held: Iterable[Proposal]) -> Narrowed:
+        said = with_proposals(before, system, held, verbs)
         imported = to_model(system, said, id)
         verdict = explain(
             imported.model, recorded, messages(), tolerance=tolerance, midway=midway, budget=budget
         )
-        first = verdict.unexplained
-        if verdict.status != "violated" or first is None or not kept:
-            return Narrowed(imported, said, tuple(kept), tuple(dropped), verdict)
+        return Narrowed(imported, said, tuple(kept), tuple(dropped), verdict)
+
+    found, most = made(kept), None
+    while kept and found.verdict.status == "violated" and found.verdict.unexplained is not None:
+        first = found.verdict.unexplained
+        most = most or made(()).verdict
+        if most.unexplained is not None and first.number >= most.unexplained.number:
+            break
         _weaken(kept, dropped, first.topic)
+        found = made(kept)
+    return found
 
 
-def with_proposals(given: Given, system: ObservedSystem, accepted: Iterable[Proposal]) -> Given:
-    """Return what is given, and what accepted proposals say of the callbacks of which nothing is given."""
+def with_proposals(
+    given: Given, system: ObservedSystem, accepted: Iterable[Proposal], verbs: Verbs | None = None
+) -> Given:
+    """Return what is given, and what accepted proposals say of the callbacks of which nothing is given.
+
+    Nodes that are seen to go on while a service works, by `verbs`, do so in all their callbacks.
+    """
     by_node: defaultdict[str, list[Proposal]] = defaultdict(list)
     for proposal in accepted:
         by_node[proposal.node].append(proposal)
     nodes = dict(given.nodes)
+    asking = {node for node, _ in verbs or {}}
     for node in system.nodes:
-        if node.name in by_node:
-            nodes[node.name] = _Node(node, given.node(node.name), by_node[node.name]).said()
+        if node.name in by_node or node.name in asking:
+            found = _Node(node, given.node(node.name), by_node[node.name], verbs or {})
+            nodes[node.name] = found.said()
     return replace(given, nodes=nodes)
 
 
 class _Node:
     """What is said of one node, and what proposals add."""
 
-    def __init__(self, node: ObservedNode, said: GivenNode, accepted: list[Proposal]) -> None:
+    def __init__(self, node: ObservedNode, said: GivenNode, accepted: list[Proposal], verbs: Verbs) -> None:
         self._node = node
         self._said = said
-        self._about = {(each.callback, each.topic): each for each in accepted if each.kind != "timer"}
-        self._timers = {each.topic: each for each in accepted if each.kind == "timer"}
-        self._published = sorted({endpoint.topic for endpoint in node.publishers})
-        self._calls = tuple(Step("call", each.name, "*") for each in node.clients) + tuple(
-            Step(verb, each.name, "*") for each in node.action_clients for verb in ("send", "cancel")
+        self._about = {(each.callback, _step(each)): each for each in accepted if each.kind != "timer"}
+        self._timers = {_step(each): each for each in accepted if each.kind == "timer"}
+        published = sorted({endpoint.topic for endpoint in node.publishers})
+        asked = {each.name: verbs.get((node.name, each.name), "call") for each in node.clients}
+        self._goes_on = [service for service, verb in asked.items() if verb == "send"]
+        self._able = [
+            *(Step("publish", topic) for topic in published),
+            *(Step(verb, service) for service, verb in asked.items()),
+        ]
+        self._goals = tuple(
+            Step(verb, each.name, "*") for each in node.action_clients for verb in ("goal", "cancel")
         )
 
     def said(self) -> GivenNode:
         callbacks = dict(self._said.callbacks)
         for name in sorted({endpoint.topic for endpoint in self._node.subscribers}):
-            self._add(callbacks, name, self._steps(name))
-        # What answers begin is the node's own as long as nobody gives it; then it stays as it is given.
+            self._add(callbacks, name, self._steps(name, self._able))
+        # What others begin is the node's own as long as nobody gives it; then it stays as it is given.
         others = (*self._node.servers, *self._node.action_servers, *self._node.action_clients)
-        for name in (each.name for each in others):
-            self._add(callbacks, name, self._woven([], self._unexplained()))
+        for name in (*(each.name for each in others), *self._goes_on):
+            self._add(callbacks, name, self._steps(name, self._unexplained()))
         timers = self._said.timers
         if timers is None:
             timers = {}
             left = self._unexplained()
-            if left or self._calls:
+            if left or self._goals:
                 timers[TIMER] = USUAL_PERIOD
                 self._add(callbacks, TIMER, self._woven([], left))
-            for topic, proposal in self._timers.items():
-                name = f"{TIMER}_{topic.strip('/').replace('/', '_')}"
+            for step, proposal in self._timers.items():
+                name = f"{TIMER}_{step.name.strip('/').replace('/', '_')}"
+                while name in timers:
+                    name += "_"
                 timers[name] = round(proposal.mean, 6)
-                self._add(callbacks, name, (Step("publish", topic),))
+                self._add(callbacks, name, (step,))
+        # There are answers of their own only where somebody goes on meanwhile.
+        sent = {step.name for each in callbacks.values() for step in each.does or () if step.verb == "send"}
+        for name in self._goes_on:
+            if name not in sent and name not in {each.name for each in others}:
+                callbacks.pop(name, None)
         return replace(self._said, callbacks=callbacks, timers=timers)
 
     @staticmethod
@@ -141,44 +173,43 @@ class _Node:
         if before.does is None:
             callbacks[name] = replace(before, does=steps)
 
-    def _steps(self, callback: str) -> tuple[Step, ...]:
-        """Return what the callback of a subscription does: what is accepted, the rest at any time."""
-        decided, left = [], []
-        for topic in self._published:
-            proposal = self._about.get((callback, topic))
-            if proposal is not None:
-                if proposal.kind != "never":
-                    decided.append((proposal.mean, Step("publish", topic, _TIMES[proposal.kind])))
-            elif topic not in self._timers:
-                left.append(topic)
-        return self._woven([step for _, step in sorted(decided, key=lambda one: one[0])], left)
+    def _steps(self, callback: str, able: Iterable[Step]) -> tuple[Step, ...]:
+        """Return what a callback does: what is accepted, and at any time the rest of what it is able to."""
+        decided = sorted(
+            (proposal.mean, replace(step, times=_TIMES[proposal.kind]))
+            for (name, step), proposal in self._about.items()
+            if name == callback and proposal.kind != "never"
+        )
+        left = [each for each in able if (callback, each) not in self._about and each not in self._timers]
+        return self._woven([step for _, step in decided], left)
 
-    def _unexplained(self) -> list[str]:
-        """Return the topics whose messages may come from something that no recording shows."""
+    def _unexplained(self) -> list[Step]:
+        """Return the steps that may come from something that no recording shows."""
         whole = {
-            topic
-            for topic in self._published
-            if topic in self._timers
-            or any(
-                each.topic == topic and each.kind != "never" and each.explained == each.messages
-                for each in self._about.values()
-            )
+            step
+            for (_, step), each in self._about.items()
+            if each.kind != "never" and each.explained == each.messages
         }
-        return [topic for topic in self._published if topic not in whole]
+        return [step for step in self._able if step not in whole and step not in self._timers]
 
-    def _woven(self, decided: list[Step], left: Iterable[str]) -> tuple[Step, ...]:
-        open_ones = (*(Step("publish", topic, "*") for topic in left), *self._calls)
+    def _woven(self, decided: list[Step], left: Iterable[Step]) -> tuple[Step, ...]:
+        open_ones = (*(replace(step, times="*") for step in left), *self._goals)
         woven = list(open_ones)
         for step in decided:
             woven += [step, *open_ones]
         return tuple(woven)
 
 
+def _step(proposal: Proposal) -> Step:
+    return Step(proposal.verb, proposal.topic)
+
+
 _TIMES = {"always": "", "sometimes": "?"}
 
 
-def _weaken(kept: list[Proposal], dropped: list[Proposal], topic: str) -> None:
-    """Weaken what is least sure of a topic; where nothing is left, of its nodes; or else of all."""
+def _weaken(kept: list[Proposal], dropped: list[Proposal], message: str) -> None:
+    """Weaken what is least sure of a topic or service; where nothing is left, of its nodes; or of all."""
+    topic = named(message)
     nodes = {each.node for each in kept if topic in (each.topic, each.callback)}
     choices = (
         [each for each in kept if each.topic == topic],

@@ -1,14 +1,23 @@
-"""Which callback leads to which messages, as far as a recording shows it, and what speaks for that."""
+"""Which callback leads to which messages and calls, as far as a recording shows it, with the evidence."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
 from dineros.observation.narrowing.counting import SECOND, Delays, Following, Publications
-from dineros.observation.systems import ObservedSystem
+from dineros.observation.systems import (
+    REQUEST_RECEIVED,
+    REQUEST_SENT,
+    RESPONSE_RECEIVED,
+    RESPONSE_SENT,
+    ObservedNode,
+    ObservedSystem,
+    event_name,
+    named,
+)
 
 WITHIN = 1.0
 """Seconds after which a message is no consequence of another one any more."""
@@ -22,20 +31,23 @@ MOSTLY = 0.9
 """Part of the triggers of which a topic has to be followed to be taken for the one and only cause."""
 
 Kind = Literal["always", "sometimes", "never", "timer"]
+Verb = Literal["publish", "call", "send"]
+Verbs = Mapping[tuple[str, str], Verb]
+"""Whether nodes wait for the answers of services (``call``) or go on (``send``): by node and service."""
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """That a callback leads to messages on a topic.
+    """That a callback leads to messages on a topic, or to calls of a service.
 
     Attributes
     ----------
     node : str
         Full name of the node.
     callback : str
-        Topic of the subscription; of a timer, the topic that it publishes on.
+        Topic of the subscription, or name of the service; of a timer, what it leads to.
     topic : str
-        What is published.
+        What is published, or called.
     kind : {"always", "sometimes", "never", "timer"}
         Whether a message follows each that the callback takes, some, or none; or a timer publishes.
     triggers, followed : int
@@ -47,6 +59,10 @@ class Proposal:
         Seconds between a message and what follows it, or between two of a timer.
     confidence : float
         Between 0 and 1: the expected share, after what was seen, of times at which it will hold.
+    verb : {"publish", "call", "send"}
+        What it does: publish, call and wait for the answer, or ask and go on.
+    trigger : str
+        The topic, or the event of a service, that begins the callback; of a timer, nothing.
     """
 
     node: str
@@ -61,89 +77,146 @@ class Proposal:
     mean: float
     most: float
     confidence: float
+    verb: Verb = "publish"
+    trigger: str = ""
 
     def __str__(self) -> str:
         share = f"{self.confidence:.2f}"
+        does, effect = _WORDS[self.verb]
+        each = "messages" if self.verb == "publish" else "requests"
+        effect = f"{effect}{self.topic}"
         if self.kind == "timer":
             return (
-                f"{share}  {self.node}: a timer of {self.mean:.3g} s publishes {self.topic} "
-                f"({self.messages:,} messages, {_seconds(self.least)} to {_seconds(self.most)} apart)"
+                f"{share}  {self.node}: a timer of {self.mean:.3g} s {does} {self.topic} "
+                f"({self.messages:,} {each}, {_seconds(self.least)} to {_seconds(self.most)} apart)"
             )
+        callback = self.trigger or self.callback
         if self.kind == "never":
             return (
-                f"{share}  {self.node}: {self.callback} never leads to {self.topic} "
-                f"({self.explained:,} of {self.messages:,} messages have another cause)"
+                f"{share}  {self.node}: {callback} never leads to {effect} "
+                f"({self.explained:,} of {self.messages:,} {each} have another cause)"
             )
         return (
-            f"{share}  {self.node}: {self.callback} {self.kind} leads to {self.topic} "
+            f"{share}  {self.node}: {callback} {self.kind} leads to {effect} "
             f"({self.followed:,} of {self.triggers:,} followed, within {_seconds(self.least)} to "
-            f"{_seconds(self.most)}; {self.explained:,} of {self.messages:,} messages explained)"
+            f"{_seconds(self.most)}; {self.explained:,} of {self.messages:,} {each} explained)"
         )
 
 
+_WORDS = {"publish": ("publishes", ""), "call": ("calls", "a call of "), "send": ("asks", "a request of ")}
+
+
 def proposals(
-    system: ObservedSystem, messages: Iterable[tuple[str, int]], *, within: float = WITHIN
+    system: ObservedSystem,
+    messages: Iterable[tuple[str, int]],
+    *,
+    verbs: Verbs | None = None,
+    within: float = WITHIN,
 ) -> list[Proposal]:
     """Return what a recording shows of the callbacks of nodes, nodes and topics in order of their names.
 
-    Of a topic that several nodes publish on, nothing is proposed: whose message it is, no recording says.
+    Of a topic that several nodes publish on, nothing is proposed, nor of a service that several call: whose
+    message it is, no recording says.
 
     Parameters
     ----------
     system : ObservedSystem
-        Nodes with their publishers and subscriptions.
+        Nodes with their ports.
     messages : iterable of (str, int)
-        Topic and time in nanoseconds of each message, in order of their times.
+        Topic, or name of an event (`dineros.observation.systems.event_name`), and time in nanoseconds of each
+        message, in order of their times.
+    verbs : mapping, optional
+        Whether nodes wait for answers, where it is not ``call``.
     within : float
         Seconds after which a message is no consequence of another one any more.
     """
-    publishing: defaultdict[str, list[str]] = defaultdict(list)
-    for node, endpoint in system.publishers():
-        if node.name not in publishing[endpoint.topic]:
-            publishing[endpoint.topic].append(node.name)
-    counted: dict[tuple[str, str], Publications] = {}
+    asked = verbs or {}
+    counted: dict[tuple[str, Verb, str], Publications] = {}
+    happened: defaultdict[str, list[Publications]] = defaultdict(list)
     hearing: defaultdict[str, list[Publications]] = defaultdict(list)
+    ending: defaultdict[str, list[tuple[Publications, str]]] = defaultdict(list)
+    owners = _owners(system)
     for node in sorted(system.nodes, key=lambda node: node.name):
-        heard = tuple(sorted({endpoint.topic for endpoint in node.subscribers}))
-        for topic in sorted({endpoint.topic for endpoint in node.publishers}):
-            if len(publishing[topic]) == 1:
-                found = counted[node.name, topic] = Publications(heard, round(within * SECOND))
-                for each in heard:
-                    hearing[each].append(found)
-    published: defaultdict[str, list[Publications]] = defaultdict(list)
-    for (_, topic), found in counted.items():
-        published[topic].append(found)
-    for topic, time in messages:
-        for found in published.get(topic, ()):
+        topics = sorted({endpoint.topic for endpoint in node.subscribers})
+        served = {each.name: event_name(each.name, REQUEST_RECEIVED) for each in node.servers}
+        answers = [
+            event_name(each.name, RESPONSE_RECEIVED)
+            for each in node.clients
+            if asked.get((node.name, each.name)) == "send"
+        ]
+        triggers = (*topics, *sorted(served.values()), *sorted(answers))
+        for verb, name, shown in _effects(node, asked):
+            if owners[shown] != {node.name}:
+                continue
+            found = counted[node.name, verb, name] = Publications(triggers, round(within * SECOND))
+            happened[shown].append(found)
+            for each in triggers:
+                hearing[each].append(found)
+            for service, begins in served.items():
+                ending[event_name(service, RESPONSE_SENT)].append((found, begins))
+    for name, time in messages:
+        for found in happened.get(name, ()):
             found.published(time)
-        for found in hearing.get(topic, ()):
-            found.heard(topic, time)
+        for found in hearing.get(name, ()):
+            found.heard(name, time)
+        for found, begins in ending.get(name, ()):
+            found.ended(begins)
     return [
         proposal
-        for (node, topic), found in counted.items()
+        for (node, verb, name), found in counted.items()
         if found.count >= LEAST_MESSAGES
-        for proposal in _proposed(node, topic, found)
+        for proposal in _proposed(node, verb, name, found)
     ]
 
 
-def _proposed(node: str, topic: str, found: Publications) -> Iterator[Proposal]:
+def _effects(node: ObservedNode, asked: Verbs) -> Iterator[tuple[Verb, str, str]]:
+    """Yield what a node does that is seen: verb, topic or service, and what shows it."""
+    for topic in sorted({endpoint.topic for endpoint in node.publishers}):
+        yield "publish", topic, topic
+    for service in sorted({endpoint.name for endpoint in node.clients}):
+        yield asked.get((node.name, service), "call"), service, event_name(service, REQUEST_SENT)
+
+
+def _owners(system: ObservedSystem) -> defaultdict[str, set[str]]:
+    """Return which nodes do what is seen."""
+    found: defaultdict[str, set[str]] = defaultdict(set)
+    for node in system.nodes:
+        for _, _, shown in _effects(node, {}):
+            found[shown].add(node.name)
+    return found
+
+
+def _proposed(node: str, verb: Verb, topic: str, found: Publications) -> Iterator[Proposal]:
     cause = _only_cause(found)
     if cause is not None:
         causes, explained = {cause: found.alone[cause]}, found.alone[cause].followed
     elif found.gaps.variation <= REGULAR:
-        yield _timer(node, topic, found)
+        yield _timer(node, verb, topic, found.gaps, found.count)
         causes, explained = {}, found.count
     else:
         causes = {each: following for each, following in found.together.items() if following.followed}
         explained = found.attributed
     share = _expected(explained, found.count)
-    for callback, following in found.alone.items():
-        if callback in causes:
-            yield _cause(node, callback, topic, causes[callback], found.count, explained, share)
-        elif following.triggers:
-            yield Proposal(
-                node, callback, topic, "never", following.triggers, 0, found.count, explained, 0, 0, 0, share
-            )
+    for trigger, following in found.alone.items():
+        its = causes.get(trigger)
+        if its is None and not following.triggers:
+            continue
+        kind: Kind = "never"
+        confidence = share
+        if its is not None:
+            kind, confidence = _kind(its, share)
+        shown = following if its is None else its
+        yield Proposal(
+            node,
+            named(trigger),
+            topic,
+            kind,
+            *(shown.triggers, 0 if its is None else its.followed, found.count, explained),
+            *(_times(Delays() if its is None else its.delays)),
+            confidence,
+            verb,
+            trigger,
+        )
 
 
 def _only_cause(found: Publications) -> str | None:
@@ -156,25 +229,18 @@ def _only_cause(found: Publications) -> str | None:
     return min(able)[1] if able else None
 
 
-def _timer(node: str, topic: str, found: Publications) -> Proposal:
-    gaps = found.gaps
+def _timer(node: str, verb: Verb, topic: str, gaps: Delays, messages: int) -> Proposal:
     confidence = (1 - gaps.variation) * _expected(gaps.count, gaps.count)
-    count = (gaps.count, gaps.count, found.count, found.count)
-    return Proposal(node, topic, topic, "timer", *count, *_times(gaps), confidence)
+    count = (gaps.count, gaps.count, messages, messages)
+    return Proposal(node, topic, topic, "timer", *count, *_times(gaps), confidence, verb)
 
 
-def _cause(
-    node: str, callback: str, topic: str, following: Following, messages: int, explained: int, share: float
-) -> Proposal:
+def _kind(following: Following, share: float) -> tuple[Kind, float]:
+    """Return whether each trigger is followed, or some are; and how sure that is."""
     # What waits when the recording ends may still be followed.
-    missed = following.triggers - following.followed - following.waits
-    kind: Kind = "sometimes" if missed else "always"
-    if kind == "always":
-        share *= _expected(following.followed, following.followed)
-    else:
-        share *= following.promptness
-    count = (following.triggers, following.followed, messages, explained)
-    return Proposal(node, callback, topic, kind, *count, *_times(following.delays), share)
+    if following.triggers - following.followed - following.waits:
+        return "sometimes", share * following.promptness
+    return "always", share * _expected(following.followed, following.followed)
 
 
 def _times(delays: Delays) -> tuple[float, float, float]:

@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping
 
-from dineros.observation.importing.given import Given, GivenCallback, GivenNode, GivenTopic
+from dineros.observation.importing.given import Given, GivenCallback, GivenNode
 
 
 def given_text(given: Given) -> str:
     """Return what `dineros.observation.importing.given.read_given` reads as the same again."""
     tables = [
         *(table for name in sorted(given.nodes) for table in _node(name, given.nodes[name])),
-        *(_topic(name, given.topics[name]) for name in sorted(given.topics)),
+        *(_ends(f"topic.{_text(name)}", vars(given.topics[name])) for name in sorted(given.topics)),
+        *(_ends(f"service.{_text(name)}", vars(given.services[name])) for name in sorted(given.services)),
     ]
     return "\n".join(tables)
 
@@ -38,11 +39,8 @@ def _callback(said: GivenCallback) -> dict[str, str | None]:
     }
 
 
-def _topic(name: str, said: GivenTopic) -> str:
-    return _table(
-        f"topic.{_text(name)}",
-        {"publishers": _list(said.publishers), "subscribers": _list(said.subscribers)},
-    )
+def _ends(name: str, ends: Mapping[str, Iterable[str]]) -> str:
+    return _table(name, {end: _list(nodes) for end, nodes in ends.items()})
 
 
 def _table(name: str, lines: Mapping[str, str | None]) -> str:

@@ -18,7 +18,15 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.reading import open_plain, read_bytes
 from dineros.metamodel.matching import Quality
-from dineros.observation.systems import ObservedSystem, RecordedTopic
+from dineros.observation.systems import (
+    OF_EVENTS,
+    ObservedSystem,
+    RecordedService,
+    RecordedTopic,
+    is_house_service,
+    is_house_topic,
+    is_of_action,
+)
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection, Qos
@@ -32,6 +40,7 @@ METADATA_LIMIT = 4 * 1024 * 1024
 _STORAGE = (".mcap", ".db3")
 _TOPIC = re.compile(r"/[A-Za-z_~{}][A-Za-z0-9_/~{}]{0,254}")
 _TYPE = re.compile(r"[a-z][a-z0-9_]{0,99}/(msg|srv|action)/[A-Z][A-Za-z0-9_]{0,99}")
+_EVENT = "_Event"
 _SPECIAL = frozenset("?#%")
 """Characters that mean something else in the address by which the library opens a database."""
 
@@ -73,6 +82,8 @@ class Recording:
     ----------
     topics : tuple of RecordedTopic
         In order of their names.
+    services : tuple of RecordedService
+        Services that told of their calls on some of these topics (service introspection).
     count : int
         How many messages there are, by the recording's own word.
     start, duration : int
@@ -95,8 +106,9 @@ class Recording:
                 self.count = int(self._reader.message_count)
                 self.start, self.duration = int(self._reader.start_time), int(self._reader.duration)
                 self.topics = self._topics(self._reader.connections)
+                self.services = tuple(map(_service, filter(_is_of_events, self.topics)))
             if not self.count:
-                raise self._error("holds no message")
+                raise self.error("holds no message")
         except DinerosError:
             self.close()
             raise
@@ -115,8 +127,20 @@ class Recording:
             self._reader.close()
 
     def system(self) -> ObservedSystem:
-        """Return what the recording tells of the system: topics, and no nodes."""
-        return ObservedSystem(str(self._path), topics=self.topics)
+        """Return what the recording tells of the system: topics and services, and no nodes.
+
+        Without those that ROS makes by itself, as they are not told of a running graph either.
+        """
+        topics = (each for each in self.topics if not is_house_topic(each.name, each.type))
+        return ObservedSystem(
+            str(self._path),
+            topics=tuple(topic for topic in topics if not is_of_action(topic.name)),
+            services=tuple(
+                service
+                for service in self.services
+                if not is_house_service(service.type) and not is_of_action(service.name)
+            ),
+        )
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[RecordedMessage]:
         """Yield the messages in order of their times.
@@ -146,18 +170,18 @@ class Recording:
             else:
                 self._check_storage(self._path)
         except FileNotFoundError:
-            raise self._error("there is no such recording") from None
+            raise self.error("there is no such recording") from None
         except OSError as error:
-            raise self._error(f"cannot be read: {error.strerror}") from error
+            raise self.error(f"cannot be read: {error.strerror}") from error
 
     def _check_folder(self) -> None:
         files = sorted(file for file in self._path.iterdir() if file.suffix in (*_STORAGE, ".zstd"))
         if not files:
-            raise self._error(
+            raise self.error(
                 "holds no recording", f"a recording of rosbag2 is a {METADATA} and files beside it"
             )
         if not (self._path / METADATA).exists():
-            raise self._error(
+            raise self.error(
                 f"has no {METADATA}: the recorder did not end it",
                 f"`ros2 bag reindex` writes one; or name the file: {files[0].name}",
             )
@@ -196,15 +220,15 @@ class Recording:
 
     def _topic(self, name: str, connections: list[Connection]) -> RecordedTopic:
         if not _TOPIC.fullmatch(name):
-            raise self._error(f"{name!r:.100} is no name of a topic")
+            raise self.error(f"{name!r:.100} is no name of a topic")
         types = sorted({connection.msgtype for connection in connections})
         for kind in types:
             if not _TYPE.fullmatch(kind):
-                raise self._error(
+                raise self.error(
                     f"topic {name} is of the unknown type {kind!r:.100}", "a type is like std_msgs/msg/String"
                 )
         if len(types) > 1:
-            raise self._error(f"topic {name} is of several types: {', '.join(types):.300}")
+            raise self.error(f"topic {name} is of several types: {', '.join(types):.300}")
         offered = [
             _quality(quality)
             for connection in connections
@@ -212,7 +236,8 @@ class Recording:
         ]
         return RecordedTopic(name, types[0], tuple(offered), sum(each.msgcount for each in connections))
 
-    def _error(self, message: str, hint: str | None = None) -> RecordingError:
+    def error(self, message: str, hint: str | None = None) -> RecordingError:
+        """Return that something is wrong with the recording."""
         return RecordingError(message, location=Location(self._path), hint=hint)
 
     @contextmanager
@@ -223,7 +248,7 @@ class Recording:
             raise
         except Exception as error:  # whatever the library, the database or a decompressor says
             said = " ".join(str(error).split()).replace(f"{self._path}/", "").replace(str(self._path), "it")
-            raise self._error(
+            raise self.error(
                 f"is damaged or cut off: {said or type(error).__name__:.300}".rstrip("."),
                 "`ros2 bag reindex` or `mcap recover` may save what is whole",
             ) from error
@@ -243,6 +268,16 @@ def _reader(path: Path) -> Reader:
             hint=f"a folder with {METADATA}, or a file named *.mcap or *.db3",
         )
     return Reader(path)
+
+
+def _is_of_events(topic: RecordedTopic) -> bool:
+    return topic.name.endswith(OF_EVENTS) and "/srv/" in topic.type and topic.type.endswith(_EVENT)
+
+
+def _service(topic: RecordedTopic) -> RecordedService:
+    return RecordedService(
+        topic.name.removesuffix(OF_EVENTS), topic.type.removesuffix(_EVENT), topic.messages
+    )
 
 
 def _quality(offered: Qos) -> Quality:

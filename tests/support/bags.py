@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -14,9 +15,15 @@ STRING = b"\x00\x01\x00\x00\x02\x00\x00\x00a\x00"
 """The text ``a`` as std_msgs/msg/String."""
 
 
+def service_event(kind: int, number: int, client: int = 1) -> bytes:
+    """Return an event of service introspection: its kind (0 to 3), its request's number, its client."""
+    info = struct.pack("<B3xiI16sxxxxq", kind, 0, 0, bytes([client] * 16), number)
+    return b"\x00\x01\x00\x00" + info + bytes(8)
+
+
 def write_bag(
     path: Path,
-    messages: Iterable[tuple[str, int]],
+    messages: Iterable[tuple[str, int] | tuple[str, int, bytes]],
     *,
     types: Mapping[str, str] | None = None,
     offered: Mapping[str, list[Qos]] | None = None,
@@ -27,7 +34,7 @@ def write_bag(
     Parameters
     ----------
     messages
-        Topic and time in nanoseconds of each.
+        Topic and time in nanoseconds of each; its data, where that is no text ``a``.
     types
         Of topics that carry no std_msgs/msg/String; topics named here are there without a message, too.
     """
@@ -51,6 +58,6 @@ def write_bag(
 
         for topic in types:
             connection(topic)
-        for topic, time in messages:
-            writer.write(connection(topic), time, STRING)
+        for topic, time, *data in messages:
+            writer.write(connection(topic), time, data[0] if data else STRING)
     return path

@@ -20,6 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys.store import Typestore
 
 SILENT = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 """Matches every publisher, and holds none of them back."""
@@ -36,10 +37,8 @@ def record(path: Path, topics: dict[str, str]) -> None:
             writer.write(connection, info["source_timestamp"], data)
 
         for topic, kind in topics.items():
-            package, _, name = kind.split("/")
-            connection = writer.add_connection(topic, kind, typestore=store)
-            message = getattr(import_module(f"{package}.msg"), name)
-            node.create_subscription(message, topic, partial(write, connection), SILENT, raw=True)
+            connection = writer.add_connection(topic, kind, **_definition(kind, store))
+            node.create_subscription(_class_of(kind), topic, partial(write, connection), SILENT, raw=True)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         ending: list[int] = []
@@ -47,6 +46,20 @@ def record(path: Path, topics: dict[str, str]) -> None:
         print("records", flush=True)
         while not ending:
             executor.spin_once(timeout_sec=0.1)
+
+
+def _class_of(kind: str) -> Any:
+    """Return the class of a message, or of a service's events: ``package/srv/Name_Event``."""
+    package, folder, name = kind.split("/")
+    module = import_module(f"{package}.{folder}")
+    return getattr(module, name.removesuffix("_Event")).Event if folder == "srv" else getattr(module, name)
+
+
+def _definition(kind: str, store: Typestore) -> dict[str, Any]:
+    """Return what says what a type is; of events, `ros2 bag` writes down their fields, which nobody reads."""
+    if "/srv/" not in kind:
+        return {"typestore": store}
+    return {"msgdef": "service_msgs/ServiceEventInfo info\n", "rihs01": "RIHS01_0"}
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import click
@@ -13,9 +12,11 @@ from dineros.cli.options import ModelPath, json_option, model_argument
 from dineros.cli.outputs import refuse_output
 from dineros.cli.recordings.narrowing import (
     chosen,
+    print_calls,
     print_json,
     print_narrowed,
     print_proposals,
+    refuse_given,
     subject_of,
     write,
 )
@@ -88,6 +89,8 @@ def narrow(
 
     A proposal says that a message on a topic always, sometimes or never follows another one, or that a timer
     publishes it; with how often and how soon, and the share of times at which it can be expected to hold.
+    Where services tell of their calls (service introspection), calls are proposed as well, and what follows
+    requests and answers.
 
     In the narrowed model, what is accepted holds, and the rest stays open. It explains the recording: what it
     could not be explained with is weakened, or taken back, and listed. Beside it stands what is given of the
@@ -100,29 +103,27 @@ def narrow(
         raise click.UsageError("what --threshold or --accept takes is written to -o: give both, or neither")
     if output is not None:
         refuse_output(output, (".xmi", ".pnml"))
-    from dineros.observation.narrowing import narrowed, proposals
-    from dineros.observation.recordings import Recording
+        refuse_given(output)
+    from dineros.observation.narrowing import narrowed, proposals, verbs_of
+    from dineros.observation.recordings import Observed, Recording
 
     system = load_system(model)
     refuse_invalid(system, model)
     subject = subject_of(model, system)
     run = search()
     with Recording(bag) as recording:
-
-        def messages() -> Iterator[tuple[str, int]]:
-            for topic, time, _ in recording.messages():
-                yield topic, time
-
         run.stage(f"reading {bag.name}")
-        found = proposals(subject.system, messages(), within=within)
+        observed = Observed(recording)
+        verbs = verbs_of(subject.system, observed.recorded, subject.given)
+        found = proposals(subject.system, observed.messages(), verbs=verbs, within=within)
         made = None
         if output is not None:
             accepted = chosen(found, threshold, accept)
             run.stage(f"explaining {bag.name}")
             made = narrowed(
                 subject.system,
-                recording.topics,
-                messages,
+                observed.recorded,
+                observed.messages,
                 accepted,
                 given=subject.given,
                 id=subject.id,
@@ -134,9 +135,10 @@ def narrow(
             write(made, output, bag)
     with run.answer():
         if as_json:
-            print_json(subject, found, made, output)
+            print_json(subject, found, observed.calls, made, output)
         elif made is None:
-            print_proposals(found)
+            print_proposals(found, bag)
+            print_calls(observed.calls)
         elif output is not None:
             print_narrowed(made, output, bag)
     statuses = {"conforms": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}

@@ -11,7 +11,14 @@ from dineros.metamodel import sym
 from dineros.observation.differences.comparing import FAULTS, differences
 from dineros.observation.differences.described import described, full_name
 from dineros.observation.importing.building import to_model
-from dineros.observation.systems import USUAL, ObservedNode, ObservedSystem, RecordedTopic
+from dineros.observation.systems import (
+    USUAL,
+    Endpoint,
+    ObservedNode,
+    ObservedSystem,
+    RecordedService,
+    RecordedTopic,
+)
 from tests.support.foreign import TEXT, port, robot, trigger
 from tests.support.talker import talker
 
@@ -99,6 +106,21 @@ def test_topics_of_a_recording() -> None:
     assert rules(RecordedTopic("/x", "std_msgs/msg/Int32")) == [("type-differs", "error")]
     lossy = USUAL._replace(reliability="bestEffort")
     assert rules(RecordedTopic("/x", TEXT, (USUAL, lossy))) == [("quality-differs", "error")]
+
+
+def test_services_of_a_recording() -> None:
+    endpoint = Endpoint("/ask", "std_srvs/srv/Trigger")
+    nodes = (ObservedNode("/a", servers=(endpoint,)), ObservedNode("/b", clients=(endpoint,)))
+    model = to_model(ObservedSystem("nowhere", nodes)).model
+
+    def rules(*services: RecordedService) -> list[tuple[str, str]]:
+        found = ObservedSystem("bag", services=services)
+        return [(finding.rule, finding.severity) for finding in differences(model, found).findings]
+
+    assert rules(RecordedService("/ask", "std_srvs/srv/Trigger")) == []
+    assert rules(RecordedService("/ask", "std_srvs/srv/Empty")) == [("type-differs", "error")]
+    other = RecordedService("/asks", "std_srvs/srv/Trigger")
+    assert rules(other) == [("service-extra", "error"), ("service-not-recorded", "note")]
 
 
 def test_names_and_types_of_a_model_that_was_not_imported() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Iterable, Sequence
 
 from dineros.analysis.model.subject import subject_of
@@ -11,6 +12,13 @@ from dineros.metamodel import sym
 Marking = tuple[int, ...]
 Message = tuple[str, int]
 MILLISECOND = 1_000_000
+EVENTS = {
+    "req": "request sent",
+    "call": "request received",
+    "return": "response sent",
+    "res": "response received",
+}
+"""What a service tells of a step, by how its transition is named."""
 
 
 class TooLargeError(Exception):
@@ -20,10 +28,13 @@ class TooLargeError(Exception):
 class Reference:
     """A model flattened with its signals, and its runs.
 
-    Topics are those of the model, all of them recorded unless named as `hidden`.
+    Topics are those of the model, all of them recorded unless named as `hidden`; so are the events of its
+    services where `events` says so.
     """
 
-    def __init__(self, model: sym.SystemModel, most: int = 800, hidden: Iterable[str] = ()) -> None:
+    def __init__(
+        self, model: sym.SystemModel, most: int = 800, hidden: Iterable[str] = (), *, events: bool = False
+    ) -> None:
         self._net = subject_of(model, "fully-enabled").net
         self._most = most
         self.topics = {
@@ -42,6 +53,14 @@ class Reference:
                 )
                 if sees and topic not in hidden:
                     self._label[number] = topic
+            for each in model.channels:
+                if events and isinstance(each, sym.ServiceChannel):
+                    step = re.fullmatch(
+                        rf"{re.escape(str(each.id))}\.(client\..*|late)\.(\w+)(\[\d+\])*", name
+                    )
+                    if step is not None and step[2] in EVENTS:
+                        self._label[number] = f"/{each.service.strip('/')} ({EVENTS[step[2]]})"
+        self.names = sorted({*self._label.values(), *set(self.topics.values()).difference(hidden)})
         self._afters: dict[tuple[frozenset[Marking], str], set[Marking]] = {}
         self._silent = [n for n in range(len(self._net.transitions)) if n not in self._label]
 

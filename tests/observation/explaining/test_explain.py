@@ -53,14 +53,16 @@ MODELS = st.one_of(small_system_models(), history_models(), executor_models(), c
 
 
 @settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
-@given(MODELS, st.integers(0, 999), st.sampled_from([0, 5, 30]), st.booleans())
-def test_as_a_plain_search_does(model: sym.SystemModel, seed: int, tolerance: int, hides: bool) -> None:
+@given(MODELS, st.integers(0, 999), st.sampled_from([0, 5, 30]), st.booleans(), st.booleans())
+def test_as_a_plain_search_does(
+    model: sym.SystemModel, seed: int, tolerance: int, hides: bool, events: bool
+) -> None:
     """Recordings of random runs conform; their mutants do exactly where the model has such a run."""
     assume(not any(each.overrides for each in transitions(model)))  # which no engine obeys
     topics = sorted(set(Reference(model).topics.values()))
     hidden = topics[:1] if hides and len(topics) > 1 else []
-    topics = [topic for topic in topics if topic not in hidden]
-    reference = Reference(model, hidden=hidden)
+    reference = Reference(model, hidden=hidden, events=events)
+    topics = reference.names
     messages = reference.recording(seed, 6)
     assume(topics and messages)
     for _, mutant in [("none", messages), *mutants(messages, topics, seed)]:

@@ -26,6 +26,7 @@ from dineros.observation.systems import (
     Endpoint,
     ObservedNode,
     ObservedSystem,
+    RecordedService,
     RecordedTopic,
     TopicEndpoint,
 )
@@ -230,6 +231,22 @@ def test_topics_of_a_recording_have_a_node_each_that_nobody_has_seen_unless_it_i
     said = read('[topic."/x"]\npublishers = ["/a"]\nsubscribers = ["/b"]\n')
     imported = to_model(system, said)
     assert [node.id for node in node_nets(imported.model)] == ["a", "b", "unseen_publisher_y"]
+
+
+def test_services_of_a_recording_are_there_where_somebody_says_whose_they_are() -> None:
+    services = (RecordedService("/ask", "std_srvs/srv/Trigger"),)
+    system = ObservedSystem("bag", (), (RecordedTopic("/x", TEXT, (USUAL,)),), services=services)
+    imported = to_model(system)
+    assert imported.recorded == ("/x", "/ask")
+    assert imported.left_out == ("service /ask: its events do not tell whose it is",)
+    said = read('[service."/ask"]\nservers = ["/a"]\nclients = ["/b", "/c"]\n')
+    imported = to_model(system, said)
+    assert errors(imported.model) == []
+    assert (imported.recorded, imported.left_out) == (("/x",), ())
+    assert [node.id for node in node_nets(imported.model)] == ["a", "b", "c", "unseen_publisher_x"]
+    assert differences(imported.model, system).findings == []
+    other = to_model(system, read('[service."/other"]\nservers = []\n'))
+    assert other.unused == ("/other",)
 
 
 def test_a_managed_node_may_be_stopped_unless_it_is_said() -> None:

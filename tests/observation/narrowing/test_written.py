@@ -13,6 +13,7 @@ from dineros.observation.importing.given import (
     Given,
     GivenCallback,
     GivenNode,
+    GivenService,
     GivenTopic,
     Step,
     read_given,
@@ -43,12 +44,19 @@ def nodes(draw: st.DrawFn) -> GivenNode:
 
 
 TOPICS = st.builds(GivenTopic, st.lists(NAMES).map(tuple), st.lists(NAMES).map(tuple))
+SERVICES = st.builds(GivenService, st.lists(NAMES).map(tuple), st.lists(NAMES).map(tuple))
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.dictionaries(NAMES, nodes(), max_size=3), st.dictionaries(NAMES, TOPICS, max_size=2))
-def test_round_trip(said: dict[str, GivenNode], topics: dict[str, GivenTopic]) -> None:
+@given(
+    st.dictionaries(NAMES, nodes(), max_size=3),
+    st.dictionaries(NAMES, TOPICS, max_size=2),
+    st.dictionaries(NAMES, SERVICES, max_size=2),
+)
+def test_round_trip(
+    said: dict[str, GivenNode], topics: dict[str, GivenTopic], services: dict[str, GivenService]
+) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "robot.given.toml")
-        path.write_text(given_text(Given(said, topics)), encoding="utf-8")
-        assert read_given(path) == Given(said, topics, path)
+        path.write_text(given_text(Given(said, topics, services=services)), encoding="utf-8")
+        assert read_given(path) == Given(said, topics, path, services)

@@ -1,0 +1,47 @@
+"""Whether nodes wait for the answers of the services that they call, as far as a recording shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from dineros.observation.importing.given import Given, GivenNode
+from dineros.observation.narrowing.proposals import Verb
+from dineros.observation.systems import (
+    REQUEST_SENT,
+    RESPONSE_RECEIVED,
+    ObservedSystem,
+    RecordedTopic,
+    event_name,
+)
+
+
+def verbs_of(
+    system: ObservedSystem, recorded: Collection[RecordedTopic], given: Given | None = None
+) -> dict[tuple[str, str], Verb]:
+    """Return ``send`` for the nodes and services of which it is seen that the node goes on.
+
+    A callback that waits for an answer keeps its thread. So where a node with one thread takes an answer, no
+    callback waits for it. Of several clients nobody knows whose answer it was.
+
+    Parameters
+    ----------
+    system : ObservedSystem
+        Nodes with their clients.
+    recorded : collection of RecordedTopic
+        Topics and events of the recording, with their numbers of messages.
+    given : Given, optional
+        What people say of threads, and of callbacks that await.
+    """
+    seen = {each.name for each in recorded if each.messages}
+    clients = [(node.name, each.name) for node in system.nodes for each in node.clients]
+    return {
+        (node, service): "send"
+        for node, service in clients
+        if {event_name(service, each) for each in (REQUEST_SENT, RESPONSE_RECEIVED)} <= seen
+        and sum(other == service for _, other in clients) == 1
+        and _has_one_thread((given or Given()).node(node))
+    }
+
+
+def _has_one_thread(said: GivenNode) -> bool:
+    return (said.threads or 1) == 1 and not any(each.awaits for each in said.callbacks.values())

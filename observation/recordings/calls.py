@@ -1,0 +1,224 @@
+"""What a recording tells of calls: events of service introspection, among the messages.
+
+A client tells that it has sent a request and received the response, a server that it has received the one and
+sent the other; each where introspection was configured (`rclpy.client.Client.configure_introspection`). Which
+node it is, no event says. Each is sent after what it tells of, by a thread that may have been interrupted in
+between; so what a server has received may be told before it was sent, and is put right here.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict, deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
+
+from dineros.observation.recordings.reading import Recording
+from dineros.observation.systems import (
+    OF_EVENTS,
+    REQUEST_RECEIVED,
+    REQUEST_SENT,
+    RESPONSE_RECEIVED,
+    RESPONSE_SENT,
+    SERVICE_EVENTS,
+    RecordedTopic,
+    event_name,
+)
+
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
+
+_INFO = "service_msgs/msg/ServiceEventInfo"
+_INFO_SIZE = 44
+"""Bytes of an event that tell of the call, CDR's header included; requests and responses come after them."""
+
+LATE = 1_000_000_000
+"""Nanoseconds that an event may be told after one that follows from it."""
+MOST_LATE = 10_000
+"""Messages meanwhile."""
+MOST_CALLS = 100_000
+"""Calls of a service that are remembered while they have no answer."""
+
+_BEFORE = {REQUEST_RECEIVED: REQUEST_SENT, RESPONSE_RECEIVED: RESPONSE_SENT}
+_ANSWERS = {RESPONSE_RECEIVED: REQUEST_SENT, RESPONSE_SENT: REQUEST_RECEIVED}
+
+
+class Event(NamedTuple):
+    """What a service tells of a call: one of `SERVICE_EVENTS`, its client, the number of its request."""
+
+    kind: str
+    client: bytes
+    number: int
+
+
+@dataclass
+class Calls:
+    """What the two ends of a service tell of its calls.
+
+    Attributes
+    ----------
+    events : Counter of str
+        How often each was told.
+    clients : dict of str to set of bytes
+        By event: whose calls it was. Both ends know a client by a number of their own.
+    answers : dict of str to tuple of float
+        Of the server (`RESPONSE_SENT`) and of clients (`RESPONSE_RECEIVED`), as far as they tell: how many
+        answers, and the seconds until the soonest and the latest one.
+    """
+
+    events: Counter[str] = field(default_factory=Counter)
+    clients: defaultdict[str, set[bytes]] = field(default_factory=lambda: defaultdict(set))
+    answers: dict[str, tuple[int, float, float]] = field(default_factory=dict)
+    _open: dict[tuple[str, bytes, int], int] = field(default_factory=dict)
+
+    def add(self, event: Event, time: int) -> None:
+        """Take an event."""
+        self.events[event.kind] += 1
+        if len(self.clients[event.kind]) < MOST_CALLS:
+            self.clients[event.kind].add(event.client)
+        asked = _ANSWERS.get(event.kind)
+        if asked is None:
+            if len(self._open) < MOST_CALLS:
+                self._open[event] = time
+            return
+        began = self._open.pop((asked, event.client, event.number), None)
+        if began is not None:
+            delay = max(0, time - began) / 1e9
+            count, least, most = self.answers.get(event.kind, (0, delay, delay))
+            self.answers[event.kind] = count + 1, min(least, delay), max(most, delay)
+
+    def told(self) -> list[str]:
+        """Return the events that are told of each call; what a client tells of itself only, is not."""
+        heard = max((len(self.clients[each]) for each in (REQUEST_RECEIVED, RESPONSE_SENT)), default=0)
+        sent = max((len(self.clients[each]) for each in (REQUEST_SENT, RESPONSE_RECEIVED)), default=0)
+        of_clients = (REQUEST_SENT, RESPONSE_RECEIVED) if sent and sent >= heard else ()
+        of_server = (REQUEST_RECEIVED, RESPONSE_SENT) if heard else ()
+        return [each for each in SERVICE_EVENTS if each in (*of_clients, *of_server)]
+
+
+class Observed:
+    """The messages of a recording, with what services tell of their calls among them.
+
+    Parameters
+    ----------
+    recording : Recording
+        An open recording; what it tells of calls is read once to begin with.
+
+    Attributes
+    ----------
+    calls : dict of str to Calls
+        By service.
+    recorded : tuple of RecordedTopic
+        Its topics, and the events of services that are told of every call, by their names (`event_name`).
+
+    Raises
+    ------
+    RecordingError
+        The recording is damaged, or an event is none.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._services = {f"{each.name}{OF_EVENTS}": each for each in recording.services}
+        self.calls = {each.name: Calls() for each in recording.services}
+        for topic, time, data in recording.messages(self._services):
+            self.calls[self._services[topic].name].add(self._event(topic, data), time)
+        self._told = {name: calls.told() for name, calls in self.calls.items()}
+        self.recorded = (
+            *(topic for topic in recording.topics if topic.name not in self._services),
+            *(
+                RecordedTopic(event_name(each.name, kind), each.type, (), self.calls[each.name].events[kind])
+                for each in recording.services
+                for kind in self._told[each.name]
+            ),
+        )
+
+    def messages(self) -> Iterator[tuple[str, int]]:
+        """Yield name and time in nanoseconds of each message and event, in order of their times."""
+        ahead: deque[_Told] = deque()
+        coming = iter(self._all())
+        waiting: Counter[tuple[str, str, int]] = Counter()
+        while True:
+            told = ahead.popleft() if ahead else next(coming, None)
+            if told is None:
+                return
+            event = told.event
+            if event is not None:
+                if event.kind not in self._told[told.name]:
+                    continue
+                before = _BEFORE.get(event.kind)
+                if before is None:
+                    waiting[told.name, event.kind, event.number] += 1
+                elif before in self._told[told.name]:
+                    key = told.name, before, event.number
+                    if waiting[key] > 0:
+                        waiting[key] -= 1
+                    elif _taken(told._replace(event=Event(before, b"", event.number)), ahead, coming):
+                        yield event_name(told.name, before), told.time
+                    if not waiting[key]:
+                        del waiting[key]
+                if len(waiting) > MOST_CALLS:
+                    waiting.clear()
+            yield told.name if event is None else event_name(told.name, event.kind), told.time
+
+    def _all(self) -> Iterator[_Told]:
+        for topic, time, data in self._recording.messages():
+            service = self._services.get(topic)
+            if service is None:
+                yield _Told(topic, time, None)
+            else:
+                yield _Told(service.name, time, self._event(topic, data))
+
+    def _event(self, topic: str, data: bytes) -> Event:
+        from rosbags.serde import SerdeError
+
+        try:
+            info = _types().deserialize_cdr(data[:_INFO_SIZE], _INFO)
+        except SerdeError as error:
+            raise self._recording.error(f"topic {topic} has a message that is no event: {error}") from error
+        kind = int(info.event_type)  # type: ignore[attr-defined]
+        if kind >= len(SERVICE_EVENTS):
+            raise self._recording.error(f"topic {topic} has an event of the unknown kind {kind}")
+        client, number = bytes(info.client_gid), int(info.sequence_number)  # type: ignore[attr-defined]
+        return Event(SERVICE_EVENTS[kind], client, number)
+
+
+class _Told(NamedTuple):
+    """A message, or an event of a service; by the name of topic or service."""
+
+    name: str
+    time: int
+    event: Event | None
+
+
+def _taken(wanted: _Told, ahead: deque[_Told], coming: Iterator[_Told]) -> bool:
+    """Take an event out of what comes, where it comes soon; tell whether it does."""
+    assert wanted.event is not None
+    place = 0
+    while place < MOST_LATE:
+        if place == len(ahead):
+            told = next(coming, None)
+            if told is None:
+                return False
+            ahead.append(told)
+        found = ahead[place]
+        if found.time > wanted.time + LATE:
+            return False
+        event = found.event
+        if (
+            event is not None
+            and found.name == wanted.name
+            and (event.kind, event.number) == (wanted.event.kind, wanted.event.number)
+        ):
+            del ahead[place]
+            return True
+        place += 1
+    return False
+
+
+@cache
+def _types() -> Typestore:
+    from rosbags.typesys import Stores, get_typestore
+
+    return get_typestore(Stores.ROS2_JAZZY)
