@@ -1,10 +1,11 @@
 """What a node takes until it is ready, and while it waits: processor time and memory, beside a plain one.
 
-Each starts as a process of its own: a node of rclpy with a publisher and a service, and one of DiNeROS
-without handlers. ``--python PROGRAM`` takes another Python, such as that of an environment in which only
-``dineros-runtime[ros]`` is installed, and tells what such an environment takes on the disk. A node should be
-ready within 0.4 s of processor time and take less than 60 MiB of memory of its own (anonymous pages, as in
-``/proc/PID/smaps_rollup``; files that are mapped, such as libraries, are shared and are told beside).
+Each starts as a process of its own, by turns: a node of rclpy with a publisher and a service, and one of
+DiNeROS without handlers. ``--python PROGRAM`` takes another Python, such as that of an environment in which
+only ``dineros-runtime[ros]`` is installed, and tells what such an environment takes on the disk. A node
+should be ready within 0.4 s of processor time and take less than 60 MiB of memory of its own (anonymous
+pages, as in ``/proc/PID/smaps_rollup``; files that are mapped, such as libraries, are shared and are told
+beside).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import argparse
 import os
 import re
 import signal
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -97,11 +99,18 @@ def main() -> None:
         model = str(Path(folder) / "lamp.rtm.xmi")
         ours = ["-m", "dineros.runtime.ros.node_main", model, "--ros-args", "-p", "diagnostics_period:=60.0"]
         ours += ["-p", "seed:=1"]
-        for name, command in (("rclpy", ["-c", PLAIN]), ("DiNeROS", ours)):
-            found = [measure([given.python, *command], environment) for _ in range(given.turns)]
-            used = min(each for each, _ in found)
-            taken = ", ".join(f"{part} {mib:.1f} MiB" for part, mib in found[-1][1].items())
-            print(f"{name:8} ready after {used:.2f} s of processor time; {taken}")
+        commands = {"rclpy": ["-c", PLAIN], "DiNeROS": ours}
+        found: dict[str, list[tuple[float, dict[str, float]]]] = {name: [] for name in commands}
+        for _ in range(given.turns):  # side by side: what else the machine does is much the same for both
+            for name, command in commands.items():
+                found[name].append(measure([given.python, *command], environment))
+        for name, starts in found.items():
+            times = [used for used, _ in starts]
+            taken = ", ".join(f"{part} {mib:.1f} MiB" for part, mib in starts[-1][1].items())
+            print(
+                f"{name:8} ready after {min(times):.2f} s of processor time, median "
+                f"{statistics.median(times):.2f} s; {taken}"
+            )
     print(f"packages on the disk: {disk(given.python):.0f} MiB")
 
 

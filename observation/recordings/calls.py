@@ -136,6 +136,10 @@ class Observed:
 
     def messages(self) -> Iterator[tuple[str, int]]:
         """Yield name and time in nanoseconds of each message and event, in order of their times."""
+        if not self._services:
+            for topic, time, _ in self._recording.messages():
+                yield topic, time
+            return
         ahead: deque[_Told] = deque()
         coming = iter(self._all())
         waiting: Counter[tuple[str, str, int]] = Counter()

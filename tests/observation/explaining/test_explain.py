@@ -14,7 +14,17 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.elements import transitions
 from dineros.metamodel.files import load
 from dineros.observation.explaining import Explainer, RecordingVerdict, explain
-from dineros.observation.systems import RecordedTopic
+from dineros.observation.importing.building import to_model
+from dineros.observation.importing.given import Given, GivenNode
+from dineros.observation.systems import (
+    SERVICE_EVENTS,
+    Endpoint,
+    ObservedNode,
+    ObservedSystem,
+    RecordedTopic,
+    TopicEndpoint,
+    event_name,
+)
 from tests.observation.explaining.reference import MILLISECOND, Message, Reference, TooLargeError, mutants
 from tests.support.chatty_systems import chatty_systems
 from tests.support.executor_models import executor_models
@@ -175,6 +185,25 @@ def test_what_was_not_recorded_may_come_at_any_time_and_what_the_model_lacks_is_
     verdict = explain(model, others, messages)
     assert (verdict.status, verdict.messages) == ("conforms", 30)
     assert (verdict.hidden, verdict.others) == (("/scans",), ("/elsewhere",))
+
+
+def test_events_of_several_clients_count_where_the_server_tells_of_all() -> None:
+    """Two nodes ask one service; who alone tells of it, no event says."""
+    endpoint = (Endpoint("/ask", "std_srvs/srv/Trigger"),)
+    nodes = [ObservedNode("/a", (TopicEndpoint("/x", "std_msgs/msg/String"),), servers=endpoint)]
+    nodes += [ObservedNode(name, clients=endpoint) for name in ("/b", "/c")]
+    said = Given({"/a": GivenNode(timers={})})
+    model = to_model(ObservedSystem("a test", tuple(nodes)), said).model
+    sent, received, answered, _ = (event_name("/ask", event) for event in SERVICE_EVENTS)
+    alone = explain(model, recorded("/x", sent), [("/x", 0)])
+    assert (alone.status, alone.others) == ("conforms", (sent,))
+    messages = [(sent, 0), (received, 10**9), ("/x", 2 * 10**9), (answered, 3 * 10**9)]
+    both = recorded("/x", sent, received, answered)
+    assert number(explain(model, both, messages)) is None
+    assert number(explain(model, both, messages[1:])) == 1
+    late = explain(model, both, [*messages, ("/x", 5 * 10**9)])
+    assert late.unexplained is not None and late.unexplained.publishers == ("a",)
+    assert set(late.unexplained.possible) == {sent}
 
 
 def unbounded() -> sym.SystemModel:
