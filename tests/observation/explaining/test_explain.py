@@ -201,9 +201,9 @@ def test_events_of_several_clients_count_where_the_server_tells_of_all() -> None
     both = recorded("/x", sent, received, answered)
     assert number(explain(model, both, messages)) is None
     assert number(explain(model, both, messages[1:])) == 1
-    late = explain(model, both, [*messages, ("/x", 5 * 10**9)])
+    late = explain(model, both, [*messages, (received, 5 * 10**9)])
     assert late.unexplained is not None and late.unexplained.publishers == ("a",)
-    assert set(late.unexplained.possible) == {sent}
+    assert sent in late.unexplained.possible and answered not in late.unexplained.possible
 
 
 def unbounded() -> sym.SystemModel:

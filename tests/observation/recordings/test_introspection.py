@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,7 @@ from click.testing import CliRunner, Result
 
 from dineros.cli.main import main
 from dineros.observation.importing.given import read_given
-from dineros.observation.recordings import Observed, Recording
+from dineros.observation.recordings import Observed, Recording, RecordingError
 from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.process.environment import ros_environment
 from dineros.runtime.ros.process.memory import remove_abandoned
@@ -67,21 +68,28 @@ def recorded(path: Path, seconds: float) -> Path:
     return path / "bag"
 
 
+def recorded_well(path: Path) -> Path:
+    """Record the nodes for as long as it takes on a machine that may be busy."""
+    for seconds in (6, 20, 60):
+        bag = recorded(path / str(seconds), seconds)
+        with suppress(RecordingError), Recording(bag) as recording:  # one without a message is refused
+            if recording.count > 100:
+                return bag
+    raise AssertionError("no node has said enough")
+
+
 def run(*arguments: object) -> Result:
     return CliRunner().invoke(main, [str(each) for each in arguments])
 
 
 def test_three_nodes_that_tell_of_their_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    for seconds in (6, 20, 60):  # as busy as the machine is
-        bag = recorded(tmp_path / str(seconds), seconds)
-        with Recording(bag) as recording:
-            if recording.count > 100:
-                observed = Observed(recording)
-                assert len(observed.recorded) == 7
-                count, least, most = observed.calls["/classify"].answers["response received"]
-                assert count >= 10 and 0 < least <= most
-                break
+    bag = recorded_well(tmp_path)
+    with Recording(bag) as recording:
+        observed = Observed(recording)
+        assert len(observed.recorded) == 7
+        count, least, most = observed.calls["/classify"].answers["response received"]
+        assert count >= 10 and 0 < least <= most
     Path("seen.given.toml").write_text(GIVEN)
     assert run("import", "--bag", bag, "-o", "seen.sym.xmi").exit_code == 0
     # Events are told after what they tell of; a thread may have been interrupted in between.
