@@ -14,7 +14,7 @@ from typing import Any
 from dineros.generators import Options, generate
 from dineros.metamodel import sym
 from dineros.metamodel.files import load
-from tests.support.on_ros import on_ros
+from tests.support.on_ros import build_as_before, on_ros
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -87,6 +87,7 @@ def simulated(workspace: Path, packages: Iterable[str], script: str, traces: Pat
 def runs_and_conforms(workspace: Path, world: str, until: str, traces: Path) -> None:
     """Run a workspace on ROS beside its world until something holds: what it does conforms meanwhile."""
     with on_ros() as domain:
+        build_as_before(workspace)
         options = ("--domain", domain, "--reach", "memory", "--trace", traces, "--monitor")
         run = dineros(
             *("run", workspace, "--with", f"{sys.executable} {world}", "--until", until),
