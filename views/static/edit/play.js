@@ -141,7 +141,7 @@ export class Player {
     const last = this.game?.steps[this.game.at - 1 - this.game.first];
     if (!this.isFollowing || last === undefined) return;
     const known = last.elements.filter((each) => model.objects.has(each));
-    if (known.length === 0 || known.some((each) => model.sheetOf(each) === canvas.sheet)) return;
+    if (known.length === 0 || known.some((each) => canvas.planes.has(model.sheetOf(each)))) return;
     this.editor.show(model.sheetOf(known[0]));
   }
 
