@@ -112,12 +112,13 @@ export class Player {
     return loop === null ? at : Math.min(length, loop + count);
   }
 
-  /** Asks for something and shows what came of it. @type {(what: Record<string, unknown>) => Promise<void>} */
-  async ask(what) {
+  /** Asks for something and shows what came of it; what will come is waited for. @type {(what: Record<string, unknown>, willCome?: boolean) => Promise<void>} */
+  async ask(what, willCome = false) {
     const answer = await this.editor.connection.ask("play", what);
     if (answer.type === "refused") {
       this.running = null;
-      this.editor.answered(answer);
+      if (willCome) this.editor.say(`${answer.reason} yet`);
+      else this.editor.answered(answer);
       this.show();
       return;
     }
