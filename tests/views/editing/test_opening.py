@@ -103,6 +103,10 @@ def test_pages_open_in_place_and_what_is_in_them_moves_there(file: Path, edit: E
     expect(hand.shape("listener")).to_have_attribute("aria-expanded", "false")
     two = Hand(visit().page, handle.url)
     assert two.shape("OnChatter").count() == 0  # another tab, where all is closed
+    two.open("listener")
+    two.click_sign("OnChatter")
+    two.click("Listen")  # which lies on the frame, also where no line is on the sheet besides
+    expect(two.page.locator("#field-id")).to_have_value("Listen")
 
 
 def test_a_page_is_opened_drawn_in_and_closed_by_keys(file: Path, edit: Edit, visit: NewVisit) -> None:

@@ -251,11 +251,16 @@ export class Canvas {
     }
     if (known === undefined) {
       const made = this.diagram.get("elementFactory").createShape({ id: drawn.id, ...box, business: drawn });
-      this.canvas.addShape(made, this.canvas.getRootElement(), index);
+      this.canvas.addShape(made, this.canvas.getRootElement(), this.indexed(index));
     } else if (JSON.stringify([known.business, known.x, known.y]) !== JSON.stringify([drawn, box.x, box.y])) {
       Object.assign(known, box, { business: drawn });
       this.bus.fire("element.changed", { element: known });
     }
+  }
+
+  /** An index for diagram-js, which puts first what has one beyond the end. @type {(index: number) => number | undefined} */
+  indexed(index) {
+    return index < this.canvas.getRootElement().children.length ? index : undefined;
   }
 
   /** @type {(drawn: Drawn, index: number) => void} */
@@ -269,7 +274,7 @@ export class Canvas {
     if (still === undefined) {
       const values = { id: drawn.id, waypoints, source, target, business: drawn };
       const made = this.diagram.get("elementFactory").createConnection(values);
-      this.canvas.addConnection(made, this.canvas.getRootElement(), index);
+      this.canvas.addConnection(made, this.canvas.getRootElement(), this.indexed(index));
     } else if (JSON.stringify([still.business, still.waypoints]) !== JSON.stringify([drawn, waypoints])) {
       Object.assign(still, { waypoints, business: drawn });
       this.bus.fire("element.changed", { element: still });

@@ -21,8 +21,8 @@ export function drawShape(group, element) {
   if (business.isPage) group.append(sign(business.isOpen, width));
   if (business.isOpen) {
     const [words] = business.lines;
-    group.append(svg("text", { class: "name", x: 10, y: 17 }, shortened(`${business.title}`, width - 20)));
-    const beside = 18 + 7.5 * business.title.length;
+    group.append(svg("text", { class: "name", x: 10, y: 17 }, shortened(business.title, width - 20)));
+    const beside = 22 + 8.2 * business.title.length;
     if (words !== undefined && beside + 5.2 * words.length < width - 24) {
       group.append(" ", svg("text", { class: "note", x: beside, y: 17 }, words));
     }

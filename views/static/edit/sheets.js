@@ -189,7 +189,7 @@ function shape(model, element, page, pages) {
   const title = model.label(element);
   const lines = notes(model, element, kind, pages);
   const isPage = model.isSheet(element);
-  const widest = Math.max(7.5 * title.length + (isPage ? 16 : 0), ...lines.map((text) => 5.2 * text.length));
+  const widest = Math.max(7.5 * title.length + (isPage ? 26 : 0), ...lines.map((text) => 5.2 * text.length));
   const size = SIZES[kind] ?? {
     width: Math.round(Math.min(260, Math.max(80, widest + 28))),
     height: 14 + 12 * (1 + lines.length),

@@ -199,6 +199,7 @@ export interface CanvasElement extends Point {
   source: CanvasElement;
   target: CanvasElement;
   parent: CanvasElement | null;
+  children: CanvasElement[];
   business: Drawn;
 }
 
