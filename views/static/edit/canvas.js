@@ -1,7 +1,8 @@
 // The canvas: a sheet of the model on diagram-js, which moves and bends nothing itself but says what is wanted.
 
+import { describe } from "./describing.js";
 import { modulesFor } from "./diagram.js";
-import { inShort, onSign } from "./drawing.js";
+import { onSign } from "./drawing.js";
 import { route } from "./geometry.js";
 import { Opened } from "./opening.js";
 import { contentOf } from "./sheets.js";
@@ -76,8 +77,6 @@ export class Canvas {
   }
 
   isDrawing = false;
-  /** What was said of graphics last. @type {WeakMap<SVGGElement, string>} */
-  described = new WeakMap();
 
   /** Where something happened, on the sheet. @type {(event: MouseEvent) => Point} */
   pointAt(event) {
@@ -281,54 +280,10 @@ export class Canvas {
     }
   }
 
-  /** Gives all that is drawn a role, a name, a place in the order of Tab, and its mark. */
+  /** Gives all that is drawn its name and its mark. */
   describe() {
     const drawn = this.registry.filter((each) => each.business !== undefined);
-    const seen = new Set(drawn.map(({ business }) => business.element));
-    // What is not seen is marked at the closed page that it is in.
-    const seenAt = (/** @type {string} */ element) => this.model.around(element).find((up) => seen.has(up));
-    /** @type {Map<string | undefined, string>} */
-    const worst = new Map();
-    const marks = this.model.marks.marks.map(({ at, severity }) => ({ at: at ?? "", severity }));
-    const findings = this.model.findings.filter(({ severity }) => severity !== "note");
-    for (const { at, severity } of [
-      ...marks,
-      ...findings.map(({ elements, severity }) => ({ at: elements[0] ?? "", severity })),
-    ]) {
-      const up = seenAt(at);
-      if (worst.get(up) !== "error") worst.set(up, severity);
-    }
-    const { enabled, fired } = played(this.model, seenAt);
-    for (const element of drawn) {
-      const { business } = element;
-      const graphics = this.canvas.getGraphics(element);
-      const mark = worst.get(business.element);
-      const ends =
-        element.waypoints === undefined
-          ? ""
-          : ` from ${element.source.business.title} to ${element.target.business.title}`;
-      const isEnabled = enabled.has(business.element) && element.waypoints === undefined;
-      const count = business.tokens ? `, ${business.tokens} tokens` : "";
-      const { words } = this.model.kind(business.element);
-      // What can be read on a shape stands in its name, for those who speak to the page (WCAG 2, 2.5.3).
-      const read = /^(place|transition)/.test(business.kind) ? [] : (business.lines ?? []);
-      const name = [business.title, ...read, ...(business.ports ?? []).map(inShort)].join(", ");
-      const state = `${mark ? `, ${mark}` : ""}${isEnabled ? ", enabled" : ""}`;
-      const place = business.depth > 0 ? `, in ${this.model.label(business.page)}` : "";
-      const says = `${words} ${name}${ends}${count}${place}${state}`;
-      graphics.classList.toggle("is-enabled", isEnabled);
-      graphics.classList.toggle("is-fired", fired.has(business.element) && element.waypoints === undefined);
-      graphics.classList.toggle("has-error", mark === "error");
-      graphics.classList.toggle("has-warning", mark === "warning");
-      const key = `${business.element} ${says} ${business.isOpen}`;
-      if (this.described.get(graphics) === key) continue;
-      this.described.set(graphics, key);
-      if (business.isPage) graphics.setAttribute("aria-expanded", String(business.isOpen));
-      graphics.setAttribute("role", "button");
-      graphics.setAttribute("tabindex", "0");
-      graphics.dataset.element = business.element;
-      graphics.setAttribute("aria-label", says);
-    }
+    describe(this.model, drawn, (element) => this.canvas.getGraphics(element));
   }
 
   /** Chooses an element of the sheet. @type {(element: string | null, focus?: boolean) => void} */
@@ -458,14 +413,3 @@ export class Canvas {
 
 /** @type {(element: string, point: Point) => Command} */
 export const moveTo = (element, { x, y }) => ({ kind: "move", element, x: Math.round(x), y: Math.round(y) });
-
-/** What can be fired in the game that is played, and what was fired last, where it is seen. @type {(model: Model, seenAt: (element: string) => string | undefined) => { enabled: Set<string | undefined>, fired: Set<string | undefined> }} */
-function played(model, seenAt) {
-  const game = model.played;
-  const last = game?.steps[game.at - 1 - game.first];
-  const firings = (game?.firings ?? []).filter(({ kind }) => kind !== "signal");
-  return {
-    enabled: new Set(firings.flatMap(({ elements }) => elements.map(seenAt))),
-    fired: new Set((last?.elements ?? []).map(seenAt)),
-  };
-}
