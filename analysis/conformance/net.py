@@ -211,6 +211,19 @@ class ConformanceNet:
                 found[node.id][name] = self.subject.place_index[name]
         return found
 
+    def is_of_idle_server(self, place: str) -> bool:
+        """Tell whether a place belongs to a server that no client of the model asks.
+
+        The net leaves its page out; a node has it all the same, for programs that are not in the model.
+        """
+        channel, instance, _ = place.partition("[")
+        return bool(instance) and channel in self._idle_servers
+
+    @cached_property
+    def _idle_servers(self) -> set[str]:
+        services = (sym.ServiceChannel, sym.ActionChannel)
+        return {each.id for each in self.model.channels if isinstance(each, services) and not each.clients}
+
     @cached_property
     def clients(self) -> dict[tuple[str, str], str]:
         """Client of each channel and request place, where it is the only one of that place."""

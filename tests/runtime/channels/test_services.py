@@ -30,7 +30,7 @@ def server_model(instances: int = 2, middleware: str = "ros1", depth: int = 10) 
     """Return a node that serves: entry -> start -> run -> finish -> exit."""
     node = sym.NodeNet(id="server", name="server")
     model = rtm.RuntimeModel(id="m.server", systemModel="m", pages=[node], node=node, tokenType=token_type())
-    model.middleware = sym.Middleware.getEEnumLiteral(middleware)
+    model.middleware = middleware  # type: ignore[assignment]
     sym.InputSignal(id="go", node=node)
     page = sym.CallbackPage(id="page", kind="server", page=node)
     entry, run, exit_ = (rtm.Place(id=id, page=page) for id in ("entry", "run", "exit"))
