@@ -27,7 +27,7 @@ SERVICE_DEPTH = 100
 """Requests that wait for a callback, which takes them at once; ROS's 10 would lose some of a burst."""
 
 KEPT_BY_PUBLISHERS = 10
-"""Messages that a publisher is taken to keep where its subscriber keeps fewer; the depth of ROS's defaults."""
+"""Messages that a publisher is taken to keep where its subscriber keeps fewer: ROS's depth by default."""
 
 
 def most_known(port: SubscriberPort, seen: Mapping[str, int]) -> int:

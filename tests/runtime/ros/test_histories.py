@@ -10,6 +10,7 @@ from dineros.analysis.conformance import conform
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.clauses import set_clause
+from dineros.metamodel.elements import node_nets
 from dineros.metamodel.files import save
 from dineros.metamodel.records import read_trace, traces_of_runs
 from dineros.transformations.flattening.split import split
@@ -98,19 +99,19 @@ def two_offices() -> sym.SystemModel:
     model = post(letters=0, durability="transientLocal")
     model.middleware = "ros2"  # type: ignore[assignment]
     letters = model.channels[0]
-    for channel in model.channels[1:]:
+    for channel in list(model.channels)[1:]:
         model.channels.remove(channel)
     for page in [page for page in model.pages if page.id in ("desk", "scale")]:
         model.pages.remove(page)
+    (office,) = (page for page in node_nets(model) if page.id == "office")
     assert isinstance(letters, sym.TopicChannel)
     branch = sym.NodeNet(id="branch", net=model)
-    for name, office in (("", model.pages[0]), ("2", branch)):
-        later = sym.InputSignal(id=f"Later{name}")
-        office.signals.append(later)
+    for name, node in (("", office), ("2", branch)):
+        node.signals.append(sym.InputSignal(id=f"Later{name}"))
         sent = sym.Place(id="Sent2", page=branch) if name else letters.publishers[0].place
         for pile, clause in ((f"Early{name}", None), (f"Late{name}", f"Later{name}")):
-            send = sym.Transition(id=f"Send{pile}", page=office)
-            flow(sym.Place(id=pile, tokens=2, page=office), send, sent)
+            send = sym.Transition(id=f"Send{pile}", page=node)
+            flow(sym.Place(id=pile, tokens=2, page=node), send, sent)
             if clause:
                 set_clause(send, clause)
         if name:
@@ -136,12 +137,16 @@ def test_what_comes_again_takes_no_room_of_what_is_new(ros: Ros) -> None:
     for name, signal in (("office", "Later"), ("branch", "Later2")):
         ros.node(name, {"resume": True, f"signals.{signal}": True})
     for name in ("office", "branch"):
-        ros.wait(lambda name=name: len(ros.records(name, "publish")) == 4, "sending the late letters")
+        ros.wait(partial(has_sent, ros, name, 4), "sending the late letters")
     ros.node("house", {"resume": True}, handlers=SLEEPS)
     ros.wait(lambda: len(ros.records("house", "take")) + lost(ros) == 8, "taking the late letters")
     assert lost(ros) == 0
     traces = {n: partial(read_trace, files) for n, files in traces_of_runs([ros.folder / "journal"]).items()}
     assert conform(model, traces).status == "conforms"
+
+
+def has_sent(ros: Ros, office: str, letters: int) -> bool:
+    return len(ros.records(office, "publish")) == letters
 
 
 def lost(ros: Ros) -> int:
