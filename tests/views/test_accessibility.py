@@ -115,4 +115,11 @@ def test_the_editor(edit: Edit, one: Visit, tmp_path: Path) -> None:
     page = one.page
     page.goto(edit(tmp_path / "talker.sym.xmi")[1].url)
     wait_until(page, "document.querySelector('.djs-shape')")
-    check(page)
+
+    def open_in_place() -> None:
+        page.locator("[aria-label^='node net listener']").press("Space")
+        page.wait_for_selector("#canvas .djs-shape[aria-expanded=true]")
+        page.locator("[aria-label^='callback page OnChatter']").press("Space")
+        page.wait_for_selector("#canvas .djs-shape[aria-label^='place Heard']")
+
+    check(page, open_in_place)

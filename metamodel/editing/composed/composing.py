@@ -12,7 +12,7 @@ from dineros.metamodel.editing import commands as c
 from dineros.metamodel.editing.composed import operations as o
 from dineros.metamodel.editing.composed.copying import Copier
 from dineros.metamodel.editing.composed.filling import filled
-from dineros.metamodel.editing.composed.regrouping import grouped, moved, split
+from dineros.metamodel.editing.composed.regrouping import grouped, joined, moved, split
 from dineros.metamodel.editing.composed.templates import TEMPLATES
 from dineros.metamodel.editing.handles import Handles, is_within
 from dineros.metamodel.errors import near_matches
@@ -76,6 +76,11 @@ def _split(model: _Model, wanted: o.Split) -> list[c.Command]:
     return split(model.root, model.handles, model.find(wanted.page))
 
 
+def _join(model: _Model, wanted: o.Join) -> list[c.Command]:
+    ends = model.find(wanted.source), model.find(wanted.target)
+    return joined(model.handles, ends, (wanted.x, wanted.y))
+
+
 def _fill(model: _Model, wanted: o.Fill) -> list[c.Command]:
     return filled(model.root, model.find(wanted.token), wanted.token, wanted.field, wanted.text)
 
@@ -101,6 +106,7 @@ _COMPOSED: Mapping[type[o.Operation], Callable[[_Model, Any], list[c.Command]]] 
     o.Into: _into,
     o.Group: _group,
     o.Split: _split,
+    o.Join: _join,
     o.Fill: _fill,
     o.Insert: _insert,
 }

@@ -100,10 +100,29 @@ class Insert:
     y: float
 
 
-Operation: TypeAlias = Copy | Into | Group | Split | Fill | Insert
+@dataclass(frozen=True)
+class Join:
+    """Draw an arc between two pages of a ROS node; a reference stands for the place beside the other end.
+
+    Attributes
+    ----------
+    source, target : str
+        What the arc leads from and to.
+    x, y : float
+        Where the reference stands, on the page of the other end, where none stands for the place there.
+    """
+
+    kind: ClassVar[str] = "join"
+    source: str
+    target: str
+    x: float
+    y: float
+
+
+Operation: TypeAlias = Copy | Into | Group | Split | Join | Fill | Insert
 
 OPERATIONS: dict[str, type[Operation]] = {
-    each.kind: each for each in (Copy, Into, Group, Split, Fill, Insert)
+    each.kind: each for each in (Copy, Into, Group, Split, Join, Fill, Insert)
 }
 """All operations, by what they are called in messages."""
 

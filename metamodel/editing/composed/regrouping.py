@@ -83,6 +83,44 @@ def split(root: pn.Net, handles: Handles, page: EObject) -> list[c.Command]:
     return [*found, c.Delete((handles.of(page) or "",))]
 
 
+def joined(handles: Handles, ends: tuple[EObject, EObject], point: tuple[float, float]) -> list[c.Command]:
+    """Return what draws an arc from the one end to the other, by a reference where they stand on two pages.
+
+    Parameters
+    ----------
+    handles : Handles
+        The handles of the model.
+    ends : pair of EObject
+        Source and target.
+    point : pair of float
+        Where a new reference stands.
+
+    Raises
+    ------
+    CommandError
+        They are no place and transition, or of two ROS nodes.
+    """
+    place, other = ends if isinstance(ends[0], pn.PlaceNode) else (ends[1], ends[0])
+    if not isinstance(place, pn.PlaceNode) or not isinstance(other, pn.TransitionNode):
+        raise c.CommandError("an arc between two pages joins a place and a transition")
+    page = other.page
+    if page is None or node_net_of(page) is not node_net_of(place):
+        raise c.CommandError(
+            f"{describe(other)} is part of another ROS node", hint="draw a channel between them"
+        )
+    owner, base = handles.of(page) or "", _base(place)
+    names = {each: handles.of(each) or "" for each in ends}
+    found: list[c.Command] = []
+    beside = (each for each in page.objects if isinstance(each, pn.PlaceNode) and _base(each) is base)
+    if (stand := next(beside, None)) is not None:
+        names[place] = handles.of(stand) or ""
+    else:
+        names[place] = "$reference"
+        found = [_reference(owner, base, handles, "$reference"), c.Move("$reference", *point)]
+    values: dict[str, c.Value] = {"source": names[ends[0]], "target": names[ends[1]]}
+    return [*found, c.Create(owner, "arcs", "pn.Arc", values, called="$arc")]
+
+
 class _Move:
     """One move; `stand` says which node stands on a page for a place."""
 
@@ -176,10 +214,7 @@ class _Move:
                 return self._stands.setdefault((base, page), self._handle(each))
         assert page is not None
         called = self._stands[base, page] = f"$reference{len(self._stands)}"
-        values: dict[str, c.Value] = {"target": self._handle(base)}
-        if base.name:
-            values["name"] = base.name
-        self._made.append(c.Create(self._name(page), "objects", "pn.ReferencePlace", values, called=called))
+        self._made.append(_reference(self._name(page), base, self._handles, called))
         if (point := _point(place)) is not None:
             dx, dy = self._shift if page is self._target else (0.0, 0.0)
             self._made.append(c.Move(called, point[0] + dx, point[1] + dy))
@@ -209,6 +244,14 @@ def _page_of(elements: Sequence[EObject]) -> pn.Page:
     page = elements[0].eContainer()
     assert isinstance(page, pn.Page)
     return page
+
+
+def _reference(page: str, base: pn.Node, handles: Handles, called: str) -> c.Create:
+    """Return what makes a reference on a page, which shows the name of its place."""
+    values: dict[str, c.Value] = {"target": handles.of(base) or ""}
+    if base.name:
+        values["name"] = base.name
+    return c.Create(page, "objects", "pn.ReferencePlace", values, called=called)
 
 
 def _base(node: pn.Node) -> pn.Node:

@@ -88,6 +88,13 @@ class Drawer:
                 },
                 {"kind": "group", "elements": elements},
                 {"kind": "split", "page": self._handle(page)},
+                {
+                    "kind": "join",
+                    "source": self._handle(self._any(parts, pn.PlaceNode)),
+                    "target": self._handle(self._any(parts, pn.TransitionNode)),
+                    "x": 5,
+                    "y": -5,
+                },
                 {"kind": "split", "page": self._handle(self._any(parts, sym.CallbackPage))},
                 {
                     "kind": "fill",

@@ -103,6 +103,27 @@ def test_a_group_and_its_split() -> None:
         do(editor, {"kind": "split", "page": handle(editor, "PickServer")})
 
 
+def test_an_arc_between_two_pages_leads_to_a_reference() -> None:
+    model = load(CASE_STUDY)
+    editor = Editor(model)
+    before = flat(model)
+    ends = {"source": handle(editor, "SensorRes"), "target": handle(editor, "TPick")}
+    do(editor, {"kind": "join", **ends, "x": 5, "y": 7})
+    page = find(model, "PickServer", pn.Page)
+    reference = page.objects[-1]
+    assert isinstance(reference, pn.ReferencePlace) and reference.target.id == "SensorRes"
+    assert reference.graphics is not None and reference.graphics.positions[0].y == 7
+    assert (page.arcs[-1].source, page.arcs[-1].target.id) == (reference, "TPick")
+    after = flat(model)
+    assert after[0] == before[0] and before[1] < after[1]
+    assert {(source, weight) for source, _, weight, _ in after[1] - before[1]} == {("SensorRes", 1)}
+    # What stands for the place already does so once more.
+    ends = {"source": handle(editor, "TPickFail"), "target": handle(editor, "SensorRes")}
+    do(editor, {"kind": "join", **ends, "x": 0, "y": 0})
+    assert page.objects[-1] is reference and page.arcs[-1].target is reference
+    assert validate(model) == []
+
+
 def test_what_cannot_be_put_elsewhere_says_why() -> None:
     editor = Editor(talker())
     for operation, said in (
@@ -121,6 +142,26 @@ def test_what_cannot_be_put_elsewhere_says_why() -> None:
             "into itself",
         ),
         ({"kind": "split", "page": handle(editor, "talker")}, "no page within a page"),
+        (
+            {
+                "kind": "join",
+                "source": handle(editor, "Say"),
+                "target": handle(editor, "Noted"),
+                "x": 0,
+                "y": 0,
+            },
+            "another ROS node",
+        ),
+        (
+            {
+                "kind": "join",
+                "source": handle(editor, "Words"),
+                "target": handle(editor, "Said"),
+                "x": 0,
+                "y": 0,
+            },
+            "a place and a transition",
+        ),
         ({"kind": "copy", "elements": ["e0"], "owner": "e0", "dx": 0, "dy": 0}, "the model itself"),
         (
             {"kind": "copy", "elements": [handle(editor, "Words")], "owner": "e0", "dx": 0, "dy": 0},

@@ -40,6 +40,13 @@ class Hand:
         self.page.mouse.dblclick(*self.middle(name))
         self.on_sheet(name)
 
+    def click_sign(self, name: str) -> None:
+        """Click the sign in the corner of a page."""
+        box = self.shape(name).locator(".sign .knob").bounding_box()
+        assert box is not None
+        self.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        self.idle()
+
     def on_sheet(self, name: str) -> None:
         """Wait until the sheet of this name is shown."""
         wait_until(self.page, f"document.querySelector('#path [aria-current]').textContent === '{name}'")

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from dineros.cli.main import main
 from dineros.metamodel.editing import CommandError
 from dineros.metamodel.files import load, save
+from dineros.views.editing.working.node_logs import MOST_BYTES, NodeLogs
 from dineros.views.editing.working.orders import order_of
 from tests.metamodel.editing.random_commands import NASTY
 from tests.support.talker import talker
@@ -128,6 +129,35 @@ def test_what_is_generated_is_shown_first_and_of_the_file(file: Path, edit: Edit
         )
         refused = tab.ask("work", action="start", order={"kind": "generate", "workspace": "space"})
         assert refused["reason"] == "the model is not saved"
+
+
+def test_workspaces_are_run_on_ros_and_lie_beside_the_model(tmp_path: Path) -> None:
+    order = order_of({"kind": "run", "how": "ros", "workspace": "spaces/one"}, tmp_path)
+    line = order.line(tmp_path / "talker.sym.xmi", tmp_path / "kept")
+    assert line[:2] == ["run", str(tmp_path / "spaces/one")] and "--local" not in line
+    for wrong in ({"how": "ros", "workspace": "../one"}, {"how": "local", "workspace": "one"}):
+        with pytest.raises(CommandError, match="workspace"):
+            order_of({"kind": "run", **wrong}, tmp_path)
+
+
+def test_what_nodes_print_is_taken_line_by_line(tmp_path: Path) -> None:
+    logs = NodeLogs(tmp_path / "traces")
+    assert logs.new_lines() == []
+    (tmp_path / "traces").mkdir()
+    talker, listener = (tmp_path / f"traces/{name}.log" for name in ("talker", "listener"))
+    talker.write_bytes(b"one\ntw")
+    listener.write_bytes(b"\xff\n")
+    (tmp_path / "traces/supervisor.log.jsonl").write_text("{}\n")
+    assert logs.new_lines() == ["listener: \ufffd", "talker: one"]
+    assert logs.new_lines() == []
+    with talker.open("ab") as log:
+        log.write(b"o\n")
+    assert logs.new_lines() == ["talker: two"]
+    with talker.open("ab") as log:
+        log.write(b"0123456\n" * (MOST_BYTES // 4))  # twice as much as is read at a time
+    found = logs.new_lines()
+    assert found[0] == f"talker: … {MOST_BYTES:,} bytes more" and set(found[1:]) == {"talker: 0123456"}
+    assert logs.new_lines() == []
 
 
 def test_an_editor_without_a_program_says_so(file: Path) -> None:

@@ -21,6 +21,8 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.atomic import write_atomically
 from dineros.metamodel.files.reading import read_bytes
 from dineros.metamodel.json_text import decode_json
+from dineros.metamodel.records.files import SUFFIX, node_traces
+from dineros.views.editing.working.node_logs import NodeLogs
 from dineros.views.editing.working.orders import TRACES, WITNESS, Order, order_of
 
 MOST_RUNNING = 3
@@ -29,8 +31,8 @@ MOST_RUNNING = 3
 MOST_KEPT = 20
 """Of which pages are told; older ones are forgotten."""
 
-MOST_LINES, LONGEST_LINE = 300, 2_000
-"""Of a job's log that pages get."""
+MOST_LINES, FIRST_LINES, LONGEST_LINE = 300, 20, 2_000
+"""Of a job's log that pages get: the first ones, which say where a run is followed, and the last ones."""
 
 LONGEST_ANSWER = 32 << 20
 """Bytes that a job may answer with."""
@@ -38,8 +40,11 @@ LONGEST_ANSWER = 32 << 20
 LARGEST_TRACES = 4 << 20
 """Bytes of traces that are played: they are replayed where others wait meanwhile."""
 
-PATIENCE = 5.0
-"""Seconds that a job has to end by itself after it was asked to."""
+PATIENCE, PATIENCE_WITH_RUNS = 5.0, 15.0
+"""Seconds that a job has to end by itself after it was asked to; a run gives its nodes most of them."""
+
+LOOK = 0.5
+"""Seconds between two looks at what nodes have printed."""
 
 SAY_SECONDS = "DINEROS_SAY_SECONDS"
 """Environment variable: how often a command says where it is."""
@@ -88,7 +93,9 @@ class Job:
             "job": self.number,
             "kind": self.order.kind,
             "words": self.order.words,
-            "line": shlex.join(["dineros", self.order.kind, self.model, *self.order.arguments]),
+            "line": shlex.join(
+                ["dineros", self.order.kind, self.order.workspace or self.model, *self.order.arguments]
+            ),
             "epoch": self.epoch,
             "revision": self.revision,
             "state": self.state,
@@ -178,7 +185,8 @@ class Jobs:
         process = self._processes.get(number)
         if process is not None and process.returncode is None:
             process.send_signal(signal.SIGINT)
-            asyncio.get_running_loop().call_later(PATIENCE, _end, process)
+            patience = PATIENCE_WITH_RUNS if job.order.kind == "run" else PATIENCE
+            asyncio.get_running_loop().call_later(patience, _end, process)
         self._tell(job.to_dict())
 
     def traces(self, number: int, witness: int | None) -> dict[str, str]:
@@ -191,18 +199,19 @@ class Jobs:
         """
         job = self._job(number)
         if witness is None:
-            paths = sorted((job.folder / TRACES).glob("*.jsonl"))
+            files = _traces_of(job)
         else:
             first = job.folder / WITNESS
-            paths = [first if witness == 1 else first.with_name(f"{first.stem}.{witness}{first.suffix}")]
-        sizes = {path: path.stat().st_size for path in paths if path.is_file()}
+            path = first if witness == 1 else first.with_name(f"{first.stem}.{witness}{first.suffix}")
+            files = {path.name: [path]} if path.is_file() else {}
+        sizes = {path: path.stat().st_size for paths in files.values() for path in paths}
         if sum(sizes.values()) > LARGEST_TRACES:
             raise CommandError("these traces are too long to be played here", hint="dineros trace shows them")
-        found = {
-            path.name: read_bytes(path, limit=LARGEST_TRACES).decode("utf-8", "replace")
-            for path, size in sizes.items()
-            if size
+        texts = {
+            name: b"".join(read_bytes(path, limit=LARGEST_TRACES) for path in paths if sizes[path])
+            for name, paths in files.items()
         }
+        found = {name: text.decode("utf-8", "replace") for name, text in texts.items() if text}
         if not found:
             raise CommandError("it has left nothing to play")
         return found
@@ -266,8 +275,15 @@ class Jobs:
         if job.state == "ending":
             process.send_signal(signal.SIGINT)
         assert process.stdout is not None and process.stderr is not None
-        answer, _ = await asyncio.gather(self._read(job, process.stdout), self._listen(job, process.stderr))
-        status = await process.wait()
+        looking = asyncio.create_task(self._look(job))
+        try:
+            answer, _ = await asyncio.gather(
+                self._read(job, process.stdout), self._listen(job, process.stderr)
+            )
+            status = await process.wait()
+        finally:
+            looking.cancel()
+            await asyncio.gather(looking, return_exceptions=True)
         job.at = ""
         with contextlib.suppress(DinerosError):
             found = decode_json(answer, limit=LONGEST_ANSWER)
@@ -302,6 +318,25 @@ class Jobs:
                 _log(job, text)
             self._tell(job.to_dict())
 
+    async def _look(self, job: Job) -> None:
+        """Take in what the nodes of a run print, each into a file; the rest of it when the run is over."""
+        if job.order.kind != "run":
+            return
+        logs = NodeLogs(job.folder / TRACES)
+        try:
+            while True:
+                await asyncio.sleep(LOOK)
+                if self._take(job, logs):
+                    self._tell(job.to_dict())
+        finally:
+            self._take(job, logs)
+
+    def _take(self, job: Job, logs: NodeLogs) -> bool:
+        lines = logs.new_lines()
+        for line in lines:
+            _log(job, line[:LONGEST_LINE])
+        return bool(lines)
+
     def _result(self, job: Job, found: dict[str, Any]) -> dict[str, Any]:
         """Return the answer for pages: elements by handle, witnesses by number."""
         if job.order.kind == "check":
@@ -318,13 +353,22 @@ class Jobs:
         elif "witness" in found:
             found["witness"] = 1 if found["witness"] is not None else None
         if job.order.kind == "run":
-            found["traces"] = any((job.folder / TRACES).glob("*.jsonl"))
+            found["traces"] = bool(_traces_of(job))
         return found
 
 
 def _log(job: Job, text: str) -> None:
     job.log.append(text)
-    del job.log[:-MOST_LINES]
+    if len(job.log) > MOST_LINES:
+        job.log[FIRST_LINES : FIRST_LINES + len(job.log) - MOST_LINES + 1] = ["…"]
+
+
+def _traces_of(job: Job) -> dict[str, list[Path]]:
+    """Return the files of each node's trace; what else a supervisor leaves beside them is none."""
+    folder = job.folder / TRACES
+    if not folder.is_dir():
+        return {}
+    return {f"{node}{SUFFIX}": paths for node, paths in node_traces(folder).items()}
 
 
 def _end(process: Process) -> None:

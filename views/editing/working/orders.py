@@ -37,16 +37,20 @@ class Order:
         What it is for people.
     needs_file : bool
         Whether it is about the file as it is on the disk: what it makes stands beside that, or names it.
+    workspace : str or None
+        The folder beside the model that it is about in place of the model.
     """
 
     kind: Kind
     arguments: tuple[str, ...]
     words: str
     needs_file: bool = False
+    workspace: str | None = None
 
     def line(self, model: Path, folder: Path) -> list[str]:
         """Return the arguments for a model, with a folder for what is kept of it."""
-        found = [self.kind, str(model), *self.arguments, "--json", "-v"]
+        about = model if self.workspace is None else model.parent / self.workspace
+        found = [self.kind, str(about), *self.arguments, "--json", "-v"]
         if self.kind in ("check", "find", "verify"):
             return [*found, "-o", str(folder / WITNESS)]
         return [*found, "--trace", str(folder / TRACES)] if self.kind == "run" else found
@@ -97,9 +101,7 @@ def _verify(said: Mapping[str, Any], _: Path) -> Order:
 
 
 def _generate(said: Mapping[str, Any], beside: Path) -> Order:
-    workspace, write = said.get("workspace"), said.get("write", False)
-    if not isinstance(workspace, str) or not is_confined(workspace) or workspace.startswith("-"):
-        raise CommandError("the workspace is a folder beside the model, such as workspace")
+    workspace, write = _workspace(said), said.get("write", False)
     if not isinstance(write, bool):
         raise CommandError("write is true or false")
     options = ("-o", str(beside / workspace), *(() if write else ("--check",)))
@@ -107,19 +109,36 @@ def _generate(said: Mapping[str, Any], beside: Path) -> Order:
     return Order("generate", options, words, needs_file=True)
 
 
-_HOW = {"simulate": ("--simulate",), "local": ("--local",), "ros": ()}
+_HOW = {
+    "simulate": ("simulated", ("--simulate",)),
+    "local": ("local", ("--local",)),
+    "ros": ("ROS 2", ()),
+}
+
+
+def _workspace(said: Mapping[str, Any]) -> str:
+    workspace = said.get("workspace")
+    if not isinstance(workspace, str) or not is_confined(workspace) or workspace.startswith("-"):
+        raise CommandError("the workspace is a folder beside the model, such as workspace")
+    return workspace
 
 
 def _run(said: Mapping[str, Any], _: Path) -> Order:
     how = said.get("how")
     if not isinstance(how, str) or how not in _HOW:
         raise CommandError(f"an application is run in one of these ways: {', '.join(_HOW)}")
-    options: list[str] = [*_HOW[how], *_timeout(said), "--view"]
+    words, way = _HOW[how]
+    options: list[str] = [*way, *_timeout(said), "--view"]
     if said.get("until") not in (None, ""):
         options.append(f"--until={_text(said, 'until')}")
     if how == "simulate" and (speed := said.get("speed")) is not None:
         options.append(f"--speed={_number(speed, 'speed', 1e6)}")
-    return Order("run", tuple(options), f"run ({how})", needs_file=True)
+    if "workspace" not in said:
+        return Order("run", tuple(options), f"run ({words})", needs_file=True)
+    if how != "ros":
+        raise CommandError("a workspace is run on ROS 2")
+    name = _workspace(said)
+    return Order("run", tuple(options), f"run {name} ({words})", needs_file=True, workspace=name)
 
 
 _KINDS: dict[str, tuple[set[str], Callable[[Mapping[str, Any], Path], Order]]] = {
@@ -127,7 +146,7 @@ _KINDS: dict[str, tuple[set[str], Callable[[Mapping[str, Any], Path], Order]]] =
     "find": ({"enabled", "marking", "signals", "timeout"}, _find),
     "verify": ({"ltl", "ctl", "signals", "timeout"}, _verify),
     "generate": ({"workspace", "write"}, _generate),
-    "run": ({"how", "timeout", "until", "speed"}, _run),
+    "run": ({"how", "timeout", "until", "speed", "workspace"}, _run),
 }
 
 

@@ -39,8 +39,23 @@ const aligned = (words, key, way, least) => ({
   },
 });
 
+/** The page that has the focus, or is the only one that is chosen. @type {(editor: Editor) => string | null} */
+function pageOf({ canvas }) {
+  const { activeElement } = document;
+  const focused = activeElement instanceof SVGElement ? activeElement.dataset.element : undefined;
+  const elements = focused === undefined ? canvas.chosenShapes() : [focused];
+  const found = elements.length === 1 ? canvas.registry.get(elements[0]) : undefined;
+  return found?.business.isPage ? elements[0] : null;
+}
+
 /** @type {Action[]} */
 export const ACTIONS = [
+  {
+    words: "open the page in place, or close it",
+    key: "Space",
+    applies: (editor) => pageOf(editor) !== null,
+    act: (editor) => editor.toggle(pageOf(editor) ?? ""),
+  },
   { words: "choose all", key: "Ctrl a", applies: () => true, act: (editor) => editor.canvas.chooseAll() },
   { words: "copy", key: "Ctrl c", applies: chosen(1), act: (editor) => editor.clipboard.copy(false) },
   { words: "cut", key: "Ctrl x", applies: isOnPage, act: (editor) => editor.clipboard.copy(true) },
@@ -78,7 +93,7 @@ export const ACTIONS = [
   aligned("align bottom", "Alt 6", "bottom", 2),
   aligned("distribute across", "Alt 7", "across", 3),
   aligned("distribute down", "Alt 8", "down", 3),
-  { words: "arrange the sheet", key: "", applies: () => true, act: (editor) => editor.arrange() },
+  { words: "arrange the sheet", key: "", applies: () => true, act: (editor) => editor.places.arrange() },
   { words: "insert a template…", key: "t", applies: () => true, act: (editor) => editor.askForTemplate() },
 ];
 

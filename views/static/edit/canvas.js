@@ -1,10 +1,14 @@
 // The canvas: a sheet of the model on diagram-js, which moves and bends nothing itself but says what is wanted.
 
-import { drawLine, drawShape, inShort, pathOf } from "./drawing.js";
+import { describe } from "./describing.js";
+import { modulesFor } from "./diagram.js";
+import { onSign } from "./drawing.js";
 import { route } from "./geometry.js";
+import { Opened } from "./opening.js";
 import { contentOf } from "./sheets.js";
 
 /** @import { Model } from "./model.js" */
+/** @import { Plane } from "./opening.js" */
 /** @import { Box, CanvasElement, Command, DiagramInstance, Drawn, Point } from "./types.js" */
 
 /**
@@ -15,6 +19,7 @@ import { contentOf } from "./sheets.js";
  * @property {(elements: string[]) => void} chosen is told what was chosen
  * @property {(element: string | null, at: Point) => boolean} clicked is told of clicks; whether it used this one
  * @property {(element: string) => void} opened is told of double clicks
+ * @property {(page: string) => void} toggled is told whose sign was clicked, to open it in place or to close it
  */
 
 const LARGEST = 1.3; // a sheet of two places does not fill the window
@@ -26,6 +31,10 @@ export class Canvas {
   computed = new Map();
   /** @type {Map<string, Box>} */
   views = new Map();
+  /** The sheet and the pages that are open on it: where their points are seen. @type {Map<string, Plane>} */
+  planes = new Map();
+  /** The open page that stays where it is seen when something changes. @type {string | null} */
+  held = null;
 
   /**
    * @param {HTMLElement} container
@@ -35,6 +44,7 @@ export class Canvas {
   constructor(container, model, asked) {
     this.model = model;
     this.asked = asked;
+    this.openPages = new Opened(model);
     /** @type {DiagramInstance} */
     this.diagram = new DiagramJS.Diagram({ canvas: { container }, modules: modulesFor(this) });
     this.bus = this.diagram.get("eventBus");
@@ -47,19 +57,26 @@ export class Canvas {
     this.bus.on("selection.changed", ({ newSelection }) => {
       if (!this.isDrawing) asked.chosen(newSelection.map(({ business }) => business.element));
     });
+    // What is in an open page is seen to move with it.
+    this.bus.on("shape.move.start", 600, ({ context }) => {
+      context.shapes = [...new Set([...context.shapes, ...this.contentsOf(context.shapes)])];
+    });
     // Before diagram-js chooses what was clicked.
     this.bus.on("element.click", 2000, ({ element, originalEvent }) => {
+      if (element.business !== undefined && onSign(element, this.pointAt(originalEvent))) {
+        asked.toggled(element.business.element);
+        return false;
+      }
       const used = asked.clicked(element.business?.element ?? null, this.pointAt(originalEvent));
       return used ? false : undefined;
     });
-    this.bus.on("element.dblclick", ({ element }) => {
-      if (element.business !== undefined) asked.opened(element.business.element);
+    this.bus.on("element.dblclick", ({ element, originalEvent }) => {
+      if (element.business !== undefined && !onSign(element, this.pointAt(originalEvent)))
+        asked.opened(element.business.element);
     });
   }
 
   isDrawing = false;
-  /** What was said of graphics last. @type {WeakMap<SVGGElement, string>} */
-  described = new WeakMap();
 
   /** Where something happened, on the sheet. @type {(event: MouseEvent) => Point} */
   pointAt(event) {
@@ -68,9 +85,9 @@ export class Canvas {
     return { x: x + (event.clientX - bounds.left) / scale, y: y + (event.clientY - bounds.top) / scale };
   }
 
-  /** The middle of what is seen. @returns {Point} */
-  centre() {
-    const { x, y, width, height } = this.canvas.viewbox();
+  /** The middle of what is seen of the sheet, or of a page that is open on it. @type {(page: string) => Point} */
+  centre(page) {
+    const { x, y, width, height } = this.registry.get(page) ?? this.canvas.viewbox();
     return { x: x + width / 2, y: y + height / 2 };
   }
 
@@ -84,9 +101,9 @@ export class Canvas {
     };
   }
 
-  /** A point near another where nothing stands. @type {(point: Point) => Point} */
-  free(point) {
-    const shapes = this.shapes();
+  /** A point near another where nothing of a page stands. @type {(point: Point, page: string) => Point} */
+  free(point, page) {
+    const shapes = this.shapesOn(page);
     for (let ring = 0; ring < 40; ring += 1) {
       for (let turn = 0; turn < Math.max(1, 6 * ring); turn += 1) {
         const angle = (2 * Math.PI * turn) / Math.max(1, 6 * ring);
@@ -147,23 +164,63 @@ export class Canvas {
 
   /** Draws what the sheet shows now; what looks as before is left alone. */
   draw() {
-    const computed = this.computed.get(this.sheet) ?? new Map();
-    const { shapes, lines } = contentOf(this.model, this.sheet, computed);
+    const held = this.registry.get(this.held ?? "")?.business;
+    const { shapes, lines, planes } = contentOf(this.model, this.sheet, this.openPages, this.computed);
+    this.planes = planes;
     const chosen = this.selection.get().map(({ id }) => id);
     this.isDrawing = true;
     const wanted = new Set([...shapes, ...lines].map(({ id }) => id));
     for (const old of this.registry.filter((each) => each.business !== undefined && !wanted.has(each.id))) {
       this.remove(old);
     }
-    let spare = 0;
-    for (const drawn of shapes) {
-      const at = drawn.at ?? { x: 60 + 90 * (spare % 8), y: 40 + 80 * Math.floor(spare++ / 8) };
-      this.putShape(drawn, at);
-    }
-    for (const drawn of lines) this.putLine(drawn);
+    // Frames lie below lines, and lines below all other shapes: what leads past a place must not take its clicks.
+    const frames = shapes.filter(({ isOpen }) => isOpen).sort((one, other) => one.depth - other.depth);
+    frames.forEach((drawn, index) => {
+      this.putShape(drawn, index);
+    });
+    const below = frames.length + this.registry.filter(({ waypoints }) => waypoints !== undefined).length;
+    const others = shapes.filter(({ isOpen }) => !isOpen);
+    others.forEach((drawn, index) => {
+      this.putShape(drawn, below + index);
+    });
+    for (const drawn of lines) this.putLine(drawn, frames.length);
     this.selection.select(chosen.flatMap((id) => this.registry.get(id) ?? []));
     this.isDrawing = false;
     this.describe();
+    if (held !== undefined) this.hold(held);
+  }
+
+  /** Keeps a page where it was seen, unless it was moved: what is around it may have grown. @type {(before: Drawn) => void} */
+  hold({ element, stored, anchor }) {
+    const now = this.registry.get(element)?.business;
+    if (now === undefined || now.stored.x !== stored.x || now.stored.y !== stored.y) return;
+    const [dx, dy] = [now.anchor.x - anchor.x, now.anchor.y - anchor.y];
+    const view = this.canvas.viewbox();
+    if (dx !== 0 || dy !== 0) this.canvas.viewbox({ ...view, x: view.x + dx, y: view.y + dy });
+  }
+
+  /** Opens a page in place, or closes it. @type {(page: string, focus: boolean) => void} */
+  toggle(page, focus) {
+    const known = this.registry.get(page);
+    if (known?.business.isPage !== true) return;
+    this.held = page;
+    this.openPages.toggle(page);
+    this.draw();
+    this.choose(page, focus);
+    const frame = this.registry.get(page);
+    if (frame !== undefined && this.isOpen(page)) this.canvas.scrollToElement(frame, 10); // as far as it takes to see it
+  }
+
+  /** @type {(element: string) => boolean} */
+  isOpen(element) {
+    return this.planes.has(element) && element !== this.sheet;
+  }
+
+  /** The page at hand: an open one that is looked at, or that on which stands what is looked at; else the sheet. @type {(element: string | null) => string} */
+  pageOf(element) {
+    if (element === null || !this.model.objects.has(element)) return this.sheet;
+    const page = this.isOpen(element) ? element : this.model.sheetOf(element);
+    return this.planes.has(page) ? page : this.sheet;
   }
 
   /** @type {(old: CanvasElement) => void} */
@@ -179,21 +236,34 @@ export class Canvas {
     }
   }
 
-  /** @type {(drawn: Drawn, at: Point) => void} */
-  putShape(drawn, at) {
-    const box = { x: at.x - drawn.size.width / 2, y: at.y - drawn.size.height / 2, ...drawn.size };
-    const known = this.registry.get(drawn.id);
+  /** @type {(drawn: Drawn, index: number) => void} */
+  putShape(drawn, index) {
+    const { at, size } = drawn;
+    const box = { x: at.x - size.width / 2, y: at.y - size.height / 2, ...size };
+    let known = this.registry.get(drawn.id);
+    if (
+      known !== undefined &&
+      (known.business.isOpen !== drawn.isOpen || known.business.depth !== drawn.depth)
+    ) {
+      this.remove(known); // it comes back below other things, or above them
+      known = undefined;
+    }
     if (known === undefined) {
       const made = this.diagram.get("elementFactory").createShape({ id: drawn.id, ...box, business: drawn });
-      this.canvas.addShape(made, this.canvas.getRootElement());
+      this.canvas.addShape(made, this.canvas.getRootElement(), this.indexed(index));
     } else if (JSON.stringify([known.business, known.x, known.y]) !== JSON.stringify([drawn, box.x, box.y])) {
       Object.assign(known, box, { business: drawn });
       this.bus.fire("element.changed", { element: known });
     }
   }
 
-  /** @type {(drawn: Drawn) => void} */
-  putLine(drawn) {
+  /** An index for diagram-js, which puts first what has one beyond the end. @type {(index: number) => number | undefined} */
+  indexed(index) {
+    return index < this.canvas.getRootElement().children.length ? index : undefined;
+  }
+
+  /** @type {(drawn: Drawn, index: number) => void} */
+  putLine(drawn, index) {
     const [source, target] = [this.registry.get(drawn.from), this.registry.get(drawn.to)];
     if (source === undefined || target === undefined) return;
     const waypoints = route(source, target, drawn.bends);
@@ -203,56 +273,17 @@ export class Canvas {
     if (still === undefined) {
       const values = { id: drawn.id, waypoints, source, target, business: drawn };
       const made = this.diagram.get("elementFactory").createConnection(values);
-      // Below all shapes: what leads past a place must not take its clicks.
-      this.canvas.addConnection(made, this.canvas.getRootElement(), 0);
+      this.canvas.addConnection(made, this.canvas.getRootElement(), this.indexed(index));
     } else if (JSON.stringify([still.business, still.waypoints]) !== JSON.stringify([drawn, waypoints])) {
       Object.assign(still, { waypoints, business: drawn });
       this.bus.fire("element.changed", { element: still });
     }
   }
 
-  /** Gives all that is drawn a role, a name, a place in the order of Tab, and its mark. */
+  /** Gives all that is drawn its name and its mark. */
   describe() {
-    /** @type {Map<string | null, string>} */
-    const worst = new Map();
-    for (const { at, severity } of this.model.marks.marks) {
-      for (const up of at === null ? [] : this.model.around(at)) {
-        if (worst.get(up) !== "error") worst.set(up, severity);
-      }
-    }
-    for (const { elements, severity } of this.model.findings) {
-      for (const up of severity === "note" ? [] : this.model.around(elements[0] ?? "")) {
-        if (worst.get(up) !== "error") worst.set(up, severity);
-      }
-    }
-    const { enabled, fired } = played(this.model);
-    for (const element of this.registry.filter((each) => each.business !== undefined)) {
-      const { business } = element;
-      const graphics = this.canvas.getGraphics(element);
-      const mark = worst.get(business.element);
-      const ends =
-        element.waypoints === undefined
-          ? ""
-          : ` from ${element.source.business.title} to ${element.target.business.title}`;
-      const isEnabled = enabled.has(business.element) && element.waypoints === undefined;
-      const count = business.tokens ? `, ${business.tokens} tokens` : "";
-      const { words } = this.model.kind(business.element);
-      // What can be read on a shape stands in its name, for those who speak to the page (WCAG 2, 2.5.3).
-      const read = /^(place|transition)/.test(business.kind) ? [] : (business.lines ?? []);
-      const name = [business.title, ...read, ...(business.ports ?? []).map(inShort)].join(", ");
-      const state = `${mark ? `, ${mark}` : ""}${isEnabled ? ", enabled" : ""}`;
-      const says = `${words} ${name}${ends}${count}${state}`;
-      graphics.classList.toggle("is-enabled", isEnabled);
-      graphics.classList.toggle("is-fired", fired.has(business.element) && element.waypoints === undefined);
-      graphics.classList.toggle("has-error", mark === "error");
-      graphics.classList.toggle("has-warning", mark === "warning");
-      if (this.described.get(graphics) === `${business.element} ${says}`) continue;
-      this.described.set(graphics, `${business.element} ${says}`);
-      graphics.setAttribute("role", "button");
-      graphics.setAttribute("tabindex", "0");
-      graphics.dataset.element = business.element;
-      graphics.setAttribute("aria-label", says);
-    }
+    const drawn = this.registry.filter((each) => each.business !== undefined);
+    describe(this.model, drawn, (element) => this.canvas.getGraphics(element));
   }
 
   /** Chooses an element of the sheet. @type {(element: string | null, focus?: boolean) => void} */
@@ -320,24 +351,57 @@ export class Canvas {
     return this.registry.filter((each) => each.business !== undefined && each.waypoints === undefined);
   }
 
+  /** Shapes of one page. @type {(page: string) => CanvasElement[]} */
+  shapesOn(page) {
+    return this.shapes().filter(({ business }) => business.page === page);
+  }
+
+  /** Commands that put what nobody has put anywhere where it is seen. @type {(page: string) => Command[]} */
+  settled(page) {
+    const loose = this.shapesOn(page).filter((each) => !this.isStored(each));
+    return loose.map(({ business }) => moveTo(business.element, business.stored));
+  }
+
   /** Commands that move shapes by the same way. @type {(shapes: CanvasElement[], delta: Point) => Command[]} */
   moves(shapes, delta) {
     return this.moved(new Map(shapes.map((shape) => [shape, delta])));
   }
 
   /**
-   * Commands that move shapes; on a sheet that nobody has arranged, everything is put where it is seen.
+   * Commands that move shapes, each on its page; what is in an open page goes with that. On a page that nobody has
+   * arranged, everything is put where it is seen.
    *
    * @type {(shifts: Map<CanvasElement, Point>) => Command[]}
    */
   moved(shifts) {
-    const concerned = this.shapes().filter((each) => shifts.has(each) || !this.isStored(each));
-    return concerned.map((each) => ({
-      kind: "move",
-      element: each.business.element,
-      x: Math.round(each.x + each.width / 2 + (shifts.get(each)?.x ?? 0)),
-      y: Math.round(each.y + each.height / 2 + (shifts.get(each)?.y ?? 0)),
-    }));
+    const elements = new Set([...shifts.keys()].map(({ business }) => business.element));
+    const going = [...shifts].filter(([{ business }]) => !this.isWithin(business, elements));
+    const pages = new Set(going.map(([{ business }]) => business.page));
+    const moving = new Set(going.map(([{ business }]) => business.element));
+    const settled = [...pages].flatMap((page) => this.settled(page));
+    return [
+      ...settled.filter(({ element }) => !moving.has(String(element))),
+      ...going.map(([{ business }, { x, y }]) => {
+        const plane = this.planes.get(business.page);
+        if (plane === undefined) throw new Error("what is moved stands on a page");
+        const from = plane.to(business.stored, moving);
+        return moveTo(business.element, plane.from({ x: from.x + x, y: from.y + y }, moving));
+      }),
+    ];
+  }
+
+  /** Whether something is in one of some pages that are open. @type {(drawn: Drawn, pages: Set<string>) => boolean} */
+  isWithin({ page }, pages) {
+    for (let at = page; at !== this.sheet; at = this.registry.get(at)?.business.page ?? this.sheet) {
+      if (pages.has(at)) return true;
+    }
+    return false;
+  }
+
+  /** What is in open pages among some shapes. @type {(shapes: CanvasElement[]) => CanvasElement[]} */
+  contentsOf(shapes) {
+    const pages = new Set(shapes.map(({ business }) => business.element));
+    return this.shapes().filter(({ business }) => this.isWithin(business, pages));
   }
 
   /** @type {(shape: CanvasElement) => boolean} */
@@ -347,96 +411,5 @@ export class Canvas {
   }
 }
 
-/** What can be fired in the game that is played, and what was fired last, with all that they are in. @type {(model: Model) => { enabled: Set<string>, fired: Set<string> }} */
-function played(model) {
-  const game = model.played;
-  const last = game?.steps[game.at - 1 - game.first];
-  const around = (/** @type {string[]} */ elements) => elements.flatMap((each) => model.around(each));
-  const firings = (game?.firings ?? []).filter(({ kind }) => kind !== "signal");
-  return {
-    enabled: new Set(firings.flatMap(({ elements }) => around(elements))),
-    fired: new Set(around(last?.elements ?? [])),
-  };
-}
-
-/** The parts of diagram-js that are used, with ours. @type {(canvas: Canvas) => object[]} */
-function modulesFor(canvas) {
-  class Renderer extends DiagramJS.BaseRenderer {
-    /** @param {DiagramInstance["get"] extends (name: "eventBus") => infer B ? B : never} eventBus */
-    constructor(eventBus) {
-      super(/** @type {never} */ (eventBus), 1500);
-    }
-    canRender() {
-      return true;
-    }
-    /** @type {typeof drawShape} */
-    drawShape(group, element) {
-      return drawShape(group, element);
-    }
-    /** @type {typeof drawLine} */
-    drawConnection(group, element) {
-      return drawLine(group, element);
-    }
-    /** @type {(shape: CanvasElement) => string} */
-    getShapePath({ x, y, width, height }) {
-      return `M${x} ${y}h${width}v${height}h${-width}z`;
-    }
-    /** @type {(line: CanvasElement) => string} */
-    getConnectionPath({ waypoints }) {
-      return pathOf(waypoints);
-    }
-  }
-  Object.assign(Renderer, { $inject: ["eventBus"] });
-
-  const modeling = {
-    /** @type {(shapes: CanvasElement[], delta: Point) => void} */
-    moveElements(shapes, delta) {
-      const nodes = shapes.filter((each) => each.waypoints === undefined);
-      canvas.asked.act(canvas.moves(nodes, delta), "move");
-    },
-    /** @type {(line: CanvasElement, points: Point[]) => void} */
-    updateWaypoints(line, points) {
-      const bends = points.slice(1, -1).map(({ x, y }) => [Math.round(x), Math.round(y)]);
-      canvas.asked.act([{ kind: "bend", element: line.business.element, points: bends }], "bend");
-    },
-    /** @type {(line: CanvasElement, source: CanvasElement, target: CanvasElement) => void} */
-    reconnect(line, source, target) {
-      const ends = Object.entries({ source, target });
-      const commands = ends.map(([feature, end]) => ({
-        kind: "set",
-        element: line.business.element,
-        feature,
-        value: end.business.element,
-      }));
-      canvas.asked.act(commands, "lead elsewhere");
-    },
-  };
-  const isArc = (/** @type {CanvasElement | undefined} */ line) =>
-    line?.business?.isOwn === true &&
-    canvas.model.isA(canvas.model.get(line.business.element).type, "pn.Arc");
-  const rules = {
-    /** @type {(action: string, context: { connection?: CanvasElement, target?: CanvasElement }) => boolean} */
-    allowed(action, { connection, target }) {
-      if (action === "connection.updateWaypoints") return isArc(connection);
-      if (action.startsWith("connection.reconnect"))
-        return isArc(connection) && target?.business !== undefined;
-      return action === "elements.move";
-    },
-  };
-  return [
-    {
-      __init__: ["ours"],
-      ours: ["type", Renderer],
-      modeling: ["value", modeling],
-    },
-    DiagramJS.ChangeSupportModule,
-    DiagramJS.MoveModule,
-    DiagramJS.BendpointsModule,
-    DiagramJS.LassoToolModule,
-    DiagramJS.OutlineModule,
-    DiagramJS.SnappingModule,
-    DiagramJS.MoveCanvasModule,
-    DiagramJS.ZoomScrollModule,
-    { rules: ["value", rules] },
-  ];
-}
+/** @type {(element: string, point: Point) => Command} */
+export const moveTo = (element, { x, y }) => ({ kind: "move", element, x: Math.round(x), y: Math.round(y) });

@@ -18,23 +18,28 @@ export class Clipboard {
 
   /** @type {(isCut: boolean) => void} */
   copy(isCut) {
-    const { canvas } = this.editor;
-    this.elements = canvas.chosenShapes();
-    Object.assign(this, { isCut, times: 0, sheet: canvas.sheet });
+    this.elements = this.editor.canvas.chosenShapes();
+    Object.assign(this, { isCut, times: 0, sheet: this.page(this.elements) });
     const count = this.elements.length;
     const what = count === 1 ? this.editor.model.label(this.elements[0]) : `${count} elements`;
     this.editor.say(isCut ? `${what}: Ctrl V on another sheet moves it there` : `${what} copied`);
   }
 
+  /** The page at hand; not one that is copied itself. @type {(elements: string[]) => string} */
+  page(elements) {
+    const { page, model } = this.editor;
+    return elements.includes(page) ? model.sheetOf(page) : page;
+  }
+
   async paste() {
-    const { canvas } = this.editor;
+    const page = this.page(this.elements);
     if (this.isCut) {
-      const operation = { kind: "into", elements: this.elements, page: canvas.sheet };
+      const operation = { kind: "into", elements: this.elements, page };
       await this.editor.compose(operation, "move into a page", this.elements);
       this.elements = [];
       return;
     }
-    this.times = canvas.sheet === this.sheet ? this.times + 1 : 0;
+    this.times = page === this.sheet ? this.times + 1 : 0;
     await this.put(this.elements, this.times * STEP);
   }
 
@@ -44,7 +49,7 @@ export class Clipboard {
 
   /** @type {(elements: string[], by: number) => Promise<void>} */
   async put(elements, by) {
-    const operation = { kind: "copy", elements, owner: this.editor.canvas.sheet, dx: by, dy: by };
+    const operation = { kind: "copy", elements, owner: this.page(elements), dx: by, dy: by };
     await this.editor.compose(operation, "copy", null);
   }
 }

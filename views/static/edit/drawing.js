@@ -15,10 +15,18 @@ function svg(name, attributes, text) {
 /** Draws in a group of the canvas the shape that an element stands for. @type {(group: SVGElement, element: CanvasElement) => SVGElement} */
 export function drawShape(group, element) {
   const { business, width, height } = element;
-  group.setAttribute("class", `djs-visual drawn ${business.kind}`);
+  group.setAttribute("class", `djs-visual drawn ${business.kind}${business.isOpen ? " open" : ""}`);
   const shape = outline(business, width, height);
   group.append(shape);
-  if (business.kind.startsWith("place") || business.kind.startsWith("transition")) {
+  if (business.isPage) group.append(sign(business.isOpen, width));
+  if (business.isOpen) {
+    const [words] = business.lines;
+    group.append(svg("text", { class: "name", x: 10, y: 17 }, shortened(business.title, width - 20)));
+    const beside = 22 + 8.2 * business.title.length;
+    if (words !== undefined && beside + 5.2 * words.length < width - 24) {
+      group.append(" ", svg("text", { class: "note", x: beside, y: 17 }, words));
+    }
+  } else if (business.kind.startsWith("place") || business.kind.startsWith("transition")) {
     captions(group, business, width / 2, height);
     if (business.tokens !== 0) tokens(group, business.tokens, width / 2, height / 2);
   } else {
@@ -33,6 +41,28 @@ export function drawShape(group, element) {
   }
   return shape;
 }
+
+const SIGN = 13; // its width and height
+const EDGE = 4; // how far from the corner it is
+
+/** The sign in the corner of a page that a click opens or closes it by. @type {(isOpen: boolean, width: number) => SVGElement} */
+function sign(isOpen, width) {
+  const group = svg("g", { class: "sign", transform: `translate(${width - SIGN - EDGE} ${EDGE})` });
+  const bars = isOpen ? "M3.5 6.5h6" : "M3.5 6.5h6M6.5 3.5v6";
+  group.append(
+    svg("rect", { class: "knob", width: SIGN, height: SIGN, rx: 2 }),
+    svg("path", { class: "bars", d: bars }),
+  );
+  return group;
+}
+
+/** Whether a point of the sheet is on the sign of a page. @type {(element: CanvasElement, at: Point) => boolean} */
+export const onSign = ({ business, x, y, width }, at) =>
+  business.isPage &&
+  at.x >= x + width - SIGN - 2 * EDGE &&
+  at.x <= x + width &&
+  at.y >= y &&
+  at.y <= y + SIGN + 2 * EDGE;
 
 /** @type {(business: Drawn, width: number, height: number) => SVGElement} */
 function outline({ kind }, width, height) {

@@ -19,6 +19,7 @@ import { fieldsOf } from "./token_form.js";
  * @property {(element: string) => HTMLElement[]} found says what a check has found at an element
  * @property {(element: string) => void} go shows another element
  * @property {(owner: string, feature: string, type: string, given?: string) => void} make makes an element
+ * @property {(element: string) => { isOpen: boolean, toggle: () => void } | null} opening whether a page on the sheet is open in place, and what opens or closes it
  */
 
 /** Parts that are drawn or edited elsewhere. */
@@ -61,6 +62,7 @@ export function showForm(panel, model, element, asked) {
     make("h2", {}, model.label(element)),
     make("p", { class: "quiet", title: [kind.says, ...kind.rules].join("\n") }, kind.words),
     ...(above === undefined ? [] : [make("p", {}, "in ", goTo(model, above, asked))]),
+    ...opener(element, asked),
     ...marks.map((mark) =>
       make(
         "p",
@@ -79,6 +81,27 @@ export function showForm(panel, model, element, asked) {
     ...offers(model, element, asked),
   );
   if (focused) document.getElementById(focused)?.focus({ preventScroll: true });
+}
+
+/** Buttons to see what is in a page: in its frame, or on its own sheet. @type {(element: string, asked: Asked) => HTMLElement[]} */
+function opener(element, asked) {
+  const opening = asked.opening(element);
+  if (opening === null) return [];
+  const words = opening.isOpen ? "Close" : "Open in place";
+  const toggle = make(
+    "button",
+    { id: "opening", onclick: opening.toggle },
+    words,
+    make("kbd", { "aria-hidden": "true" }, "Space"),
+  );
+  return [
+    make(
+      "p",
+      { class: "opening" },
+      toggle,
+      make("button", { onclick: () => asked.go(element) }, "Go into it"),
+    ),
+  ];
 }
 
 /** @type {(model: Model, element: string, asked: Asked) => HTMLElement} */

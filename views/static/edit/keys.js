@@ -21,10 +21,8 @@ export function heed(event, editor) {
     return;
   }
   const lower = key.toLowerCase();
-  const action = actionFor(
-    `${isCommand ? "Ctrl " : ""}${altKey ? "Alt " : ""}${isCommand ? lower : key}`,
-    editor,
-  );
+  const name = key === " " ? spaceOf(event) : isCommand ? lower : key;
+  const action = actionFor(`${isCommand ? "Ctrl " : ""}${altKey ? "Alt " : ""}${name}`, editor);
   if (isCommand && lower === "z") used(event, () => editor.turn(shiftKey ? "redo" : "undo"));
   else if (isCommand && lower === "y") used(event, () => editor.turn("redo"));
   else if ((isCommand && lower === "f") || key === "/") used(event, () => editor.search());
@@ -47,10 +45,13 @@ export function heed(event, editor) {
   else if (key === "l") used(event, () => editor.canvas.diagram.get("lassoTool").toggle());
   else if (key === "?") used(event, () => byId("help", HTMLDialogElement).showModal());
   else if (/^[1-9]$/.test(key)) {
-    const tool = toolsFor(editor.model, editor.canvas.sheet)[Number(key) - 1];
+    const tool = toolsFor(editor.model, editor.page)[Number(key) - 1];
     if (tool) used(event, () => editor.take(tool, false));
   }
 }
+
+/** The name of the space bar, which presses buttons where one has the focus. @type {(event: KeyboardEvent) => string} */
+const spaceOf = ({ target }) => (target instanceof SVGElement || target === document.body ? "Space" : "");
 
 /** Does what a key stands for while the model is played; whether it stands for anything. @type {(event: KeyboardEvent, editor: Editor) => boolean} */
 function play(event, editor) {

@@ -3,14 +3,16 @@
 import { byId } from "../elements.js";
 import { ACTIONS } from "./actions.js";
 import { showMarks, showPath, showState } from "./around.js";
-import { Canvas } from "./canvas.js";
+import { Canvas, moveTo } from "./canvas.js";
 import { Clipboard } from "./clipboard.js";
 import { Connection } from "./connection.js";
 import { showActions, showForm } from "./form.js";
+import { middle } from "./geometry.js";
 import { heed } from "./keys.js";
 import { askFor } from "./making.js";
 import { Model } from "./model.js";
 import { choose, elementsOf } from "./palette.js";
+import { Places } from "./places.js";
 import { Player, refusedInGame } from "./play.js";
 import { ARC, CHOOSE, showTools, toolsFor } from "./tools.js";
 import { Worker } from "./work.js";
@@ -25,6 +27,7 @@ export class Editor {
     chosen: (elements) => this.look(elements.length === 1 ? elements[0] : null),
     clicked: (element, at) => this.clicked(element, at),
     opened: (element) => this.open(element),
+    toggled: (page) => this.toggle(page),
   });
   /** The tool that is used. */
   tool = CHOOSE;
@@ -35,8 +38,9 @@ export class Editor {
   /** The marks in the form. */
   formMarks = "";
   clipboard = new Clipboard(this);
-  /** What has been asked where to put, by sheet. @type {Map<string, string>} */
-  arranged = new Map();
+  places = new Places(this);
+  /** Of which page the tools are. */
+  toolsOf = "";
   connection = new Connection(
     (message) => this.hear(message),
     (state) => this.connected(state),
@@ -50,7 +54,7 @@ export class Editor {
     byId("redo", HTMLElement).onclick = () => this.turn("redo");
     byId("save", HTMLElement).onclick = () => this.save(false);
     byId("fit", HTMLElement).onclick = () => this.canvas.fit();
-    byId("arrange", HTMLElement).onclick = () => this.arrange();
+    byId("arrange", HTMLElement).onclick = () => this.places.arrange();
     byId("search", HTMLElement).onclick = () => this.search();
     byId("actions", HTMLElement).onclick = () => this.askForAction();
     byId("keys", HTMLElement).onclick = () => byId("help", HTMLDialogElement).showModal();
@@ -80,8 +84,8 @@ export class Editor {
     }
     this.model.told(message);
     if (message.type === "snapshot") {
-      this.canvas.computed.clear();
-      this.arranged.clear();
+      this.places.forget();
+      this.canvas.openPages.recall();
       const count = message.recovered;
       if (count) this.say(`${count} changes that were not saved came out of the journal`);
     }
@@ -136,7 +140,12 @@ export class Editor {
     this.showMarks();
     this.showForm();
     this.player.show();
-    this.findPlaces(sheet);
+    this.places.find();
+  }
+
+  /** The page at hand: what is made comes there. */
+  get page() {
+    return this.canvas.pageOf(this.looked ?? this.canvas.chosenShapes()[0] ?? null);
   }
 
   showMarks() {
@@ -150,7 +159,8 @@ export class Editor {
   }
 
   showTools() {
-    const tools = toolsFor(this.model, this.canvas.sheet);
+    this.toolsOf = this.page;
+    const tools = toolsFor(this.model, this.page);
     showTools(byId("tools", HTMLElement), tools, this.tool, (tool, byKey) => this.take(tool, byKey));
     byId("canvas", HTMLElement).classList.toggle("making", this.tool !== CHOOSE);
   }
@@ -169,6 +179,10 @@ export class Editor {
       found: (element) => this.worker.foundAt(element),
       go: (element) => this.go(element),
       make: (owner, feature, type, given) => this.make(owner, feature, type, given ?? null),
+      opening: (element) =>
+        this.canvas.registry.get(element)?.business.isPage
+          ? { isOpen: this.canvas.isOpen(element), toggle: () => this.toggle(element) }
+          : null,
     });
   }
 
@@ -182,6 +196,8 @@ export class Editor {
   /** @type {(element: string | null) => void} */
   look(element) {
     this.looked = element;
+    this.canvas.held = this.page;
+    if (this.page !== this.toolsOf) this.showTools();
     this.showForm();
   }
 
@@ -192,9 +208,17 @@ export class Editor {
       this.show(element);
       return;
     }
-    this.show(this.model.sheetOf(element));
+    const isSeen = this.canvas.planes.has(this.model.sheetOf(element));
+    this.show(isSeen ? this.canvas.sheet : this.model.sheetOf(element));
     this.canvas.choose(element, true);
     this.look(element);
+  }
+
+  /** Opens a page in place, or closes it. @type {(page: string) => void} */
+  toggle(page) {
+    this.canvas.toggle(page, !byId("form", HTMLElement).contains(document.activeElement));
+    this.look(page);
+    this.places.find();
   }
 
   /** @type {(element: string) => void} */
@@ -258,51 +282,86 @@ export class Editor {
     this.showTools();
     if (tool.name === ARC) this.say("click where the arc begins");
     else if (tool.name === CHOOSE) this.say("");
-    else if (byKey) this.put(tool, this.canvas.free(this.canvas.centre()));
+    else if (byKey) this.putInMiddle(tool, this.page);
     else this.say(`click where the ${tool.words} goes`);
   }
 
-  /** @type {(element: string | null, at: Point) => boolean} */
+  /**
+   * Uses a click, or Enter, which is nowhere.
+   *
+   * @type {(element: string | null, at: Point | null) => boolean}
+   */
   clicked(element, at) {
     if (this.player.game !== null) return this.player.clicked(element);
-    const tool = toolsFor(this.model, this.canvas.sheet).find(({ name }) => name === this.tool);
-    if (tool === undefined || tool.name === CHOOSE) return false;
-    if (tool.name !== ARC) {
-      if (element !== null) return false;
-      this.put(tool, { x: Math.round(at.x), y: Math.round(at.y) });
-      return true;
-    }
+    if (this.tool === CHOOSE) return false;
+    if (this.tool !== ARC) return this.clickedFor(element, at);
     if (element === null) return false;
     if (this.source === null) {
       this.source = element;
       this.say(`from ${this.model.label(element)}: click where the arc ends`);
     } else {
-      this.arc(tool, this.source, element);
+      this.arc(this.source, element);
     }
     return true;
   }
 
-  /** @type {(tool: Tool, source: string, target: string) => Promise<void>} */
-  async arc({ feature, type }, source, target) {
-    this.source = null;
-    const values = { source, target };
-    const command = { kind: "create", owner: this.canvas.sheet, feature, type, values };
-    await this.act([command], `arc from ${this.model.label(source)} to ${this.model.label(target)}`);
+  /** Makes what the tool makes, on the sheet or in an open page. @type {(element: string | null, at: Point | null) => boolean} */
+  clickedFor(element, at) {
+    const page = element ?? this.canvas.sheet;
+    if (!this.canvas.planes.has(page)) return false;
+    const tool = toolsFor(this.model, page).find(({ name }) => name === this.tool);
+    if (tool === undefined) {
+      this.say(
+        `${this.model.kind(page).words} ${this.model.label(page)}: nothing of that kind stands here`,
+        true,
+      );
+    } else if (at === null) {
+      this.putInMiddle(tool, page);
+    } else {
+      this.put(tool, at, page);
+    }
+    return true;
   }
 
-  /** Makes what a tool makes, at a point. @type {(tool: Tool, at: Point) => Promise<void>} */
-  async put({ feature, type, words }, at) {
-    const sheet = this.canvas.sheet;
+  /** @type {(source: string, target: string) => Promise<void>} */
+  async arc(source, target) {
+    this.source = null;
+    const { model, canvas } = this;
+    const label = `arc from ${model.label(source)} to ${model.label(target)}`;
+    const [owner, other] = [source, target].map((each) => model.sheetOf(each));
+    const tool = toolsFor(model, owner).find(({ name }) => name === ARC);
+    if (owner === other && tool !== undefined) {
+      const { feature, type } = tool;
+      await this.act([{ kind: "create", owner, feature, type, values: { source, target } }], label);
+      return;
+    }
+    // Beside the end that is no place, where a reference may come to stand.
+    const transition = model.kind(source).shape?.startsWith("place") ? target : source;
+    const page = model.sheetOf(transition);
+    const [shape, plane] = [canvas.registry.get(transition), canvas.planes.get(page)];
+    if (shape === undefined || plane === undefined) return;
+    const { x, y } = moveTo("", plane.from(canvas.free(middle(shape), page)));
+    await this.compose({ kind: "join", source, target, x, y }, label);
+  }
+
+  /** @type {(tool: Tool, page: string) => Promise<void>} */
+  putInMiddle(tool, page) {
+    return this.put(tool, this.canvas.free(this.canvas.centre(page), page), page);
+  }
+
+  /** Makes what a tool makes, at a point of the sheet. @type {(tool: Tool, at: Point, page: string) => Promise<void>} */
+  async put({ feature, type, words }, at, page) {
     const commands = await askFor(byId("dialog", HTMLDialogElement), this.model, {
-      owner: sheet,
+      owner: page,
       feature,
       type,
     });
     this.tool = CHOOSE;
     this.showTools();
-    if (commands === null) return;
-    const others = this.canvas.moves([], { x: 0, y: 0 });
-    await this.made([...others, ...commands, { kind: "move", element: "$new", ...at }], `new ${words}`);
+    const plane = this.canvas.planes.get(page);
+    if (commands === null || plane === undefined) return;
+    const others = this.canvas.settled(page);
+    await this.made([...others, ...commands, moveTo("$new", plane.from(at))], `new ${words}`);
   }
 
   /** @type {(owner: string, feature: string, type: string, given: string | null) => Promise<void>} */
@@ -384,7 +443,8 @@ export class Editor {
   askForPage() {
     const { model, canvas } = this;
     const elements = canvas.chosenShapes();
-    const pages = model.all("pn.Page").filter((each) => each !== canvas.sheet && !elements.includes(each));
+    const from = model.sheetOf(elements[0]);
+    const pages = model.all("pn.Page").filter((each) => each !== from && !elements.includes(each));
     const entries = pages.map((page) => ({
       words: model.label(page),
       note: `${model.kind(page).words} in ${model.label(model.get(page).in ?? model.root)}`,
@@ -426,57 +486,6 @@ export class Editor {
     }));
   }
 
-  // ---------------------------------------------------------------------------------- where things go
-
-  /** What of a sheet nobody has put anywhere. @returns {string[]} */
-  unplaced() {
-    return this.canvas.moves([], { x: 0, y: 0 }).map(({ element }) => String(element));
-  }
-
-  /** @type {(sheet: string) => Promise<Map<string, Point> | null>} */
-  async positions(sheet) {
-    const query = new URLSearchParams(location.search);
-    query.set("sheet", sheet);
-    const answer = await fetch(`/arrange?${query}`);
-    if (!answer.ok) return null;
-    /** @type {Record<string, [number, number]>} */
-    const found = (await answer.json()).positions;
-    return new Map(Object.entries(found).map(([handle, [x, y]]) => [handle, { x, y }]));
-  }
-
-  /** Asks where to put what nobody has put anywhere. @type {(sheet: string) => Promise<void>} */
-  async findPlaces(sheet) {
-    const missing = this.unplaced().filter((each) => !this.canvas.computed.get(sheet)?.has(each));
-    const key = missing.join(" ");
-    if (missing.length === 0 || this.arranged.get(sheet) === key) return;
-    this.arranged.set(sheet, key);
-    document.body.dataset.busy = "arranging";
-    const found = await this.positions(sheet);
-    delete document.body.dataset.busy;
-    if (found === null) return;
-    this.canvas.computed.set(sheet, found);
-    if (this.canvas.sheet === sheet) {
-      this.canvas.draw();
-      this.canvas.fit();
-    }
-  }
-
-  /** Puts everything on the sheet where it can be read. */
-  async arrange() {
-    const sheet = this.canvas.sheet;
-    const found = await this.positions(sheet);
-    if (found === null) {
-      this.say("this sheet cannot be laid out", true);
-      return;
-    }
-    /** @type {Command[]} */
-    const commands = [...found].map(([element, { x, y }]) => ({ kind: "move", element, x, y }));
-    const bent = this.canvas.registry.filter((each) => each.business?.bends.length > 0);
-    commands.push(...bent.map(({ business }) => ({ kind: "bend", element: business.element, points: [] })));
-    await this.act(commands, "arrange");
-    this.canvas.fit();
-  }
-
   // ---------------------------------------------------------------------------------- keys
 
   up() {
@@ -516,7 +525,7 @@ export class Editor {
       document.activeElement instanceof SVGElement ? document.activeElement.dataset.element : undefined;
     if (focused === undefined) return;
     event.preventDefault();
-    if (this.clicked(focused, { x: 0, y: 0 })) return;
+    if (this.clicked(focused, null)) return;
     if (this.looked === focused && this.model.isSheet(focused)) this.open(focused);
     else this.canvas.choose(focused, true);
   }
@@ -531,11 +540,11 @@ export class Editor {
   }
 
   beginArc() {
-    const tool = toolsFor(this.model, this.canvas.sheet).find(({ name }) => name === ARC);
+    const tool = toolsFor(this.model, this.page).find(({ name }) => name === ARC);
     const [source] = this.canvas.chosen();
     if (tool === undefined) return;
     this.take(tool, false);
-    if (source !== undefined) this.clicked(source, { x: 0, y: 0 });
+    if (source !== undefined) this.clicked(source, null);
   }
 }
 

@@ -112,12 +112,13 @@ export class Player {
     return loop === null ? at : Math.min(length, loop + count);
   }
 
-  /** Asks for something and shows what came of it. @type {(what: Record<string, unknown>) => Promise<void>} */
-  async ask(what) {
+  /** Asks for something and shows what came of it; what will come is waited for. @type {(what: Record<string, unknown>, willCome?: boolean) => Promise<void>} */
+  async ask(what, willCome = false) {
     const answer = await this.editor.connection.ask("play", what);
     if (answer.type === "refused") {
       this.running = null;
-      this.editor.answered(answer);
+      if (willCome) this.editor.say(`${answer.reason} yet`);
+      else this.editor.answered(answer);
       this.show();
       return;
     }
@@ -141,7 +142,7 @@ export class Player {
     const last = this.game?.steps[this.game.at - 1 - this.game.first];
     if (!this.isFollowing || last === undefined) return;
     const known = last.elements.filter((each) => model.objects.has(each));
-    if (known.length === 0 || known.some((each) => model.sheetOf(each) === canvas.sheet)) return;
+    if (known.length === 0 || known.some((each) => canvas.planes.has(model.sheetOf(each)))) return;
     this.editor.show(model.sheetOf(known[0]));
   }
 

@@ -199,6 +199,7 @@ export interface CanvasElement extends Point {
   source: CanvasElement;
   target: CanvasElement;
   parent: CanvasElement | null;
+  children: CanvasElement[];
   business: Drawn;
 }
 
@@ -219,13 +220,40 @@ export interface Drawn {
   lines: string[];
   tokens: number;
   weight: number;
-  at: Point | null;
+  /** The page that it stands on. */
+  page: string;
+  /** Whether it has a sheet of its own, and whether what is on that is seen in its frame. */
+  isPage: boolean;
+  isOpen: boolean;
+  /** In how many open pages it is. */
+  depth: number;
+  /** Where its page has it, or would have it. */
+  stored: Point;
+  /** The middle of it on the sheet. */
+  at: Point;
+  /** What of the sheet is the point that is stored. */
+  anchor: Point;
   size: { width: number; height: number };
   from: string;
   to: string;
   bends: Point[];
   isOwn: boolean;
   ports: Port[];
+}
+
+/** How far a frame reaches in each direction. */
+export interface Extent {
+  left: number;
+  right: number;
+  up: number;
+  down: number;
+}
+
+/** The strips of the plane that an open page widens. */
+export interface Opening {
+  page: string;
+  x: { from: number; to: number; rate: number }[];
+  y: { from: number; to: number; rate: number }[];
 }
 
 export interface Box extends Point {
@@ -236,6 +264,7 @@ export interface Box extends Point {
 export interface DiagramEvent {
   element: CanvasElement;
   originalEvent: MouseEvent;
+  context: { shapes: CanvasElement[] };
   newSelection: CanvasElement[];
 }
 
@@ -243,14 +272,14 @@ interface Services {
   canvas: {
     setRootElement(root: CanvasElement): void;
     getRootElement(): CanvasElement;
-    addShape(shape: CanvasElement, parent: CanvasElement): CanvasElement;
+    addShape(shape: CanvasElement, parent: CanvasElement, index?: number): CanvasElement;
     addConnection(line: CanvasElement, parent: CanvasElement, index?: number): CanvasElement;
     removeShape(shape: CanvasElement): void;
     removeConnection(line: CanvasElement): void;
     viewbox(): Box & { scale: number };
     viewbox(box: Box): void;
     zoom(level: number | "fit-viewport", center?: "auto" | Point): number;
-    scrollToElement(element: CanvasElement): void;
+    scrollToElement(element: CanvasElement, padding?: number): void;
     addMarker(element: CanvasElement, name: string): void;
     removeMarker(element: CanvasElement, name: string): void;
     getGraphics(element: CanvasElement): SVGGElement;

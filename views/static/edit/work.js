@@ -222,7 +222,7 @@ export class Worker {
     const { player } = this.editor;
     while (this.watched === job && this.jobs.get(job)?.state === "running") {
       const begun = performance.now();
-      await player.ask({ action: "open", job });
+      await player.ask({ action: "open", job }, player.game === null); // it may have done nothing yet
       if (player.game !== null) await player.ask({ action: "go", to: player.game.length });
       const took = performance.now() - begun;
       await new Promise((settle) => setTimeout(settle, Math.min(Math.max(WATCH, 4 * took), LONGEST_WATCH)));
@@ -255,7 +255,9 @@ export class Worker {
       make("option", { value: "simulate" }, "simulated: in simulated time"),
       make("option", { value: "local" }, "local: in one process"),
       make("option", { value: "ros" }, "ROS 2: a process for each node"),
+      make("option", { value: "workspace" }, "ROS 2: a generated workspace"),
     );
+    const workspace = make("input", { value: "workspace", name: "workspace" });
     const until = make("input", { id: "until", name: "until", placeholder: "Noted >= 3" });
     const timeout = make("input", { type: "number", min: 1, max: 86400, value: 60, name: "timeout" });
     const speed = make("input", {
@@ -265,22 +267,30 @@ export class Worker {
       placeholder: "as fast as can be",
       name: "speed",
     });
+    const suit = () => {
+      speed.disabled = how.value !== "simulate";
+      workspace.disabled = how.value !== "workspace";
+    };
+    how.onchange = suit;
+    suit();
     this.form(
       "Run the application",
-      "With the handlers beside the model. The run is recorded, and can be played afterwards.",
+      "With the handlers beside the model, or those in the workspace. The run is recorded, and can be played afterwards.",
       [
         make("label", {}, "how", how),
         make("label", {}, "until", until),
         make("label", {}, "at most, in s", timeout),
         make("label", {}, "simulated speed", speed),
+        make("label", {}, "workspace", workspace),
       ],
       "Run",
       () => ({
         kind: "run",
-        how: how.value,
+        how: how.value === "workspace" ? "ros" : how.value,
         until: until.value,
         timeout: Number(timeout.value),
-        ...(speed.value && how.value === "simulate" ? { speed: Number(speed.value) } : {}),
+        ...(workspace.disabled ? {} : { workspace: workspace.value }),
+        ...(speed.value && !speed.disabled ? { speed: Number(speed.value) } : {}),
       }),
     );
   }

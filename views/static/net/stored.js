@@ -124,7 +124,7 @@ function seat(item, at, items, scale) {
  *
  * @type {(strips: Strip[]) => (value: number) => number}
  */
-function stretched(strips) {
+export function stretched(strips) {
   const ends = [...new Set(strips.flatMap(({ from, to }) => [from, to]))].sort((a, b) => a - b);
   const rates = ends
     .slice(1)

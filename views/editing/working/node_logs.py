@@ -1,0 +1,42 @@
+"""What the nodes of a run on ROS 2 print: each has a file of its own beside its trace."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+MOST_BYTES = 64 << 10
+"""Of one node that are read at a time; of more, the last ones."""
+
+
+class NodeLogs:
+    """The logs in a folder, as they grow.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder; it need not be there yet.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._taken: dict[Path, int] = {}
+
+    def new_lines(self) -> list[str]:
+        """Return the lines that have come since the last time, each with the name of its node."""
+        found = []
+        for path in sorted(self._folder.glob("*.log")):
+            if path.is_file():
+                found += [f"{path.stem}: {line}" for line in self._lines(path)]
+        return found
+
+    def _lines(self, path: Path) -> list[str]:
+        with path.open("rb") as log:
+            size, begin = log.seek(0, 2), self._taken.get(path, 0)
+            left_out = max(0, size - begin - MOST_BYTES)
+            log.seek(begin + left_out)
+            whole, end, _ = log.read(MOST_BYTES).rpartition(b"\n")
+        if not end and not left_out:
+            return []  # the line is not at its end yet
+        self._taken[path] = begin + left_out + len(whole) + len(end)
+        lines = whole.decode("utf-8", "replace").split("\n")
+        return [f"… {left_out:,} bytes more", *lines[1:]] if left_out else lines
