@@ -6,9 +6,11 @@ import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from dineros.metamodel.matching import Quality
+from dineros.observation.importing.given import Given, GivenCallback, read_given
 from dineros.observation.systems import USUAL, Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
 
 FOREIGN = Path(__file__).resolve().parents[2] / "examples/foreign"
@@ -25,13 +27,34 @@ def trigger(name: str) -> Endpoint:
     return Endpoint(name, TRIGGER)
 
 
-def robot() -> ObservedSystem:
+def given(mended: bool = False) -> Given:
+    """Return what people know of the robot; mended, its planner takes the answer on a second thread."""
+    known = read_given(FOREIGN / "robot.given.toml")
+    if not mended:
+        return known
+    planner, monitor = (known.node(name) for name in ("/planner", "/monitor"))
+    group = {"/where": GivenCallback((), "answers")}
+    changed = {
+        "/planner": replace(
+            planner, threads=2, groups={"answers": "exclusive"}, callbacks={**planner.callbacks, **group}
+        ),
+        "/detector": replace(known.node("/detector"), depths={"/image": 5, "/obstacles": 10}),
+        "/monitor": replace(monitor, depths={**monitor.depths, "/battery_level": 10}),
+    }
+    return replace(known, nodes={**known.nodes, **changed})
+
+
+def robot(mended: bool = False) -> ObservedSystem:
     """Return what is to be seen of the robot, written down by hand from its programs."""
     nodes = [
         ObservedNode("/sensors/lidar", publishers=(port("/scan", quality=SENSOR),)),
         ObservedNode("/sensors/camera", publishers=(port("/image", quality=SENSOR),)),
         ObservedNode("/sensors/imu", publishers=(port("/imu", NUMBER),)),
-        ObservedNode("/detector", publishers=(port("/obstacles"),), subscribers=(port("/image"),)),
+        ObservedNode(
+            "/detector",
+            publishers=(port("/obstacles"),),
+            subscribers=(port("/image", quality=SENSOR if mended else USUAL),),
+        ),
         ObservedNode(
             "/localizer",
             publishers=(port("/pose", NUMBER),),
@@ -59,7 +82,7 @@ def robot() -> ObservedSystem:
         ObservedNode(
             "/monitor",
             subscribers=(
-                port("/battery_level", NUMBER, LATCHED),
+                port("/battery_level", NUMBER, USUAL if mended else LATCHED),
                 port("/mission"),
                 port("/odometry", NUMBER),
             ),
