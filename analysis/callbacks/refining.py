@@ -24,9 +24,9 @@ from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import Constant
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.cut_out import cut_out
 from dineros.analysis.nets.semiflows import semiflows
 from dineros.analysis.nets.witness import replay
+from dineros.analysis.reductions.cut_out import cut_out
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError
 from dineros.analysis.symbolic.saturation import DiagramMemoryError

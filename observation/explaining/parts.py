@@ -15,8 +15,8 @@ import networkx as nx
 
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.nets.cut_out import cut_out
 from dineros.analysis.nets.semiflows import semiflows
+from dineros.analysis.reductions.cut_out import cut_out
 
 ASSUMED = 16
 """Tokens, beyond those at the start, up to which places are followed that nothing bounds."""

@@ -8,14 +8,17 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from time import sleep
 
 from dineros.metamodel.matching import Quality
 from dineros.observation.importing.given import Given, GivenCallback, read_given
+from dineros.observation.recordings import Recording
 from dineros.observation.systems import USUAL, Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
 
 FOREIGN = Path(__file__).resolve().parents[2] / "examples/foreign"
 SENSOR = USUAL._replace(reliability="bestEffort")
 LATCHED = USUAL._replace(durability="transientLocal")
+SECOND = 1_000_000_000
 TEXT, NUMBER, TRIGGER = "std_msgs/msg/String", "std_msgs/msg/Float64", "std_srvs/srv/Trigger"
 
 
@@ -113,3 +116,38 @@ def running(
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
+
+
+def record(path: Path, environment: Mapping[str, str], seconds: float) -> list[tuple[str, int]]:
+    """Record the robot that runs; return topic and time of what was said while all topics were heard.
+
+    Who has published before the recorder came is heard a little later than others; and what is under way when
+    it ends is lost. Both is left out.
+    """
+    types = {port.topic: port.type for node in robot().nodes for port in node.publishers}
+    words = [f"{topic}={kind}" for topic, kind in types.items()]
+    recorder = subprocess.Popen(
+        [sys.executable, "-m", "tests.support.recorder", str(path), *words],
+        env=dict(environment),
+        cwd=FOREIGN.parents[1],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+    )
+    try:
+        sleep(seconds)
+    finally:
+        recorder.terminate()
+        recorder.wait()
+    return heard(path)
+
+
+def heard(path: Path) -> list[tuple[str, int]]:
+    """Return topic and time of each message of a recording, without its ends."""
+    with Recording(path) as recording:
+        messages = [(topic, time) for topic, time, _ in recording.messages()]
+    firsts: dict[str, int] = {}
+    for topic, time in messages:
+        firsts.setdefault(topic, time)
+    begins = max(firsts.values(), default=0)
+    ends = messages[-1][1] - SECOND // 2 if messages else 0
+    return [(topic, time) for topic, time in messages if begins <= time <= ends]
