@@ -12,7 +12,7 @@ from time import sleep
 
 from dineros.metamodel.matching import Quality
 from dineros.observation.importing.given import Given, GivenCallback, read_given
-from dineros.observation.recordings import Recording
+from dineros.observation.recordings import Recording, RecordingError
 from dineros.observation.systems import USUAL, Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
 
 FOREIGN = Path(__file__).resolve().parents[2] / "examples/foreign"
@@ -143,11 +143,13 @@ def record(path: Path, environment: Mapping[str, str], seconds: float) -> list[t
 
 def heard(path: Path) -> list[tuple[str, int]]:
     """Return topic and time of each message of a recording, without its ends."""
-    with Recording(path) as recording:
-        messages = [(topic, time) for topic, time, _ in recording.messages()]
+    try:
+        with Recording(path) as recording:
+            messages = [(topic, time) for topic, time, _ in recording.messages()]
+    except RecordingError:  # nothing was said yet
+        return []
     firsts: dict[str, int] = {}
     for topic, time in messages:
         firsts.setdefault(topic, time)
-    begins = max(firsts.values(), default=0)
-    ends = messages[-1][1] - SECOND // 2 if messages else 0
+    begins, ends = max(firsts.values()), messages[-1][1] - SECOND // 2
     return [(topic, time) for topic, time in messages if begins <= time <= ends]
