@@ -10,7 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow
+from dineros.metamodel.build import callback, flow, here, node_net, place
 from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.elements import find
 from dineros.metamodel.files import save
@@ -23,28 +23,8 @@ SENSE_TIME = 0.02
 """Seconds that the sensor measures: also while there is danger, the safety loop turns no faster."""
 
 
-class NodeNetBuilder:
-    """One node net and shorthands for the nodes on its pages."""
-
-    def __init__(self, model: sym.SystemModel, id: str) -> None:
-        self.net = sym.NodeNet(id=id, name=id, package=f"sorting_{id}", net=model)
-
-    def page(self, id: str) -> pn.Page:
-        return pn.Page(id=id, name=id, page=self.net)
-
-    def callback(self, id: str, kind: str) -> sym.CallbackPage:
-        return sym.CallbackPage(id=id, name=id, kind=kind, page=self.net)
-
-    def signal(self, id: str) -> None:
-        sym.InputSignal(id=id, name=id, node=self.net)
-
-
-def place(id: str, page: pn.Page, tokens: int = 0) -> sym.Place:
-    return sym.Place(id=id, name=id, tokens=tokens, page=page)
-
-
 def transition(
-    id: str, page: pn.Page, clause: str | None = None, earliest: float | None = None
+    page: pn.Page, id: str, clause: str | None = None, earliest: float | None = None
 ) -> sym.Transition:
     """Return a transition; `earliest` paces it: so many seconds it is ready before it fires."""
     made = sym.Transition(id=id, name=id, page=page)
@@ -55,90 +35,85 @@ def transition(
     return made
 
 
-def reference(target: pn.Place, page: pn.Page) -> pn.ReferencePlace:
-    return pn.ReferencePlace(id=f"{target.id}@{page.id}", name=target.name, target=target, page=page)
-
-
 def selector(model: sym.SystemModel) -> dict[str, sym.Place]:
     """User input (1): a pool of objects per colour, each selected by a signal."""
-    node = NodeNetBuilder(model, "selector")
+    colors = ("Red", "Blue", "Green")
+    net = node_net(model, "selector", colors, package="sorting_selector")
     sorts = {}
-    for color in ("Red", "Blue", "Green"):
-        node.signal(color)
-        pool = place(f"{color}Objects", node.net, tokens=1)
+    for color in colors:
+        pool = place(net, f"{color}Objects", tokens=1)
         pool.balloons.append(sym.BalloonToken(data=f'{{"color": "{color.lower()}"}}'))
-        sorts[color] = place(f"Sort{color}", node.net)
-        flow(pool, transition(f"Select{color}", node.net, clause=color), sorts[color])
+        sorts[color] = place(net, f"Sort{color}")
+        flow(pool, transition(net, f"Select{color}", clause=color), sorts[color])
     return sorts
 
 
 def controller(model: sym.SystemModel) -> dict[str, sym.Place]:
     """Two robot controllers (2), one per cell: get control, pick, place, give control back, report."""
-    node = NodeNetBuilder(model, "controller")
+    net = node_net(model, "controller", package="sorting_controller")
     made: dict[str, sym.Place] = {}
     for cell in CELLS:
-        request = node.callback(f"ReceiveObject{cell}", "subscriber")
-        entry = place(f"ReqControl{cell}", request)
-        page = node.page(f"RobotController{cell}")
+        request = callback(net, f"ReceiveObject{cell}")
+        entry = place(request, f"ReqControl{cell}")
+        page = pn.Page(id=f"RobotController{cell}", name=f"RobotController{cell}", page=net)
         names = (
             f"GetReq{cell} GetRes{cell} PickReq{cell} PickRes{cell} PlaceReq{cell} PlaceRes{cell} "
             f"EndReq{cell} EndRes{cell} Result{cell}"
         )
-        cell_places = {name: place(name, page) for name in names.split()}
+        cell_places = {name: place(page, name) for name in names.split()}
         made |= {entry.id: entry} | cell_places
         steps = [
-            (reference(entry, page), f"TReqControl{cell}", cell_places[f"GetReq{cell}"]),
+            (here(entry, page), f"TReqControl{cell}", cell_places[f"GetReq{cell}"]),
             (cell_places[f"GetRes{cell}"], f"TStartPick{cell}", cell_places[f"PickReq{cell}"]),
             (cell_places[f"PickRes{cell}"], f"TStartPlace{cell}", cell_places[f"PlaceReq{cell}"]),
             (cell_places[f"PlaceRes{cell}"], f"TRelease{cell}", cell_places[f"EndReq{cell}"]),
             (cell_places[f"EndRes{cell}"], f"TReport{cell}", cell_places[f"Result{cell}"]),
         ]
         for before, step, after in steps:
-            flow(before, transition(step, page), after)
+            flow(before, transition(page, step), after)
     return made
 
 
 def synchronizer(model: sym.SystemModel) -> dict[str, sym.ServerPort]:
     """Exclusive use of the shared space (3, 5) by one token on the control state page (4)."""
-    node = NodeNetBuilder(model, "synchronizer")
-    state = node.page("ControlState")
-    free, taken = place("StateGet", state, tokens=1), place("StateEnd", state)
+    net = node_net(model, "synchronizer", package="sorting_synchronizer")
+    state = pn.Page(id="ControlState", name="ControlState", page=net)
+    free, taken = place(state, "StateGet", tokens=1), place(state, "StateEnd")
     servers = {}
     for operation, before, after in (("Get", free, taken), ("End", taken, free)):
-        page = node.callback(f"{operation}ControlServer", "server")
-        entry, exit_ = place(f"{operation}Entry", page), place(f"{operation}Exit", page)
-        step = transition(f"T{operation}", page)
+        page = callback(net, f"{operation}ControlServer", "server")
+        entry, exit_ = place(page, f"{operation}Entry"), place(page, f"{operation}Exit")
+        step = transition(page, f"T{operation}")
         flow(entry, step, exit_)
-        flow(reference(before, page), step, reference(after, page))
+        flow(here(before, page), step, here(after, page))
         servers[f"{operation}Control"] = sym.ServerPort(entry=entry, exit=exit_, page=page)
     return servers
 
 
 def executor(model: sym.SystemModel) -> tuple[dict[str, sym.ServerPort], sym.Place, sym.Place]:
     """Picking and placing (6) under a shared safety model (7) that asks the sensor again and again (8)."""
-    node = NodeNetBuilder(model, "executor")
-    for signal in ("RobotIsIdle", "RobotHasFinished", "ObjectIsPicked", "ObjectIsPlaced", "Danger"):
-        node.signal(signal)
-    safety = node.page("Safety")
-    safe, unsafe = place("Safe", safety), place("Unsafe", safety, tokens=1)
-    request, response = place("SensorReq", safety), place("SensorRes", safety)
-    flow(unsafe, transition("TRetry", safety, earliest=RETRY_TIME), request)
-    flow(response, transition("TSafe", safety), safe)
-    flow(response, transition("TUnsafe", safety), unsafe)
-    flow(safe, transition("TStop", safety, clause="Danger"), request)
+    signals = ("RobotIsIdle", "RobotHasFinished", "ObjectIsPicked", "ObjectIsPlaced", "Danger")
+    net = node_net(model, "executor", signals, package="sorting_executor")
+    safety = pn.Page(id="Safety", name="Safety", page=net)
+    safe, unsafe = place(safety, "Safe"), place(safety, "Unsafe", tokens=1)
+    request, response = place(safety, "SensorReq"), place(safety, "SensorRes")
+    flow(unsafe, transition(safety, "TRetry", earliest=RETRY_TIME), request)
+    flow(response, transition(safety, "TSafe"), safe)
+    flow(response, transition(safety, "TUnsafe"), unsafe)
+    flow(safe, transition(safety, "TStop", clause="Danger"), request)
     servers = {}
     for operation in ("Pick", "Place"):
-        page = node.callback(f"{operation}Server", "server")
-        entry, run, exit_ = (place(f"{operation}{role}", page) for role in ("Entry", "Run", "Exit"))
-        start = transition(f"T{operation}", page)
-        abort = transition(f"T{operation}Abort", page)
-        safe_here, unsafe_here = reference(safe, page), reference(unsafe, page)
+        page = callback(net, f"{operation}Server", "server")
+        entry, run, exit_ = (place(page, f"{operation}{role}") for role in ("Entry", "Run", "Exit"))
+        start = transition(page, f"T{operation}")
+        abort = transition(page, f"T{operation}Abort")
+        safe_here, unsafe_here = here(safe, page), here(unsafe, page)
         done = f"ObjectIs{operation.removesuffix('e')}ed"
         flow(entry, start, run)
         flow(safe_here, start, safe_here)
         for outcome, literal in (("Success", done), ("Fail", f"!{done}")):
             clause = f"(RobotIsIdle | RobotHasFinished) & {literal}"
-            flow(run, transition(f"T{operation}{outcome}", page, clause), exit_)
+            flow(run, transition(page, f"T{operation}{outcome}", clause), exit_)
         flow(run, abort, exit_)
         flow(unsafe_here, abort, unsafe_here)
         servers[operation] = sym.ServerPort(entry=entry, exit=exit_, page=page)
@@ -147,21 +122,20 @@ def executor(model: sym.SystemModel) -> tuple[dict[str, sym.ServerPort], sym.Pla
 
 def sensorics(model: sym.SystemModel) -> sym.ServerPort:
     """The sensor (9): data is there while the signal holds (10)."""
-    node = NodeNetBuilder(model, "sensorics")
-    node.signal("Sensor")
-    page = node.callback("SensorServer", "server")
-    entry, exit_ = place("SensorEntry", page), place("SensorExit", page)
-    flow(entry, transition("TSense", page, "Sensor", SENSE_TIME), exit_)
+    net = node_net(model, "sensorics", ["Sensor"], package="sorting_sensorics")
+    page = callback(net, "SensorServer", "server")
+    entry, exit_ = place(page, "SensorEntry"), place(page, "SensorExit")
+    flow(entry, transition(page, "TSense", "Sensor", SENSE_TIME), exit_)
     return sym.ServerPort(entry=entry, exit=exit_, page=page)
 
 
 def feedback(model: sym.SystemModel) -> sym.Place:
     """The user interface (11) shows each result."""
-    node = NodeNetBuilder(model, "feedback")
-    received = place("Feedback", node.callback("ReceiveResult", "subscriber"))
+    net = node_net(model, "feedback", package="sorting_feedback")
+    received = place(callback(net, "ReceiveResult"), "Feedback")
     page = received.page
     assert page is not None
-    flow(received, transition("TShowResult", page), place("Shown", page))
+    flow(received, transition(page, "TShowResult"), place(page, "Shown"))
     return received
 
 

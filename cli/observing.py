@@ -106,6 +106,26 @@ def source_options(function: F) -> F:
     return function
 
 
+def recording_options(when: str = "") -> Callable[[F], F]:
+    """Add `--tolerance` and `--midway`: how a recording is explained; `when` begins their help."""
+
+    def said(text: str) -> str:
+        return when + text if when else text.capitalize()
+
+    tolerance = click.option(
+        "--tolerance",
+        type=click.FloatRange(min=0, max=3600),
+        default=0.001,
+        show_default=True,
+        metavar="S",
+        help=said("messages of different topics no farther apart may have been published in any order."),
+    )
+    midway = click.option(
+        "--midway", is_flag=True, help=said("the nodes may have run before the recorder was started.")
+    )
+    return lambda function: tolerance(midway(function))
+
+
 def source_of(
     graph: bool,
     bag: Path | None,

@@ -140,6 +140,21 @@ def settings_option(function: F) -> F:
     return option(function)
 
 
+def reach_options(how_far: str) -> Callable[[F], F]:
+    """Add `--domain` and `--reach`: where ROS messages go."""
+    domain = click.option(
+        "--domain", type=click.IntRange(0, 101), metavar="N", help="ROS domain; by default ROS_DOMAIN_ID."
+    )
+    reach = click.option(
+        "--reach",
+        type=click.Choice(["memory", "machine", "network"]),
+        default="machine",
+        show_default=True,
+        help=how_far,
+    )
+    return lambda function: domain(reach(function))
+
+
 def middleware_option(function: F) -> F:
     """Add `--middleware`: one more of the `settings`, so that records and journals name it as well."""
     option = click.option(

@@ -1,4 +1,4 @@
-"""Building nets in Python: arcs that read like the flow they describe.
+"""Building nets in Python: arcs that read like the flow they describe, and whole steps.
 
 >>> from dineros.metamodel import pn
 >>> from dineros.metamodel.build import flow
@@ -7,13 +7,27 @@
 >>> page.objects.extend([idle, start, busy])
 >>> [arc.id for arc in flow(idle, start, busy)]
 ['idle-start', 'start-busy']
+
+A step of a system model says what it takes and what it puts, on whichever pages those places are:
+
+>>> from dineros.metamodel import sym
+>>> from dineros.metamodel.build import callback, node_net, place, step
+>>> dock = node_net(sym.SystemModel(id="yard"), "dock", ["Open"])
+>>> free = place(dock, "Free", tokens=1)
+>>> on_ship = callback(dock, "OnShip")
+>>> ship, moored = place(on_ship, "Ship"), place(on_ship, "Moored")
+>>> moor = step(on_ship, "Moor", [ship, free], [moored], clause="Open")
+>>> [arc.id for arc in [*moor.incoming, *moor.outgoing]]
+['Ship-Moor', 'Free@OnShip-Moor', 'Moor-Moored']
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 
-from dineros.metamodel import pn
+from dineros.metamodel import pn, sym
+from dineros.metamodel.clauses import set_clause
 from dineros.metamodel.errors import DinerosError
 
 
@@ -55,3 +69,61 @@ def _arc(source: pn.Node, target: pn.Node, weight: int, kind: str) -> pn.Arc:
         kind=kind,
         page=page,
     )
+
+
+def node_net(
+    model: sym.SystemModel, id: str, signals: Iterable[str] = (), package: str | None = None
+) -> sym.NodeNet:
+    """Add a node net with its signals to a model, and say which ROS package it becomes."""
+    made = sym.NodeNet(id=id, name=id, package=package, net=model)
+    for signal in signals:
+        sym.InputSignal(id=signal, name=signal, node=made)
+    return made
+
+
+def callback(
+    net: sym.NodeNet, id: str, kind: sym.CallbackKind | str = "subscriber", timer: float | None = None
+) -> sym.CallbackPage:
+    """Add the page of a callback to a node net; `timer` is the period of a timer's, in seconds."""
+    return sym.CallbackPage(id=id, name=id, kind=kind, timer=timer, page=net)
+
+
+def place(page: pn.Page, id: str, tokens: int = 0, type: sym.TokenType | None = None) -> sym.Place:
+    """Add a place to a page; `type` says what its tokens carry, if not what those of its model do."""
+    return sym.Place(id=id, name=id, tokens=tokens, tokenType=type, page=page)
+
+
+def step(
+    page: pn.Page,
+    id: str,
+    takes: Iterable[pn.PlaceNode] = (),
+    puts: Iterable[pn.PlaceNode] = (),
+    clause: str | None = None,
+) -> sym.Transition:
+    """Add a transition to a page: it takes a token of some places and puts one on others.
+
+    Those that stand on other pages are referred to. `clause` is a boolean expression over signals.
+
+    Raises
+    ------
+    ClauseError
+        As for `dineros.metamodel.clauses.set_clause`.
+    """
+    made = sym.Transition(id=id, name=id, page=page)
+    for before in takes:
+        flow(here(before, page), made)
+    for after in puts:
+        flow(made, here(after, page))
+    if clause is not None:
+        set_clause(made, clause)
+    return made
+
+
+def here(place: pn.PlaceNode, page: pn.Page) -> pn.PlaceNode:
+    """Return a place that stands on a page; for one of another page, the reference to it, made if need be."""
+    if place.page is page:
+        return place
+    for known in page.objects:
+        if isinstance(known, pn.ReferencePlace) and known.target is place:
+            return known
+    return pn.ReferencePlace(id=f"{place.id}@{page.id}", name=place.name, target=place, page=page)

@@ -132,15 +132,7 @@ class _Conformance:
                 goals = [goal for goal in goals if (goal.node, goal.position) != key]
         if _is_unclear(merger):
             merger = self._in_another_order(merger, goals)
-        if merger.failed or merger.waiting:
-            merger = self._with_early_losses(merger, goals)
         return self._verdict(merger, hopeless)
-
-    def _with_early_losses(self, merger: Merger, goals: list[_Goal]) -> Merger:
-        """Let histories of subscribers lose as early as they can, if that explains more."""
-        other, stuck = self._attempt(goals, early=True)
-        explains_more = len(other.failed) + len(other.waiting) < len(merger.failed) + len(merger.waiting)
-        return other if stuck is None and explains_more else merger
 
     def _in_another_order(self, merger: Merger, goals: list[_Goal]) -> Merger:
         """Draw orders of calls whose servers do not know whose they are, until one fits."""
@@ -150,11 +142,9 @@ class _Conformance:
                 return other
         return merger
 
-    def _attempt(
-        self, goals: list[_Goal], draw: Random | None = None, *, early: bool = False
-    ) -> tuple[Merger, _Goal | None]:
+    def _attempt(self, goals: list[_Goal], draw: Random | None = None) -> tuple[Merger, _Goal | None]:
         """Replay, reaching the goals first; return the goal that was not reached, if any."""
-        merger = self._merger([(goal.channel, goal.queue) for goal in goals], draw, early=early)
+        merger = self._merger([(goal.channel, goal.queue) for goal in goals], draw)
         for goal in goals:
             if not self._reach(merger, goal):
                 return merger, goal
@@ -198,10 +188,8 @@ class _Conformance:
                 return _Goal(node, position, record.channel, fault.queue, deviation)
         return None
 
-    def _merger(
-        self, keep: Collection[tuple[str, str]], draw: Random | None = None, *, early: bool = False
-    ) -> Merger:
-        replay = Replay(self._net, keep, [] if self._firings else None, self._fates, early=early)
+    def _merger(self, keep: Collection[tuple[str, str]], draw: Random | None = None) -> Merger:
+        replay = Replay(self._net, keep, [] if self._firings else None, self._fates)
         if self._beginnings:
             begin_within(replay, self._beginnings)
         return Merger(

@@ -73,6 +73,10 @@ class Feed:
                 self._ahead.append(following)
         return self._ahead[1] if len(self._ahead) > 1 else None
 
+    def __len__(self) -> int:
+        """Return how many records are there that were not replayed."""
+        return len(self._ahead)
+
     def pop(self) -> None:
         """Go on to the record after the next."""
         self.last = self._ahead.popleft()
@@ -182,8 +186,9 @@ class Merger:
                 del self.waiting[node]
 
     def skip(self, node: str) -> None:
-        """Pass over the record at which a node has failed."""
-        del self.failed[node]
+        """Pass over the record at which a node has failed, or waits."""
+        self.failed.pop(node, None)
+        self.waiting.pop(node, None)
         self.feeds[node].pop()
 
     def is_unclear(self, node: str) -> bool:

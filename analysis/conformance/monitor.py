@@ -17,6 +17,9 @@ from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.records import Drop, Publish, Record, Take
 
+PATIENCE = 1000
+"""How many records of a node may come while it waits at a loss that only whole traces explain."""
+
 
 class Monitor:
     """Replays the records of a run as they come, each node's in their order, the nodes in any.
@@ -24,8 +27,9 @@ class Monitor:
     A step of a message waits until the message was sent. Records are forgotten once they are replayed, so
     that the monitor does not grow with the run. One thing it cannot do is to take back a message that one
     node took before the publisher's trace says that another one was lost from a full queue: such a loss is
-    `unknown` here, and `conform` decides it afterwards. Under the rules of ROS 2, a publisher whose histories
-    are full waits here until its subscribers' records say which messages they took.
+    `unknown` here, and `conform` decides it afterwards. So is a loss from a history of several publishers,
+    where it is told after messages were taken which came later. Under the rules of ROS 2, a publisher whose
+    histories are full waits here until its subscribers' records say which messages they took.
 
     Parameters
     ----------
@@ -47,7 +51,9 @@ class Monitor:
         self._replay = Replay(self._net, fates=self._fates)
         self._has_histories = model.middleware == sym.Middleware.ros2
         self._feeds = {node: Feed() for node in self._net.nodes}
-        self._merger = Merger(self._replay, self._feeds, takes_last=False, is_dropped=self._is_dropped)
+        self._merger = Merger(
+            self._replay, self._feeds, takes_last=self._has_histories, is_dropped=self._is_dropped
+        )
         self._merger.forces = False
         self._verdict = Verdict()
         self._told: set[str] = set()
@@ -112,22 +118,35 @@ class Monitor:
         self._merger.retry()
         while True:
             self._merger.advance()
-            skipped = False
+            skipped = self._pass_over_losses()
             for node, (record, fault) in list(self._merger.failed.items()):
                 if node in self._told:
                     continue
-                deviation = Deviation(record, step_words(record), fault.reason)
                 if fault.queue is None:
+                    deviation = Deviation(record, step_words(record), fault.reason)
                     self._told.add(node)
                     self._verdict.violations.append(deviation)
                     found.append(deviation)
                 else:
-                    self._verdict.unknown.append(deviation)
-                    self._replay.lose(record)
-                    self._merger.skip(node)
+                    self._pass_over(node, record, fault.reason)
                     skipped = True
             if not skipped:
                 return found
+
+    def _pass_over(self, node: str, record: Record, reason: str) -> None:
+        """Leave a loss to `conform`, and go on after it."""
+        self._verdict.unknown.append(Deviation(record, step_words(record), reason))
+        self._replay.lose(record)
+        self._merger.skip(node)
+
+    def _pass_over_losses(self) -> bool:
+        """Pass over losses that only whole traces explain; return whether there were any."""
+        passed = False
+        for node, (record, waiting) in list(self._merger.waiting.items()):
+            if waiting.in_hindsight and (self._finished or len(self._feeds[node]) > PATIENCE):
+                self._pass_over(node, record, waiting.reason)
+                passed = True
+        return passed
 
     def _is_dropped(self, feed: Feed, record: Publish) -> bool | None:
         """Tell whether the next record says that the message was lost; only a full queue loses any."""

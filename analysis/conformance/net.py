@@ -7,14 +7,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
 
-from dineros.analysis.conformance.topics.parts import HistoryTopic, Pair, Queue, Topic
-from dineros.analysis.model import queues
+from dineros.analysis.conformance.topics.finding import QueueFinder
+from dineros.analysis.conformance.topics.parts import HistoryTopic, Queue, Topic
 from dineros.analysis.model.step_roles import StepRole, step_roles
 from dineros.analysis.model.subject import Subject, subject_of
-from dineros.analysis.model.wording import source_of, topic_port
+from dineros.analysis.model.wording import topic_port
 from dineros.metamodel import pn, sym
-from dineros.metamodel.base import EObject
-from dineros.metamodel.elements import node_net_of, node_nets
+from dineros.metamodel.elements import node_net_of, node_nets, nodes
 from dineros.metamodel.records import (
     Drop,
     Fire,
@@ -29,7 +28,6 @@ from dineros.metamodel.records import (
     Take,
 )
 from dineros.metamodel.records.schema import ServiceStep, Step
-from dineros.transformations.flattening.traces import Link
 
 Key = tuple[object, ...]
 
@@ -211,6 +209,19 @@ class ConformanceNet:
                 found[node.id][name] = self.subject.place_index[name]
         return found
 
+    def is_of_idle_server(self, place: str) -> bool:
+        """Tell whether a place belongs to a server that no client of the model asks.
+
+        The net leaves its page out; a node has it all the same, for programs that are not in the model.
+        """
+        channel, instance, _ = place.partition("[")
+        return bool(instance) and channel in self._idle_servers
+
+    @cached_property
+    def _idle_servers(self) -> set[str]:
+        services = (sym.ServiceChannel, sym.ActionChannel)
+        return {each.id for each in self.model.channels if isinstance(each, services) and not each.clients}
+
     @cached_property
     def clients(self) -> dict[tuple[str, str], str]:
         """Client of each channel and request place, where it is the only one of that place."""
@@ -251,14 +262,13 @@ class ConformanceNet:
         }
 
     @cached_property
+    def _finder(self) -> QueueFinder:
+        return QueueFinder(self.subject, self.roles, self.node_of_state)
+
+    @cached_property
     def topics(self) -> dict[str, Topic | HistoryTopic]:
         """Topic channels by id."""
-        make = self._topic if self.model.middleware == sym.Middleware.ros1 else self._history_topic
-        return {
-            channel.id: make(channel)
-            for channel in self.model.channels
-            if isinstance(channel, sym.TopicChannel)
-        }
+        return self._finder.topics(self.model)
 
     @cached_property
     def ports(self) -> dict[tuple[str, str], str]:
@@ -269,61 +279,6 @@ class ConformanceNet:
             if (role := self.roles.get(link.target.id or "")) is not None
             if role.kind is Publish and (port := topic_port(link)) is not None
         }
-
-    def _topic(self, channel: sym.TopicChannel) -> Topic:
-        found: dict[str, dict[str, Queue]] = {"publisher": {}, "dispatcher": {}, "subscriber": {}}
-        nodes = {}
-        for queue in self._queues[channel]:
-            for entrance in queue.entrances:
-                role = self.roles[entrance.enter]
-                found[queue.kind][role.place or role.node or ""] = self._queue(queue, entrance)
-            assert queue.leave is not None, "it is of a topic"
-            role = self.roles[queue.leave]
-            if role.kind is Take:
-                nodes[role.place or ""] = role.node or ""
-        between = {
-            link.meaning.part: link.target.id
-            for link in self.subject.links()
-            if channel in link.sources and link.meaning is not None and link.meaning.queue is None
-        }
-        return Topic(
-            self.subject.place_index[between["topic"]],
-            self.subject.transition_index[between["transport"]],
-            found["publisher"],
-            found["dispatcher"],
-            found["subscriber"],
-            nodes,
-        )
-
-    def _history_topic(self, channel: sym.TopicChannel) -> HistoryTopic:
-        ports = defaultdict(list)  # places of each publisher's port
-        beside = {}
-        for link in self.subject.links():
-            if channel not in link.sources or link.meaning is None or link.target.id not in self.roles:
-                continue
-            role = self.roles[link.target.id]
-            if role.kind is Publish:
-                ports[topic_port(link)].append(role.place or "")
-            elif link.meaning.part in ("lose", "miss", "replace"):
-                beside[link.meaning.part, _ports_of(link)] = self.subject.transition_index[link.target.id]
-        pairs, subscribers, nodes = [], {}, {}
-        for queue in self._queues[channel]:
-            made = self._queue(queue, queue.entrances[0])
-            if queue.kind == "subscriber":
-                assert queue.leave is not None, "it is of a topic"
-                role = self.roles[queue.leave]
-                subscribers[role.place or ""] = made
-                nodes[role.place or ""] = role.node or ""
-            else:
-                writer, reader = _ports_of(queue.link)
-                others = [beside.get((part, (writer, reader))) for part in ("lose", "miss", "replace")]
-                pairs.append(Pair(writer.place.id, reader.place.id, tuple(ports[writer]), made, *others))
-        publishers = {
-            place: [pair for pair in pairs if place in pair.publishers]
-            for places in ports.values()
-            for place in places
-        }
-        return HistoryTopic(tuple(pairs), publishers, subscribers, nodes)
 
     def changes_of(self, record: Lifecycle) -> list[int]:
         """Return the transitions by which a managed node changes its state as a record says."""
@@ -346,15 +301,6 @@ class ConformanceNet:
         }
 
     @cached_property
-    def _rooms(self) -> set[int]:
-        """The places of the room that writers have for what they keep for readers that come again."""
-        return {
-            self.subject.place_index[link.target.id]
-            for link in self.subject.links()
-            if link.meaning is not None and link.meaning.part == "room"
-        }
-
-    @cached_property
     def emptying(self) -> dict[str, list[int]]:
         """What takes the rest out of the histories of each node that has been cleaned up."""
         parts = ("left", "gone", "clear", "again", "forget")
@@ -369,14 +315,7 @@ class ConformanceNet:
     @cached_property
     def feedback_queues(self) -> dict[tuple[str, str], Queue]:
         """The feedback history of each client of an action that listens, by channel and client."""
-        return {
-            (channel.id, source_of(queue.link, sym.ActionClientPort).client): self._queue(
-                queue, queue.entrances[0]
-            )
-            for channel, found in self._queues.items()
-            if isinstance(channel, sym.ActionChannel)
-            for queue in found
-        }
+        return self._finder.feedback()
 
     @cached_property
     def suppliers(self) -> dict[int, list[int]]:
@@ -409,23 +348,6 @@ class ConformanceNet:
         }
 
     @cached_property
-    def _queues(self) -> dict[EObject, list[queues.Queue]]:
-        found: dict[EObject, list[queues.Queue]] = defaultdict(list)
-        for queue in queues.queues(self.subject):
-            found[queue.channel].append(queue)
-        return found
-
-    def _queue(self, queue: queues.Queue, entrance: queues.Entrance) -> Queue:
-        transition, place = self.subject.transition_index, self.subject.place_index
-        load, capacity, enter = place[queue.load], place[queue.capacity], transition[entrance.enter]
-        beside = {capacity, *self.node_of_state, *self._rooms}
-        (source,) = (place for place, _ in self.pre[enter] if place not in beside)
-        limit = int(self.net.initial[capacity] + self.net.initial[load])
-        assert queue.leave is not None, "it is of a topic"
-        leave, drop = transition[queue.leave], transition[entrance.drop]
-        return Queue(source, load, capacity, enter, leave, drop, limit, str(queue))
-
-    @cached_property
     def _node_of_transition(self) -> dict[str, str]:
         return {
             name: node.id
@@ -436,8 +358,6 @@ class ConformanceNet:
     def _originals(self, kind: type[pn.Node]) -> list[tuple[str, pn.Node]]:
         """Return what is in the model as it is, or as a copy per server instance, with its id in the net."""
         if self.subject.flattened is None:
-            from dineros.metamodel.elements import nodes
-
             return [(node.id, node) for node in nodes(self.model) if isinstance(node, kind)]
         return [
             (link.target.id, original)
@@ -446,10 +366,6 @@ class ConformanceNet:
             and isinstance(link.target, kind)
             and isinstance(original := link.sources[0], pn.Node)
         ]
-
-
-def _ports_of(link: Link) -> tuple[sym.PublisherPort, sym.SubscriberPort]:
-    return source_of(link, sym.PublisherPort), source_of(link, sym.SubscriberPort)
 
 
 def _key(role: StepRole) -> Key:

@@ -40,6 +40,9 @@ class Waiting:
         Whether that is so if the nodes that it waits for wait, too.
     is_forcible : bool
         Whether it is allowed when nothing else can be done: it loses a message then.
+    in_hindsight : bool
+        Whether whole traces may allow it where records that are replayed as they come do not: a loss from a
+        history of several publishers, which is told after messages were taken that came later.
     """
 
     reason: str
@@ -48,6 +51,7 @@ class Waiting:
     unclear: bool = False
     unclear_if_stuck: bool = False
     is_forcible: bool = False
+    in_hindsight: bool = False
 
 
 Refusal = Fault | Waiting

@@ -53,8 +53,6 @@ class Replay:
         Where to note each firing of the net.
     fates : Fates, optional
         What became of messages, for topics with histories.
-    early : bool
-        Whether histories of subscribers lose as early as they can what is known to be lost.
     """
 
     def __init__(
@@ -63,8 +61,6 @@ class Replay:
         keep: Collection[tuple[str, str]] = (),
         firings: list[int] | None = None,
         fates: Fates | None = None,
-        *,
-        early: bool = False,
     ) -> None:
         self.net = net
         self.marking: list[int] = net.net.initial.tolist()
@@ -78,7 +74,7 @@ class Replay:
         known = fates or Fates()
         for channel, topic in net.topics.items():
             if isinstance(topic, HistoryTopic):
-                flow = HistoryFlow(net, channel, topic, self.marking, self._fire, known, early=early)
+                flow = HistoryFlow(net, channel, topic, self.marking, self._fire, known)
                 self._histories[channel] = flow
             else:
                 kept = {place for other, place in keep if other == channel}
@@ -109,8 +105,12 @@ class Replay:
         return flow is not None and record.place in flow.topic.publishers and flow.is_full(record.place)
 
     def lose(self, record: Record) -> None:
-        """Let a publisher lose a message although its queue is not full: for those who go on all the same."""
+        """Let messages be lost although no queue was full: for those who go on all the same."""
         assert isinstance(record, (Publish, Drop))
+        if record.channel in self._histories:
+            assert isinstance(record, Drop)
+            self.messages.dropped(record)
+            return
         queue = self._flows[record.channel].topic.publishers[record.place or ""]
         self.marking[queue.source] -= 1
         if isinstance(record, Publish):
@@ -233,7 +233,7 @@ class Replay:
         if places is None:
             return Fault(f"the model has no node net {record.node!r}")
         for place in record.marking:
-            if place not in places:
+            if place not in places and not self.net.is_of_idle_server(place):
                 return Fault(f"node {record.node} has no place {place!r}")
         for place, index in places.items():
             held, expected = len(record.marking.get(place, ())), self.marking[index]
@@ -320,7 +320,7 @@ class Replay:
         if refusal is not None:
             return refusal
         taken = self._take_from(record, leave)
-        if isinstance(taken, Fault):
+        if isinstance(taken, (Fault, Waiting)):
             return taken
         if not taken:
             outside = (
@@ -337,7 +337,7 @@ class Replay:
         self.messages.taken(record)
         return None
 
-    def _take_from(self, record: Take, leave: int) -> Fault | bool:
+    def _take_from(self, record: Take, leave: int) -> Refusal | bool:
         histories = self._histories.get(record.channel)
         if histories is not None:
             return histories.take(record, leave)
@@ -399,6 +399,8 @@ class Replay:
         at = record.channel, record.place
         if not isinstance(following, Take) or (following.channel, following.place) != at:
             following = None
+        if following is not None and isinstance(early := self.messages.may_take(following), Waiting):
+            return early  # what is lost was sent before the message that it is missing before
         refusal = self._histories[record.channel].drop(record, following)
         if isinstance(refusal, Waiting) and record.queue == "restart":
             refusal = replace(refusal, reason=_RESTARTED)

@@ -11,7 +11,8 @@ from dineros.runtime.application.observer import FolderObserver
 if TYPE_CHECKING:
     from dineros.cli.running.applications import Application
     from dineros.runtime.application.simulation import LocalApplication
-    from dineros.runtime.journal.recording import Checkpoint, Recorder
+    from dineros.runtime.journal.recording import Recorder
+    from dineros.runtime.journal.saved import SavedState
     from dineros.runtime.nets.ports import Ports
     from dineros.views.live import Steering
 
@@ -32,7 +33,7 @@ class CountingRecorder:
         self._marking = marking
         self._signals = signals
 
-    def open(self, ports: Ports, checkpoint: Callable[[], Checkpoint]) -> None:
+    def open(self, ports: Ports, checkpoint: Callable[[], SavedState]) -> None:
         """Get ready."""
         self._recorder.open(ports, checkpoint)
         state = checkpoint()
@@ -92,7 +93,7 @@ def run_in_process(
     marking: dict[str, int] = {}
     signals: dict[str, bool] = {}
     recorders: dict[str, Recorder] = {}
-    resumed: dict[str, Checkpoint] = {}
+    resumed: dict[str, SavedState] = {}
     origin: dict[str, Any] = {"source": str(what.source), "settings": what.settings}
     for model in what.models:
         node = model.node.id

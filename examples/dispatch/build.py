@@ -16,54 +16,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow, inhibit
-from dineros.metamodel.clauses import set_clause
+from dineros.metamodel import sym
+from dineros.metamodel.build import callback, inhibit, node_net, place, step
 from dineros.metamodel.files import save
 
 HOME = Path(__file__).resolve().parent
 Places = dict[str, sym.Place]
 
 
-def place(page: pn.Page, id: str, tokens: int = 0) -> sym.Place:
-    """Add a place."""
-    return sym.Place(id=id, name=id, tokens=tokens, page=page)
-
-
-def step(
-    page: pn.Page, id: str, takes: list[sym.Place], puts: list[sym.Place], clause: str | None = None
-) -> sym.Transition:
-    """Add a transition between places of the page and others, to which the page gets references."""
-    made = sym.Transition(id=id, name=id, page=page)
-    for before in takes:
-        flow(here(before, page), made)
-    for after in puts:
-        flow(made, here(after, page))
-    if clause:
-        set_clause(made, clause)
-    return made
-
-
-def here(target: sym.Place, page: pn.Page) -> pn.PlaceNode:
-    """Return the place, or the page's reference to it."""
-    if target.page is page:
-        return target
-    for found in page.objects:
-        if isinstance(found, pn.ReferencePlace) and found.target is target:
-            return found
-    return pn.ReferencePlace(id=f"{target.id}@{page.id}", name=target.name, target=target, page=page)
-
-
-def node_net(model: sym.SystemModel, id: str, *signals: str) -> sym.NodeNet:
-    """Add a node net with its signals."""
-    net = sym.NodeNet(id=id, name=id, package=f"dispatch_{id}", net=model)
-    net.signals.extend([sym.InputSignal(id=signal, name=signal) for signal in signals])
-    return net
-
-
 def dispatcher(model: sym.SystemModel, robots: int, orders: int) -> Places:
     """Orders become goals; return the places with ports."""
-    net = node_net(model, "dispatcher", "FloorStopped")
+    net = node_net(model, "dispatcher", ["FloorStopped"], package="dispatch_dispatcher")
     pool, closed = place(net, "Orders", tokens=orders), place(net, "Closed")
     pool.balloons.extend(
         sym.BalloonToken(data=f'{{"number": {number}, "bay": {1 + number % 5}}}')
@@ -94,8 +57,8 @@ def dispatcher(model: sym.SystemModel, robots: int, orders: int) -> Places:
 
 def robot(model: sym.SystemModel, n: int, *, gives_up_waiting: bool) -> tuple[sym.ActionServerPort, Places]:
     """One robot; return its action, and the places where it talks to others."""
-    net = node_net(model, f"robot{n}", f"Blocked{n}")
-    page = sym.CallbackPage(id=f"Deliver{n}", name=f"Deliver{n}", kind="goal", page=net)
+    net = node_net(model, f"robot{n}", [f"Blocked{n}"], package=f"dispatch_robot{n}")
+    page = callback(net, f"Deliver{n}", "goal")
     order, waiting, aisle, across, aback, stuck, done, failed, back, halt = (
         place(page, f"{id}{n}")
         for id in (
@@ -135,11 +98,11 @@ def robot(model: sym.SystemModel, n: int, *, gives_up_waiting: bool) -> tuple[sy
 
 def traffic(model: sym.SystemModel) -> dict[str, sym.ServerPort]:
     """The aisle, as one token."""
-    net = node_net(model, "traffic")
+    net = node_net(model, "traffic", package="dispatch_traffic")
     free, taken = place(net, "AisleFree", tokens=1), place(net, "AisleTaken")
     servers = {}
     for name, before, after in (("Enter", free, taken), ("Leave", taken, free)):
-        page = sym.CallbackPage(id=f"{name}Server", name=f"{name}Server", kind="server", page=net)
+        page = callback(net, f"{name}Server", "server")
         entry, exit_ = place(page, f"{name}Entry"), place(page, f"{name}Exit")
         step(page, f"Let{name}", [entry, before], [exit_, after])
         servers[name] = sym.ServerPort(entry=entry, exit=exit_, page=page)
@@ -148,8 +111,8 @@ def traffic(model: sym.SystemModel) -> dict[str, sym.ServerPort]:
 
 def board(model: sym.SystemModel) -> sym.Place:
     """What was delivered; return where it is heard."""
-    net = node_net(model, "board")
-    page = sym.CallbackPage(id="OnDelivery", name="OnDelivery", page=net)
+    net = node_net(model, "board", package="dispatch_board")
+    page = callback(net, "OnDelivery")
     heard = place(page, "Heard")
     step(page, "List", [heard], [place(page, "Listed")])
     return heard

@@ -16,9 +16,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow, read
-from dineros.metamodel.clauses import set_clause
+from dineros.metamodel import sym
+from dineros.metamodel.build import callback, flow, here, node_net, place, read, step
 from dineros.metamodel.files import save
 
 HOME = Path(__file__).resolve().parent
@@ -28,35 +27,9 @@ MISSIONS_PER_CHARGE = 2
 Client = tuple[sym.Place, sym.Place]
 
 
-def place(page: pn.Page, id: str, tokens: int = 0) -> sym.Place:
-    """Add a place."""
-    return sym.Place(id=id, name=id, tokens=tokens, page=page)
-
-
-def transition(page: pn.Page, id: str, clause: str | None = None) -> sym.Transition:
-    """Add a transition."""
-    made = sym.Transition(id=id, name=id, page=page)
-    if clause:
-        set_clause(made, clause)
-    return made
-
-
-def refer(target: pn.Place, page: pn.Page) -> pn.ReferencePlace:
-    """Let a page use a place of another one."""
-    return pn.ReferencePlace(id=f"{target.id}@{page.id}", name=target.name, target=target, page=page)
-
-
-def node_net(model: sym.SystemModel, id: str, package: str, *signals: str) -> sym.NodeNet:
-    """Add a node net with its signals."""
-    net = sym.NodeNet(id=id, name=id, package=package, net=model)
-    for signal in signals:
-        sym.InputSignal(id=signal, name=signal, node=net)
-    return net
-
-
 def dispatcher(model: sym.SystemModel) -> tuple[dict[str, sym.Place], sym.Place]:
     """Give missions to robots; return the places missions are sent from, and that of arrivals."""
-    net = node_net(model, "dispatcher", "fleet_dispatcher", "Paused", "NewOrder")
+    net = node_net(model, "dispatcher", ["Paused", "NewOrder"], package="fleet_dispatcher")
     orders, closed = place(net, "Orders", tokens=3), place(net, "Closed")
     orders.balloons.extend(
         sym.BalloonToken(data=f'{{"order": {number}, "x": {x}, "y": {y}}}')
@@ -66,25 +39,22 @@ def dispatcher(model: sym.SystemModel) -> tuple[dict[str, sym.Place], sym.Place]
     missions = {}
     for robot in ROBOTS:
         missions[robot] = place(net, f"Send{robot}")
-        assign = transition(net, f"TAssign{robot}", clause="!Paused")
+        assign = step(net, f"TAssign{robot}", clause="!Paused")
         flow(orders, assign, missions[robot])
         flow(slots, assign)
-    again = transition(net, "TReorder", clause="NewOrder")
-    flow(closed, again, orders)
-    page = sym.CallbackPage(id="OnArrival", name="OnArrival", page=net)
-    arrived, close = place(page, "Arrived"), transition(page, "TClose")
-    flow(arrived, close, refer(closed, page))
-    flow(close, refer(slots, page))
+    step(net, "TReorder", [closed], [orders], clause="NewOrder")
+    page = callback(net, "OnArrival")
+    arrived = place(page, "Arrived")
+    step(page, "TClose", [arrived], [closed, slots])
     return missions, arrived
 
 
 def robot(model: sym.SystemModel, name: str) -> dict[str, sym.Place]:
     """One robot; return the places with ports, without the robot's name."""
-    net = node_net(
-        model, name.lower(), f"fleet_{name.lower()}", f"{name}AtGoal", f"{name}Blocked", f"{name}Stopped"
-    )
+    signals = (f"{name}{signal}" for signal in ("AtGoal", "Blocked", "Stopped"))
+    net = node_net(model, name.lower(), signals, package=f"fleet_{name.lower()}")
     net.namespace = "/fleet"
-    page = sym.CallbackPage(id=f"OnMission{name}", name=f"OnMission{name}", page=net)
+    page = callback(net, f"OnMission{name}")
     mission = place(page, f"Mission{name}")
     names = (
         "Idle",
@@ -100,17 +70,15 @@ def robot(model: sym.SystemModel, name: str) -> dict[str, sym.Place]:
     tokens = {"Idle": 1, "Charged": MISSIONS_PER_CHARGE}
     own = {kind: place(net, f"{kind}{name}", tokens.get(kind, 0)) for kind in names}
 
-    accept = transition(net, f"TAccept{name}", clause=f"!{name}Stopped")
-    flow(refer(mission, net), accept, own["RouteReq"])
+    accept = step(net, f"TAccept{name}", clause=f"!{name}Stopped")
+    flow(here(mission, net), accept, own["RouteReq"])
     flow(own["Idle"], accept)
     flow(own["Charged"], accept, own["Used"])
-    flow(own["RouteRes"], transition(net, f"TDrive{name}", clause=f"!{name}Stopped"), own["Driving"])
-    replan = transition(net, f"TReplan{name}", clause=f"{name}Blocked & !{name}AtGoal")
-    flow(own["Driving"], replan, own["RouteReq"])
-    arrive = transition(net, f"TArrive{name}", clause=f"{name}AtGoal")
-    flow(own["Driving"], arrive, own["Arrival"])
-    flow(arrive, own["Idle"])
-    charge, ready = transition(net, f"TCharge{name}"), transition(net, f"TReady{name}")
+    step(net, f"TDrive{name}", [own["RouteRes"]], [own["Driving"]], clause=f"!{name}Stopped")
+    blocked = f"{name}Blocked & !{name}AtGoal"
+    step(net, f"TReplan{name}", [own["Driving"]], [own["RouteReq"]], clause=blocked)
+    step(net, f"TArrive{name}", [own["Driving"]], [own["Arrival"], own["Idle"]], clause=f"{name}AtGoal")
+    charge, ready = step(net, f"TCharge{name}"), step(net, f"TReady{name}")
     flow(own["Idle"], charge, own["ChargeReq"])
     flow(own["Used"], charge, weight=MISSIONS_PER_CHARGE)
     flow(own["ChargeRes"], ready, own["Idle"])
@@ -120,29 +88,28 @@ def robot(model: sym.SystemModel, name: str) -> dict[str, sym.Place]:
 
 def map_server(model: sym.SystemModel) -> sym.ServerPort:
     """Routes, once the map is loaded."""
-    net = node_net(model, "map_server", "fleet_map", "MapAvailable")
+    net = node_net(model, "map_server", ["MapAvailable"], package="fleet_map")
     missing, loaded = place(net, "MapMissing", tokens=1), place(net, "MapLoaded")
-    flow(missing, transition(net, "TLoadMap", clause="MapAvailable"), loaded)
-    page = sym.CallbackPage(id="PlanServer", name="PlanServer", kind="server", page=net)
+    step(net, "TLoadMap", [missing], [loaded], clause="MapAvailable")
+    page = callback(net, "PlanServer", "server")
     entry, exit_ = place(page, "PlanEntry"), place(page, "PlanExit")
-    plan = transition(page, "TPlan")
-    flow(entry, plan, exit_)
-    read(refer(loaded, page), plan)
+    plan = step(page, "TPlan", [entry], [exit_])
+    read(here(loaded, page), plan)
     return sym.ServerPort(entry=entry, exit=exit_, page=page)
 
 
 def dock(model: sym.SystemModel) -> tuple[sym.ServerPort, Client]:
     """One bay for both robots; return the server, and the places where an instance switches the charger."""
-    net = node_net(model, "dock", "fleet_dock", "BatteryFull")
+    net = node_net(model, "dock", ["BatteryFull"], package="fleet_dock")
     free = place(net, "BayFree", tokens=1)
-    page = sym.CallbackPage(id="ChargeServer", name="ChargeServer", kind="server", page=net)
+    page = callback(net, "ChargeServer", "server")
     entry, plugged, charging, leaving, exit_ = (
         place(page, id) for id in ("ChargeEntry", "Plugged", "Charging", "Leaving", "ChargeExit")
     )
     power, answer = place(page, "PowerReq"), place(page, "PowerRes")
-    bay = refer(free, page)
-    enter, start = transition(page, "TEnter"), transition(page, "TStart")
-    full, leave = transition(page, "TFull", clause="BatteryFull"), transition(page, "TLeave")
+    bay = here(free, page)
+    enter, start = step(page, "TEnter"), step(page, "TStart")
+    full, leave = step(page, "TFull", clause="BatteryFull"), step(page, "TLeave")
     flow(entry, enter, plugged, start, charging, full, leaving, leave, exit_)
     flow(bay, enter, power)
     flow(answer, start)
@@ -153,10 +120,10 @@ def dock(model: sym.SystemModel) -> tuple[sym.ServerPort, Client]:
 
 def charger(model: sym.SystemModel) -> sym.ServerPort:
     """The charger's power switch."""
-    net = node_net(model, "charger", "fleet_charger")
-    page = sym.CallbackPage(id="PowerServer", name="PowerServer", kind="server", page=net)
+    net = node_net(model, "charger", package="fleet_charger")
+    page = callback(net, "PowerServer", "server")
     entry, exit_ = place(page, "PowerEntry"), place(page, "PowerExit")
-    flow(entry, transition(page, "TSwitch"), exit_)
+    step(page, "TSwitch", [entry], [exit_])
     return sym.ServerPort(entry=entry, exit=exit_, page=page)
 
 

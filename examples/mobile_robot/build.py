@@ -19,8 +19,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow, inhibit, read
-from dineros.metamodel.clauses import set_clause
+from dineros.metamodel.build import callback, flow, here, inhibit, node_net, place, read, step
 from dineros.metamodel.files import save
 
 HOME = Path(__file__).resolve().parent
@@ -113,69 +112,68 @@ class Robot:
             net, "Goal", "UnderWay", "Recalled", "Tried", "Recall", "AskDock"
         )
         done, failed, back, no = self.some(net, "Done", "Failed", "Back", "Refused")
-        send = transition(net, "TSend")
+        send = step(net, "TSend")
         flow(waypoints, send, goal)
         flow(idle, send, under_way)
         read(retries, send)
         recall.capacity = 1
         if mistake != "asks once":
             inhibit(recall, send)  # what was asked of the last goal must not meet the next one
-        flow(closed, transition(net, "TAgain", "Again"), waypoints)
+        step(net, "TAgain", [closed], [waypoints], clause="Again")
         for id, end, into in (("TDone", done, closed), ("TRefused", no, closed)):
-            self.move(net, id, [end, under_way], [into, idle])
-        self.move(net, "TRetry", [failed, under_way, retries], [goal, under_way, tried])
-        self.move(net, "TGiveUp", [failed, under_way, tried], [closed, idle, tried])
-        self.move(net, "TForget", [tried, idle], [retries, idle])
+            step(net, id, [end, under_way], [into, idle])
+        step(net, "TRetry", [failed, under_way, retries], [goal, under_way, tried])
+        step(net, "TGiveUp", [failed, under_way, tried], [closed, idle, tried])
+        step(net, "TForget", [tried, idle], [retries, idle])
 
-        low = self.place(self.callback(net, "OnLow"), "Low")
-        low_here, charged = refer(low, net), self.place(net, "Charged")
+        low = self.place(callback(net, "OnLow"), "Low")
+        low_here, charged = here(low, net), self.place(net, "Charged")
         now, later = ([ask], []) if mistake == "docks at once" else ([], [ask])
-        self.move(net, "TRecall", [low_here, under_way], [recall, recalled, *now])
-        self.move(net, "TDock", [low_here, idle], [ask])
+        step(net, "TRecall", [low_here, under_way], [recall, recalled, *now])
+        step(net, "TDock", [low_here, idle], [ask])
         for id, end, into in (
             ("TDoneAtLast", done, closed),
             ("TBack", back, waypoints),
             ("TLeave", failed, waypoints),
             ("TRefusedAtLast", no, closed),
         ):
-            self.move(net, id, [end, recalled], [into, *later])
+            step(net, id, [end, recalled], [into, *later])
         if mistake != "asks once":  # a request is gone where no goal is sent yet
-            insist = transition(net, "TInsist")
+            insist = step(net, "TInsist")
             insist.interval = pn.TimeInterval(earliest=PATIENCE)
             read(recalled, insist)
             flow(insist, recall)
-        self.move(net, "TCharged", [charged], [idle])
-        flow(self.place(net, "Way", type=self.types.progress), transition(net, "TNote"))
+        step(net, "TCharged", [charged], [idle])
+        step(net, "TNote", [self.place(net, "Way", type=self.types.progress)])
 
     def navigator(self) -> None:
         """Drive to one waypoint at a time."""
         net = self.node("navigator", "AtGoal")
-        permits = self.place(self.callback(net, "OnPermit"), "Permits", LEGS, self.types.charge)
+        permits = self.place(callback(net, "OnPermit"), "Permits", LEGS, self.types.charge)
         standing = self.place(net, "Standing", 1)
-        page = self.callback(net, "Navigate", "goal")
+        page = callback(net, "Navigate", "goal")
         target, driving, there, blocked, stop, stopped, leg = self.some(
             page, "Target", "Driving", "There", "Blocked", "Stop", "Stopped", "Leg"
         )
         leg.tokenType = self.types.charge
         told = self.place(page, "Told", type=self.types.progress)
         told.capacity = 1
-        scan = self.place(self.callback(net, "OnScan"), "Scan", type=self.types.range)
-        here, ahead, permit = refer(standing, page), refer(scan, page), refer(permits, page)
-        self.move(page, "TDrive", [target, permit, here], [driving, leg])
-        arrive = self.move(page, "TArrive", [driving], [there, here])
-        set_clause(arrive, "AtGoal")
-        self.move(page, "TProceed", [driving, ahead], [driving, told])
-        self.move(page, "TBlocked", [driving, ahead], [blocked, here])
-        self.move(page, "TBrake", [driving, stop], [stopped, here])
-        self.move(page, "TStay", [target, stop], [stopped])
-        ignore = transition(net, "TIgnore")
-        flow(refer(scan, net), ignore)
+        scan = self.place(callback(net, "OnScan"), "Scan", type=self.types.range)
+        rest, ahead, permit = here(standing, page), here(scan, page), here(permits, page)
+        step(page, "TDrive", [target, permit, rest], [driving, leg])
+        step(page, "TArrive", [driving], [there, rest], clause="AtGoal")
+        step(page, "TProceed", [driving, ahead], [driving, told])
+        step(page, "TBlocked", [driving, ahead], [blocked, rest])
+        step(page, "TBrake", [driving, stop], [stopped, rest])
+        step(page, "TStay", [target, stop], [stopped])
+        ignore = step(net, "TIgnore")
+        flow(here(scan, net), ignore)
         read(standing, ignore)
 
     def lidar(self) -> None:
         """Measure what is ahead, again and again."""
-        page = self.callback(self.node("lidar"), "OnScanner", "timer", SCAN_PERIOD)
-        flow(transition(page, "TScan"), self.place(page, "Ahead", type=self.types.range))
+        page = callback(self.node("lidar"), "OnScanner", "timer", SCAN_PERIOD)
+        flow(step(page, "TScan"), self.place(page, "Ahead", type=self.types.range))
 
     def battery(self) -> None:
         """Count the legs, warn, and give permits while it is charged."""
@@ -186,48 +184,48 @@ class Robot:
             self.place(net, "Warned"),
             self.place(net, "Warning"),
         )
-        counting = self.callback(net, "OnLeg")
+        counting = callback(net, "OnLeg")
         driven = self.place(counting, "Driven", type=charge)
-        flow(driven, transition(counting, "TCount"), refer(spent, counting))
-        warn = self.move(net, "TWarn", [watching], [warned, low])
+        flow(driven, step(counting, "TCount"), here(spent, counting))
+        warn = step(net, "TWarn", [watching], [warned, low])
         read(spent, warn, WARNING)
-        page = self.callback(net, "ChargeServer", "server")
+        page = callback(net, "ChargeServer", "server")
         asked, charging, full = self.some(page, "ChargeEntry", "Charging", "ChargeExit")
-        here = refer(spent, page)
-        self.move(page, "TPlug", [asked, refer(warned, page)], [charging])
-        self.move(page, "TCharge", [charging, here], [charging, refer(permit, page)])
-        inhibit(here, self.move(page, "TFull", [charging], [full, refer(watching, page)]))
+        legs = here(spent, page)
+        step(page, "TPlug", [asked, here(warned, page)], [charging])
+        step(page, "TCharge", [charging, legs], [charging, here(permit, page)])
+        inhibit(legs, step(page, "TFull", [charging], [full, here(watching, page)]))
 
     def dock(self) -> None:
         """Find the dock, and have the battery charged there."""
         net = self.node("dock")
         free = self.place(net, "Free", 1)
-        marker = self.place(self.callback(net, "OnMarker"), "Marker", type=self.types.picture)
-        page = self.callback(net, "DockServer", "server")
+        marker = self.place(callback(net, "OnMarker"), "Marker", type=self.types.picture)
+        page = callback(net, "DockServer", "server")
         asked, searching, docked, ask, answer, away = self.some(
             page, "DockEntry", "Searching", "Docked", "AskCharge", "Full", "DockExit"
         )
-        bay = refer(free, page)
-        self.move(page, "TSearch", [asked, bay], [searching])
-        self.move(page, "TApproach", [searching, refer(marker, page)], [docked, ask])
-        self.move(page, "TUndock", [docked, answer], [away, bay])
-        overlook = transition(net, "TOverlook")
-        flow(refer(marker, net), overlook)
+        bay = here(free, page)
+        step(page, "TSearch", [asked, bay], [searching])
+        step(page, "TApproach", [searching, here(marker, page)], [docked, ask])
+        step(page, "TUndock", [docked, answer], [away, bay])
+        overlook = step(net, "TOverlook")
+        flow(here(marker, net), overlook)
         read(free, overlook)
 
     def camera(self) -> None:
         """Send pictures while it is active: others activate and deactivate it."""
         net = self.node("camera")
         net.lifecycle = sym.Lifecycle(pauses=True, deactivates=True, configureStep=1, activateStep=2)
-        page = self.callback(net, "OnShutter", "timer", PICTURE_PERIOD)
-        flow(transition(page, "TShoot"), self.place(page, "Image", type=self.types.picture))
+        page = callback(net, "OnShutter", "timer", PICTURE_PERIOD)
+        flow(step(page, "TShoot"), self.place(page, "Image", type=self.types.picture))
 
     def detector(self) -> None:
         """Look for the dock's marker in pictures."""
-        page = self.callback(self.node("detector"), "OnImage")
+        page = callback(self.node("detector"), "OnImage")
         seen, found = (self.place(page, id, type=self.types.picture) for id in ("Seen", "Found"))
-        self.move(page, "TDetect", [seen], [found])
-        self.move(page, "TNothing", [seen], [])
+        step(page, "TDetect", [seen], [found])
+        step(page, "TNothing", [seen], [])
 
     # What joins them.
 
@@ -291,38 +289,16 @@ class Robot:
 
     def node(self, id: str, *signals: str) -> sym.NodeNet:
         """Add a node net with its signals."""
-        net = sym.NodeNet(id=id, name=id, package=f"robot_{id}", net=self.model)
-        for signal in signals:
-            sym.InputSignal(id=signal, name=signal, node=net)
-        return net
-
-    def callback(
-        self, net: sym.NodeNet, id: str, kind: str = "subscriber", timer: float | None = None
-    ) -> sym.CallbackPage:
-        """Add a callback page."""
-        page = sym.CallbackPage(id=id, name=id, kind=kind, page=net)
-        page.timer = timer
-        return page
+        return node_net(self.model, id, signals, package=f"robot_{id}")
 
     def place(self, page: pn.Page, id: str, tokens: int = 0, type: sym.TokenType | None = None) -> sym.Place:
         """Add a place."""
-        self.places[id] = made = sym.Place(id=id, name=id, tokens=tokens, tokenType=type, page=page)
+        self.places[id] = made = place(page, id, tokens, type)
         return made
 
     def some(self, page: pn.Page, *ids: str) -> list[sym.Place]:
         """Add empty places."""
         return [self.place(page, id) for id in ids]
-
-    def move(
-        self, page: pn.Page, id: str, takes: list[pn.PlaceNode], gives: list[pn.PlaceNode]
-    ) -> sym.Transition:
-        """Add a transition that takes a token of some places and gives one to others."""
-        made = transition(page, id)
-        for each in takes:
-            flow(each, made)
-        for each in gives:
-            flow(made, each)
-        return made
 
     def topic(
         self, id: str, name: str, sent: str, got: str, depth: int, quality: Quality
@@ -349,23 +325,6 @@ class Robot:
             clients=[sym.ClientPort(client=client, request=places[request], response=places[response])],
             model=self.model,
         )
-
-
-def transition(page: pn.Page, id: str, clause: str | None = None) -> sym.Transition:
-    """Add a transition."""
-    made = sym.Transition(id=id, name=id, page=page)
-    if clause:
-        set_clause(made, clause)
-    return made
-
-
-def refer(target: pn.Place, page: pn.Page) -> pn.ReferencePlace:
-    """Let a page use a place of another one, under one name however often it does."""
-    id = f"{target.id}@{page.id}"
-    for known in page.objects:
-        if isinstance(known, pn.ReferencePlace) and known.id == id:
-            return known
-    return pn.ReferencePlace(id=id, name=target.name, target=target, page=page)
 
 
 def build(mistake: str = "") -> sym.SystemModel:

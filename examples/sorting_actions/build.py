@@ -19,8 +19,7 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow, inhibit
-from dineros.metamodel.clauses import set_clause
+from dineros.metamodel.build import callback, here, inhibit, node_net, place, step
 from dineros.metamodel.files import save
 
 HOME = Path(__file__).resolve().parent
@@ -33,45 +32,9 @@ is over, however it ended."""
 Places = dict[str, sym.Place]
 
 
-def place(page: pn.Page, id: str, tokens: int = 0, type: sym.TokenType | None = None) -> sym.Place:
-    """Add a place."""
-    return sym.Place(id=id, name=id, tokens=tokens, tokenType=type, page=page)
-
-
-def step(
-    page: pn.Page, id: str, takes: list[sym.Place], puts: list[sym.Place], clause: str | None = None
-) -> sym.Transition:
-    """Add a transition, and references to places of other pages."""
-    made = sym.Transition(id=id, name=id, page=page)
-    for before in takes:
-        flow(here(before, page), made)
-    for after in puts:
-        flow(made, here(after, page))
-    if clause:
-        set_clause(made, clause)
-    return made
-
-
-def here(target: sym.Place, page: pn.Page) -> pn.PlaceNode:
-    """Return the place, or the page's reference to it."""
-    if target.page is page:
-        return target
-    for found in page.objects:
-        if isinstance(found, pn.ReferencePlace) and found.target is target:
-            return found
-    return pn.ReferencePlace(id=f"{target.id}@{page.id}", name=target.name, target=target, page=page)
-
-
-def node_net(model: sym.SystemModel, id: str, *signals: str) -> sym.NodeNet:
-    """Add a node net with its signals."""
-    net = sym.NodeNet(id=id, name=id, package=f"cell_{id}", net=model)
-    net.signals.extend([sym.InputSignal(id=signal, name=signal) for signal in signals])
-    return net
-
-
 def selector(model: sym.SystemModel) -> Places:
     """Pools of pieces; return where the chosen ones are sent from, by colour."""
-    net = node_net(model, "selector", *COLORS)
+    net = node_net(model, "selector", COLORS, package="cell_selector")
     chosen = {}
     for color in COLORS:
         pool = place(net, f"{color}Pieces", tokens=1)
@@ -83,7 +46,7 @@ def selector(model: sym.SystemModel) -> Places:
 
 def controller(model: sym.SystemModel, version: Version, access: sym.TokenType) -> Places:
     """Both cells, and the services that let a person in; return the places with ports."""
-    net = node_net(model, "controller")
+    net = node_net(model, "controller", package="cell_controller")
     zone = pn.Page(id="Zone", name="Zone", page=net)
     # To have something moved takes the permit: a cell has it while its goal is under way, or the person at
     # the gate.
@@ -92,9 +55,9 @@ def controller(model: sym.SystemModel, version: Version, access: sym.TokenType) 
     ports: Places = {}
     for cell in CELLS:
         ports |= _cell(net, cell, permit, wanted, version)
-    hold = sym.CallbackPage(id="HoldServer", name="HoldServer", kind="server", page=net)
+    hold = callback(net, "HoldServer", "server")
     asked, granted = (place(hold, id, type=access) for id in ("HoldAsked", "HoldGranted"))
-    resume = sym.CallbackPage(id="ResumeServer", name="ResumeServer", kind="server", page=net)
+    resume = callback(net, "ResumeServer", "server")
     resumes, resumed = (place(resume, id, type=access) for id in ("ResumeAsked", "Resumed"))
     if version == "only_asks":
         step(hold, "HoldIdle", [asked, permit], [granted, permit, wanted])
@@ -120,7 +83,7 @@ def _cell(
     version: Version,
 ) -> Places:
     """One cell: space, pick, place, space back, report."""
-    page = sym.CallbackPage(id=f"OnPiece{cell}", name=f"OnPiece{cell}", page=net)
+    page = callback(net, f"OnPiece{cell}")
     ports = {name: place(page, f"{name}{cell}") for name in ("Piece", "GetReq", "GetRes", "EndReq", "EndRes")}
     ready = {motion: place(page, f"ReadyTo{motion}{cell}") for motion in MOTIONS}
     done, result = place(page, f"Done{cell}"), place(page, f"Result{cell}")
@@ -151,12 +114,12 @@ def _cell(
 
 def synchronizer(model: sym.SystemModel) -> dict[str, sym.ServerPort]:
     """The shared space, as one token."""
-    net = node_net(model, "synchronizer")
+    net = node_net(model, "synchronizer", package="cell_synchronizer")
     state = pn.Page(id="Space", name="Space", page=net)
     free, taken = place(state, "SpaceFree", tokens=1), place(state, "SpaceTaken")
     servers = {}
     for operation, before, after in (("Get", free, taken), ("End", taken, free)):
-        page = sym.CallbackPage(id=f"{operation}Server", name=f"{operation}Server", kind="server", page=net)
+        page = callback(net, f"{operation}Server", "server")
         entry, exit_ = place(page, f"{operation}Entry"), place(page, f"{operation}Exit")
         step(page, f"{operation}Space", [entry, before], [exit_, after])
         servers[operation] = sym.ServerPort(entry=entry, exit=exit_, page=page)
@@ -165,10 +128,10 @@ def synchronizer(model: sym.SystemModel) -> dict[str, sym.ServerPort]:
 
 def arm(model: sym.SystemModel) -> dict[str, sym.ActionServerPort]:
     """The arm: what it does about one goal, for picking and for placing."""
-    net = node_net(model, "arm", "AtRest", "Holding")
+    net = node_net(model, "arm", ["AtRest", "Holding"], package="cell_arm")
     servers = {}
     for motion, success in (("Pick", "Holding"), ("Place", "!Holding")):
-        page = sym.CallbackPage(id=f"{motion}Server", name=f"{motion}Server", kind="goal", page=net)
+        page = callback(net, f"{motion}Server", "goal")
         made = {
             role: place(page, f"{motion}{role}")
             for role in ("Asked", "Moving", "Braking", "Done", "Failed", "GivenUp", "Stop")
@@ -193,7 +156,7 @@ def arm(model: sym.SystemModel) -> dict[str, sym.ActionServerPort]:
 
 def guard(model: sym.SystemModel, access: sym.TokenType) -> Places:
     """Who comes near waits until the gate opens; return the places with ports."""
-    net = node_net(model, "guard", "PersonNear", "GateShut")
+    net = node_net(model, "guard", ["PersonNear", "GateShut"], package="cell_guard")
     watching = place(net, "Watching", tokens=1, type=access)
     gate = place(net, "GateOpen", type=access)
     shutting = place(net, "GateShutting", type=access)
@@ -208,8 +171,8 @@ def guard(model: sym.SystemModel, access: sym.TokenType) -> Places:
 
 def display(model: sym.SystemModel) -> sym.Place:
     """What became of each piece; return where it is heard."""
-    net = node_net(model, "display")
-    page = sym.CallbackPage(id="OnResult", name="OnResult", page=net)
+    net = node_net(model, "display", package="cell_display")
+    page = callback(net, "OnResult")
     heard = place(page, "ResultHeard")
     step(page, "Show", [heard], [place(page, "Shown")])
     return heard

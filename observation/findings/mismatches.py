@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.metamodel.matching import shown, unmet
@@ -119,15 +119,7 @@ def _of_topics(system: ObservedSystem) -> Iterator[Finding]:
                     )
     unheard = {topic: _names(ends) for topic, ends in publishers.items() if ends and not subscribers[topic]}
     unfilled = {topic: _names(ends) for topic, ends in subscribers.items() if ends and not publishers[topic]}
-    near = list(_near(unheard, unfilled))
-    for first, second in near:
-        yield NEAR.found(
-            *(first, second, *unheard[first], *unfilled[second]),
-            first=first,
-            second=second,
-            givers=_listed(unheard[first]),
-            takers=_listed(unfilled[second]),
-        )
+    yield from _of_names(unheard, unfilled)
     for topic, nodes in sorted(unheard.items()):
         yield UNHEARD.found(topic, *nodes, topic=topic, nodes=_listed(nodes))
     for topic, nodes in sorted(unfilled.items()):
@@ -154,16 +146,21 @@ def _of_services(system: ObservedSystem) -> Iterator[Finding]:
                 yield SERVERS.found(name, *nodes, name=name, nodes=_listed(nodes))
         unserved = {name: _names(ends) for name, ends in called.items() if ends and not served[name]}
         uncalled = {name: _names(ends) for name, ends in served.items() if ends and not called[name]}
-        for first, second in _near(uncalled, unserved):
-            yield NEAR.found(
-                *(first, second, *uncalled[first], *unserved[second]),
-                first=first,
-                second=second,
-                givers=_listed(uncalled[first]),
-                takers=_listed(unserved[second]),
-            )
+        yield from _of_names(uncalled, unserved)
         for name, nodes in sorted(unserved.items()):
             yield UNSERVED.found(name, *nodes, name=name, nodes=_listed(nodes))
+
+
+def _of_names(givers: Mapping[str, list[str]], takers: Mapping[str, list[str]]) -> Iterator[Finding]:
+    """Yield the names without a taker that are nearly those without a giver; the nodes of each are given."""
+    for first, second in _near(givers, takers):
+        yield NEAR.found(
+            *(first, second, *givers[first], *takers[second]),
+            first=first,
+            second=second,
+            givers=_listed(givers[first]),
+            takers=_listed(takers[second]),
+        )
 
 
 def _by_topic(ends: Iterable[tuple[ObservedNode, TopicEndpoint]]) -> Ends:

@@ -18,7 +18,8 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.lifecycles.start_order import in_order
 from dineros.runtime.channels.local import LocalNetwork
 from dineros.runtime.firing.policies import Policy
-from dineros.runtime.journal.recording import Checkpoint, Recorder
+from dineros.runtime.journal.recording import Recorder
+from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.node import Node
 from dineros.runtime.nodes.runner import PATIENCE, SETTLING
@@ -57,7 +58,7 @@ class LocalApplication:
         What becomes of failed firings; by default the node halts.
     recorder : callable, optional
         Returns the recorder of a node, by its id.
-    resume : mapping of str to Checkpoint
+    resume : mapping of str to SavedState
         What nodes go on from, by id.
     simulated_time : bool
         Whether `run` is to step the application in simulated time; False: `start` runs it on threads.
@@ -81,7 +82,7 @@ class LocalApplication:
         seed: int | None = None,
         policy: Policy | None = None,
         recorder: Callable[[str], Recorder] | None = None,
-        resume: Mapping[str, Checkpoint] | None = None,
+        resume: Mapping[str, SavedState] | None = None,
         simulated_time: bool = True,
         request_timeout: float | None = None,
     ) -> None:

@@ -12,7 +12,7 @@ from dineros.runtime.channels.goals import ActionEvent, CancelArrived, GoalArriv
 from dineros.runtime.channels.traffic import Traffic, known_port
 from dineros.runtime.channels.transport import Transport, check_of
 from dineros.runtime.firing.cancels import CancelRequest
-from dineros.runtime.journal.recording import Checkpoint, PendingGoal, SlotGoal
+from dineros.runtime.journal.saved import PendingGoal, SavedState, SlotGoal
 from dineros.runtime.nets.ports import (
     ActionClientPort,
     ActionPort,
@@ -139,7 +139,7 @@ class Actions:
 
     # Going on after a restart.
 
-    def save(self, checkpoint: Checkpoint) -> None:
+    def save(self, checkpoint: SavedState) -> None:
         """Write what is known of goals into a checkpoint."""
         places = self._traffic.engine.structure.places
         checkpoint["goals"] = {
@@ -179,7 +179,7 @@ class Actions:
             if server.results
         }
 
-    def restore(self, checkpoint: Checkpoint) -> None:
+    def restore(self, checkpoint: SavedState) -> None:
         """Take over what is known of goals from a checkpoint, before `begin`.
 
         Raises

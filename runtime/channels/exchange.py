@@ -17,7 +17,7 @@ from dineros.runtime.channels.topics import Publisher, Subscriber, Writer
 from dineros.runtime.channels.traffic import SendError, Traffic, known_port
 from dineros.runtime.channels.transport import Answer, Transport, check_of
 from dineros.runtime.firing.observing import Observer
-from dineros.runtime.journal.recording import Checkpoint, PendingRequest
+from dineros.runtime.journal.saved import PendingRequest, SavedState
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.ports import (
     ActionServerPort,
@@ -274,7 +274,7 @@ class Exchange:
 
     # Going on after a restart.
 
-    def save(self, checkpoint: Checkpoint) -> None:
+    def save(self, checkpoint: SavedState) -> None:
         """Write what is known of channels into a checkpoint."""
         places = self._engine.structure.places
         checkpoint["run"] = self._traffic.run
@@ -323,7 +323,7 @@ class Exchange:
         }
         self.actions.save(checkpoint)
 
-    def restore(self, checkpoint: Checkpoint) -> None:
+    def restore(self, checkpoint: SavedState) -> None:
         """Take over what is known of channels from a checkpoint, before `begin`.
 
         Raises

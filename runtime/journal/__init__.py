@@ -1,6 +1,7 @@
 """What a node did, in files: its state can be rebuilt at any point, and a killed node goes on from them."""
 
+from dineros.runtime.journal.rebuilding import rebuild, rebuild_at
 from dineros.runtime.journal.recorder import JournalError, JournalRecorder, resume_journal
-from dineros.runtime.journal.state import JournalState, rebuild, rebuild_at
+from dineros.runtime.journal.state import JournalState
 
 __all__ = ["JournalError", "JournalRecorder", "JournalState", "rebuild", "rebuild_at", "resume_journal"]

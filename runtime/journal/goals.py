@@ -19,7 +19,7 @@ from dineros.metamodel.records import (
     Reject,
     TooLate,
 )
-from dineros.runtime.journal import recording
+from dineros.runtime.journal.saved import GoalResult, PendingGoal, SavedState, SlotGoal
 
 FEEDBACK_DEPTH = 10
 """How much feedback of a goal is kept where no checkpoint says so."""
@@ -42,9 +42,9 @@ class Goals:
     """
 
     def __init__(self) -> None:
-        self.pending: dict[str, dict[str, recording.PendingGoal]] = {}
-        self.slots: dict[str, recording.SlotGoal] = {}
-        self.results: dict[str, dict[str, recording.GoalResult]] = {}
+        self.pending: dict[str, dict[str, PendingGoal]] = {}
+        self.slots: dict[str, SlotGoal] = {}
+        self.results: dict[str, dict[str, GoalResult]] = {}
 
     def begin(self, record: Checkpoint) -> None:
         """Take over what a checkpoint says."""
@@ -55,17 +55,17 @@ class Goals:
         self.slots = cast("Any", {entry: dict(slot) for entry, slot in record.slots.items()})
         self.results = cast("Any", {channel: dict(kept) for channel, kept in record.results.items()})
 
-    def save(self, checkpoint: recording.Checkpoint) -> None:
-        """Write them into a checkpoint."""
-        checkpoint["goals"] = {key: list(goals.values()) for key, goals in self.pending.items() if goals}
-        checkpoint["slots"] = {entry: slot.copy() for entry, slot in self.slots.items()}
-        checkpoint["results"] = {channel: dict(kept) for channel, kept in self.results.items() if kept}
+    def save(self, saved: SavedState) -> None:
+        """Write them into a saved state."""
+        saved["goals"] = {key: list(goals.values()) for key, goals in self.pending.items() if goals}
+        saved["slots"] = {entry: slot.copy() for entry, slot in self.slots.items()}
+        saved["results"] = {channel: dict(kept) for channel, kept in self.results.items() if kept}
 
     # What a client does.
 
     def sent(self, record: Goal, data: Data) -> None:
         """A goal is sent."""
-        goal = recording.PendingGoal(
+        goal = PendingGoal(
             message=record.message or "", data=data, accepted=False, canceled=False, heard=0, attempts=1
         )
         self._pending(record)[goal["message"]] = goal
@@ -95,14 +95,14 @@ class Goals:
         """A goal has ended, for its client."""
         self._pending(record).pop(record.message or "", None)
 
-    def _pending(self, record: Any) -> dict[str, recording.PendingGoal]:
+    def _pending(self, record: Any) -> dict[str, PendingGoal]:
         return self.pending.setdefault(f"{record.channel}/{record.client}", {})
 
     # What a server does.
 
     def accepted(self, record: Accept) -> None:
         """A slot begins to work on a goal."""
-        self.slots[record.place or ""] = recording.SlotGoal(
+        self.slots[record.place or ""] = SlotGoal(
             message=record.message or "",
             data=record.data,
             canceling=False,
@@ -111,7 +111,7 @@ class Goals:
             depth=FEEDBACK_DEPTH,
         )
 
-    def _slot(self, message: str | None) -> tuple[str, recording.SlotGoal] | None:
+    def _slot(self, message: str | None) -> tuple[str, SlotGoal] | None:
         return next(((at, slot) for at, slot in self.slots.items() if slot["message"] == message), None)
 
     def canceling(self, record: Canceling) -> None:

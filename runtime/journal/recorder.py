@@ -26,8 +26,8 @@ from dineros.metamodel.records import (
 )
 from dineros.metamodel.records.files import file_name, journals_path, number_of_part
 from dineros.runtime.journal.outlined import Outlined
-from dineros.runtime.journal.recording import Checkpoint
-from dineros.runtime.journal.state import rebuild_at
+from dineros.runtime.journal.rebuilding import rebuild_at
+from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nets.ports import Ports
 
 LOG = logging.getLogger("dineros.runtime")
@@ -103,7 +103,7 @@ class JournalRecorder:
         self._part = 0
         self._size = 0
         self._file = -1
-        self._checkpoint: Callable[[], Checkpoint] | None = None
+        self._checkpoint: Callable[[], SavedState] | None = None
         self._model: str | None = None
         if resumed is not None:
             self._file, self._model, self._sequence = resumed
@@ -119,7 +119,7 @@ class JournalRecorder:
                 hint="resume it, or record in another folder",
             )
 
-    def open(self, ports: Ports, checkpoint: Callable[[], Checkpoint]) -> None:
+    def open(self, ports: Ports, checkpoint: Callable[[], SavedState]) -> None:
         """Begin the file with a header and a checkpoint; a journal that goes on, with a checkpoint.
 
         Raises
@@ -264,7 +264,7 @@ def _lock(file: int, path: Path) -> None:
 
 def resume_journal(
     folder: Path, node: str, *, source: str = "", **options: Any
-) -> tuple[JournalRecorder, Checkpoint | None]:
+) -> tuple[JournalRecorder, SavedState | None]:
     """Go on with the journal of a node that has ended, in whatever way.
 
     A last line that the crash has cut is removed: what it says was not recorded, and nothing depends on it.
@@ -278,7 +278,7 @@ def resume_journal(
     -------
     recorder : JournalRecorder
         Appends to the journal.
-    checkpoint : Checkpoint or None
+    checkpoint : SavedState or None
         What the node was in; None where it has no journal yet.
 
     Raises

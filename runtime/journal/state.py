@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from dineros.metamodel.errors import DinerosError, Location
+from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import MessageIdError, Senders, parse_id
 from dineros.metamodel.records import (
@@ -42,26 +40,14 @@ from dineros.metamodel.records import (
     Take,
     Timeout,
     TooLate,
-    parts_of,
-    read_records,
 )
-from dineros.metamodel.records.schema import requests_of
-from dineros.runtime.journal import recording
+from dineros.runtime.journal.calls import Calls
 from dineros.runtime.journal.goals import Goals
-from dineros.runtime.journal.outlined import Outlined
+from dineros.runtime.journal.saved import SavedState
 
 
 class JournalStateError(DinerosError):
     """A record that cannot follow those before it."""
-
-
-@dataclass
-class _Pending:
-    """A request under way; `asked`: when, in seconds since the epoch."""
-
-    data: Data
-    asked: float
-    attempts: int = 1
 
 
 class JournalState:
@@ -91,11 +77,8 @@ class JournalState:
         self._kept: dict[str, Any] = {}
         self._seen: dict[str, Senders] = {}
         self._missing: dict[str, int] = {}  # of a subscriber: messages lost since its last one
-        self._requests: dict[str, dict[str, _Pending]] = {}
-        self._serving: dict[str, str] = {}
-        self._responses: dict[str, dict[str, Data]] = {}
-        self._kept_responses: dict[str, int] = {}
         self._now = 0.0  # seconds since the epoch, of the last record that tells
+        self._calls = Calls()
         self._goals = Goals()
         self._aside: dict[str, dict[str, list[int]]] = {}
         self._run = ""
@@ -105,12 +88,12 @@ class JournalState:
         """Return the number of tokens of each marked place."""
         return {place: len(tokens) for place, tokens in self.marking.items()}
 
-    def checkpoint(self) -> recording.Checkpoint:
+    def checkpoint(self) -> SavedState:
         """Return what a node needs to go on."""
         seen, apart = {}, {}
         for port, senders in self._seen.items():
             seen[port], apart[port] = senders.saved()
-        made: recording.Checkpoint = {
+        made: SavedState = {
             "marking": {
                 place: [[id, data] for id, data in tokens.items()] for place, tokens in self.marking.items()
             },
@@ -126,17 +109,10 @@ class JournalState:
             "seen": {port: numbers for port, numbers in seen.items() if numbers},
             "seen_apart": {port: ranges for port, ranges in apart.items() if ranges},
             "missing": {port: count for port, count in self._missing.items() if count},
-            "requests": {
-                client: [
-                    {"message": id, "data": each.data, "attempts": each.attempts, "age": self._age(each)}
-                    for id, each in requests.items()
-                ]
-                for client, requests in self._requests.items()
-                if requests
-            },
-            "serving": dict(self._serving),
-            "responses": {channel: dict(kept) for channel, kept in self._responses.items()},
-            "kept_responses": dict(self._kept_responses),
+            "requests": {},
+            "serving": {},
+            "responses": {},
+            "kept_responses": {},
             "goals": {},
             "slots": {},
             "results": {},
@@ -146,6 +122,7 @@ class JournalState:
             },
             "run": self._run,
         }
+        self._calls.save(made, self._now)
         self._goals.save(made)
         if self.lifecycle is not None:
             made["lifecycle"] = self.lifecycle
@@ -187,16 +164,7 @@ class JournalState:
             for port in {**record.seen, **record.seen_apart}
         }
         self._missing = dict(record.missing)
-        self._requests = {
-            client: {
-                request["message"]: _Pending(request["data"], self._now - request["age"], request["attempts"])
-                for request in requests_of(found, record.location)
-            }
-            for client, found in record.requests.items()
-        }
-        self._serving = dict(record.serving)
-        self._responses = {channel: dict(kept) for channel, kept in record.responses.items()}
-        self._kept_responses = dict(record.kept_responses)
+        self._calls.begin(record, self._now)
         self._goals.begin(record)
         self._aside = {transition: dict(tokens) for transition, tokens in record.aside.items()}
         self._run = record.run
@@ -238,51 +206,31 @@ class JournalState:
     def _request(self, record: Request) -> None:
         data = self._remove(record, record.place, _token(record, record.token))
         self._count(record)
-        self._pending(record)[record.message or ""] = _Pending(data, self._now)
-
-    def _pending(self, record: Request | Timeout | Response | GiveUp) -> dict[str, _Pending]:
-        """Return the requests that a client has under way, by id."""
-        return self._requests.setdefault(f"{record.channel}/{record.client}", {})
-
-    def _age(self, pending: _Pending) -> float:
-        return max(0.0, self._now - pending.asked)
+        self._calls.asked(record, data, self._now)
 
     def _timeout(self, record: Timeout) -> None:
-        pending = self._pending(record).get(record.message or "")
-        if pending is not None:
-            pending.attempts = record.attempt + 1
+        self._calls.failed(record)
         self._goals.failed(f"{record.channel}/{record.client}", record.message or "", record.attempt)
 
     def _response(self, record: Response) -> None:
         self._add(record.place, StoredToken(_token(record, record.token), record.data))
-        self._pending(record).pop(record.message or "", None)
+        self._calls.over(record)
 
     def _give_up(self, record: GiveUp) -> None:
         if record.place is not None and record.token is not None:
             self._add(record.place, StoredToken(record.token, record.data))
-        self._pending(record).pop(record.message or "", None)
+        self._calls.over(record)
 
     def _serve(self, record: Serve) -> None:
         self._add(record.place, StoredToken(_token(record, record.token), record.data))
-        self._serving[record.place] = record.message or ""
+        self._calls.served(record)
 
     def _reply(self, record: Reply) -> None:
         data = self._remove(record, record.place, _token(record, record.token))
-        message = record.message or ""
-        entry = next((place for place, served in self._serving.items() if served == message), None)
-        if entry is None:
+        if not self._calls.replied(record, data):
             raise JournalStateError(
-                f"reply to {message!r}, which no instance serves", location=record.location
+                f"reply to {record.message or ''!r}, which no instance serves", location=record.location
             )
-        del self._serving[entry]
-        if not message:
-            return
-        kept = self._responses.setdefault(record.channel, {})
-        kept[message] = data
-        sender = message.rpartition("/")[0]
-        of_sender = [id for id in kept if id.rpartition("/")[0] == sender]
-        for earlier in of_sender[: -self._kept_responses.get(record.channel, 1)]:
-            del kept[earlier]
 
     def _drop(self, record: Drop) -> None:
         if record.place is None or record.queue == "request":
@@ -429,45 +377,3 @@ _APPLY: Mapping[type[Record], Callable[..., None]] = {
     Aside: JournalState._put_aside,
     Release: JournalState._release,
 }
-
-
-def rebuild(records: Iterable[Record], until: int | None = None) -> JournalState:
-    """Return the state of a node after its records.
-
-    Parameters
-    ----------
-    records : iterable of Record
-        From a start or checkpoint on.
-    until : int, optional
-        Sequence of the last record to count; by default, all count.
-    """
-    state = JournalState()
-    for record in records:
-        if until is not None and record.sequence > until:
-            break
-        state.apply(record)
-    return state
-
-
-def rebuild_at(folder: Path, node: str, until: int | None = None) -> JournalState:
-    """Return the state of a node after the record of a sequence in its journal, by default the last.
-
-    Only the part that holds the record is read: each begins with a checkpoint.
-
-    Raises
-    ------
-    JournalStateError
-        The folder has no such record.
-    RecordError
-        A line is no record.
-    """
-    parts = parts_of(folder, node)
-    for part in reversed(parts):
-        first = next(iter(read_records(part)), None)
-        if first is not None and (until is None or first.sequence <= until):
-            state = rebuild(map(Outlined(folder, node).inline, read_records(part)), until)
-            if until is not None and state.next_sequence <= until:
-                break
-            return state
-    what = f"no trace of node {node!r}" if not parts else f"no record {until} of node {node!r}"
-    raise JournalStateError(what, location=Location(folder))

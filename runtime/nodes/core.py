@@ -22,7 +22,7 @@ from dineros.runtime.firing.acceptance import Acceptance
 from dineros.runtime.firing.execution import Execution
 from dineros.runtime.firing.handlers import Handlers
 from dineros.runtime.firing.policies import Policy
-from dineros.runtime.journal.recording import Checkpoint
+from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.names import Names
 from dineros.runtime.nets.signals import Signal
@@ -296,10 +296,10 @@ class Core:
             sources=tuple(source.state for source in self.sources),
         )
 
-    def save(self) -> Checkpoint:
+    def save(self) -> SavedState:
         """Return a checkpoint of the net, without what the node knows of channels."""
         engine, structure = self.engine, self.structure
-        saved = Checkpoint(
+        saved = SavedState(
             marking={
                 id: [[token.id, token.data] for token in tokens]
                 for place, id in enumerate(structure.places)
@@ -333,7 +333,7 @@ class Core:
             saved["lifecycle"] = self.state
         return saved
 
-    def restore(self, checkpoint: Checkpoint) -> None:
+    def restore(self, checkpoint: SavedState) -> None:
         """Take over marking and signals of a checkpoint.
 
         Raises

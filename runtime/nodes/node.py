@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dineros.runtime.channels.transport import Transport
-from dineros.runtime.journal.recording import Checkpoint, Recorder
+from dineros.runtime.journal.recording import Recorder
+from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.runner import Runner
 
@@ -19,7 +20,7 @@ class Node(Runner):
         Without one, tokens to be sent stay where they are and nothing arrives.
     recorder : Recorder, optional
         Without one, nothing is recorded.
-    resume : Checkpoint, optional
+    resume : SavedState, optional
         What the node was in when it ended; by default it starts from the initial marking.
     run : str
         Goes into the ids of messages after the node's id, for receivers that outlive this run when it is not
@@ -40,7 +41,7 @@ class Node(Runner):
         transport: Transport | None = None,
         recorder: Recorder | None = None,
         *,
-        resume: Checkpoint | None = None,
+        resume: SavedState | None = None,
         run: str = "",
         request_timeout: float | None = None,
     ) -> None:

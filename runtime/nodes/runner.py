@@ -17,7 +17,8 @@ from dineros.runtime.channels.arrivals import Arrivals
 from dineros.runtime.channels.exchange import Exchange
 from dineros.runtime.channels.goals import ActionEvent
 from dineros.runtime.channels.transport import Answer, Ticking, Transport
-from dineros.runtime.journal.recording import Checkpoint, NullRecorder, Recorder
+from dineros.runtime.journal.recording import NullRecorder, Recorder
+from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nets.ports import (
     ActionPort,
     ActionServerPort,
@@ -68,7 +69,7 @@ class Runner:
         transport: Transport | None = None,
         recorder: Recorder | None = None,
         *,
-        resume: Checkpoint | None = None,
+        resume: SavedState | None = None,
         run: str = "",
         request_timeout: float | None = None,
     ) -> None:
@@ -347,7 +348,7 @@ class Runner:
     def __exit__(self, *exception: object) -> None:
         self.stop()
 
-    def checkpoint(self) -> Checkpoint:
+    def checkpoint(self) -> SavedState:
         """Return all that is needed to go on from here; on the node's thread, or while it is not running."""
         checkpoint = self._core.save()
         self.exchange.save(checkpoint)

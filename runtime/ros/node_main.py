@@ -29,8 +29,8 @@ from dineros.runtime.application.ending import Ending
 from dineros.runtime.application.handler_files import HandlerFile, HandlerFileError, load_handler_file
 from dineros.runtime.application.logs import FORMAT
 from dineros.runtime.journal import JournalRecorder, resume_journal
-from dineros.runtime.journal.recording import Checkpoint
-from dineros.runtime.journal.state import rebuild_at
+from dineros.runtime.journal.rebuilding import rebuild_at
+from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nodes.net import Net, load_runtime_model
 from dineros.runtime.ros.channels.parameters import JOURNAL, LOG_LEVEL, RESUME, SEED, WATCHDOG, declare
 from dineros.runtime.ros.logs import ros_logs
@@ -180,7 +180,7 @@ def _make_node(
     net.watchdog = float(declare(session.node, WATCHDOG)) or None
     _register(register, net)
     recorder: JournalRecorder | None = None
-    checkpoint: Checkpoint | None = None
+    checkpoint: SavedState | None = None
     if folder and resume:
         recorder, checkpoint = resume_journal(Path(folder), net.id, **origin)
     elif folder:

@@ -8,7 +8,8 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
-from dineros.runtime.journal.recording import Checkpoint, Recorder
+from dineros.runtime.journal.recording import Recorder
+from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.node import Node
 from dineros.runtime.nodes.runner import SETTLING
@@ -30,7 +31,7 @@ class RosNode:
         The net.
     recorder : Recorder, optional
         Without one, nothing is recorded.
-    resume : Checkpoint, optional
+    resume : SavedState, optional
         What the node was in when it ended.
     run : str
         Goes into the ids of messages, see `Node`.
@@ -52,7 +53,7 @@ class RosNode:
         net: Net,
         recorder: Recorder | None = None,
         *,
-        resume: Checkpoint | None = None,
+        resume: SavedState | None = None,
         run: str = "",
         arguments: Sequence[str] = (),
         domain: int | None = None,
@@ -169,7 +170,7 @@ class RosNode:
         self.stop()
 
 
-def _last_seen(checkpoint: Checkpoint) -> dict[str, dict[str, int]]:
+def _last_seen(checkpoint: SavedState) -> dict[str, dict[str, int]]:
     """Return the greatest number that each subscriber has had of each sender."""
     found = {port: dict(senders) for port, senders in checkpoint["seen"].items()}
     for port, senders in checkpoint.get("seen_apart", {}).items():

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
 from itertools import islice
 from pathlib import Path
 
@@ -17,8 +13,14 @@ from dineros.metamodel.constraints import validate
 from dineros.metamodel.files import save
 from examples.dispatch.build import build
 from examples.dispatch.floor import phases
-from tests.examples.applications import EXAMPLES, dineros, system_model, workspace
-from tests.support.on_ros import on_ros
+from tests.examples.applications import (
+    EXAMPLES,
+    dineros,
+    runs_and_conforms,
+    simulated,
+    system_model,
+    workspace,
+)
 from tests.support.type_checker import strict_mypy
 
 HOME = EXAMPLES / "dispatch"
@@ -32,22 +34,8 @@ HANDLERS = {
 ALONE = "InAisle1 + InAisle2 + InAisle3 <= 1"
 
 SIMULATED = """
-import json, sys
-from importlib import import_module
-from pathlib import Path
-from dineros.runtime.application.simulation import LocalApplication
-from dineros.runtime.journal import JournalRecorder
 from examples.dispatch.floor import phases
 
-nodes, folder = json.loads(sys.argv[1]), Path(sys.argv[2])
-bases = [import_module(f"dispatch_{node}.base") for node in nodes]
-application = LocalApplication(
-    [base.runtime_model() for base in bases],
-    seed=1,
-    recorder=lambda node: JournalRecorder(folder, node, source="dispatch.sym.xmi"),
-)
-for base in bases:
-    base.register(application.nets[base.NODE])
 floor = phases(3)
 
 def change(seconds):
@@ -96,17 +84,8 @@ def test_the_floor_stops_now_and_then_and_blocks_one_robot_at_a_time() -> None:
 
 
 def test_all_orders_are_delivered_whoever_is_recalled(floor_workspace: Path, tmp_path: Path) -> None:
-    path = [str(floor_workspace / f"src/dispatch_{node}") for node in NODES]
-    run = subprocess.run(
-        [sys.executable, "-c", SIMULATED, json.dumps(NODES), str(tmp_path / "run")],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([*path, str(EXAMPLES.parent)])},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
-    assert run.returncode == 0, run.stderr
-    outcome, listed = json.loads(run.stdout)
+    packages = [f"dispatch_{node}" for node in NODES]
+    outcome, listed = simulated(floor_workspace, packages, SIMULATED, tmp_path / "run", MODEL)
     assert outcome == "reached"
     assert sorted(errand["number"] for errand in listed) == [1, 2, 3]
     assert {errand["robot"] for errand in listed} <= set(ROBOTS)
@@ -115,12 +94,4 @@ def test_all_orders_are_delivered_whoever_is_recalled(floor_workspace: Path, tmp
 
 
 def test_it_runs_on_ros(floor_workspace: Path, tmp_path: Path) -> None:
-    world = f"{sys.executable} {HOME / 'floor.py'} --robots 3"
-    with on_ros() as domain:
-        options = ("--domain", domain, "--reach", "memory", "--trace", tmp_path / "run", "--monitor")
-        run = dineros(
-            *("run", floor_workspace, "--with", world, "--until", "Listed >= 1", "--timeout", 300, *options),
-            cwd=tmp_path,
-        )
-    assert run.returncode == 0, run.stdout + run.stderr
-    assert "\nconformance: conforms, " in run.stdout
+    runs_and_conforms(floor_workspace, f"{HOME / 'floor.py'} --robots 3", "Listed >= 1", tmp_path / "run")

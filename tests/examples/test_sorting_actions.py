@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import get_args
 
@@ -15,8 +12,14 @@ from dineros.generators import Options, check
 from dineros.metamodel.files import save
 from examples.sorting_actions.build import Version, build
 from examples.sorting_actions.cell import Cell
-from tests.examples.applications import EXAMPLES, dineros, system_model, workspace
-from tests.support.on_ros import on_ros
+from tests.examples.applications import (
+    EXAMPLES,
+    dineros,
+    runs_and_conforms,
+    simulated,
+    system_model,
+    workspace,
+)
 from tests.support.type_checker import strict_mypy
 
 HOME = EXAMPLES / "sorting_actions"
@@ -26,22 +29,8 @@ HANDLED = ("selector", "arm", "guard", "display")
 APART = "PickMoving + PickBraking + PlaceMoving + PlaceBraking + GateOpen <= 1"
 
 SIMULATED = """
-import json, sys
-from importlib import import_module
-from pathlib import Path
-from dineros.runtime.application.simulation import LocalApplication
-from dineros.runtime.journal import JournalRecorder
 from examples.sorting_actions.cell import Cell
 
-nodes, folder, seed = json.loads(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])
-bases = [import_module(f"cell_{node}.base") for node in nodes]
-application = LocalApplication(
-    [base.runtime_model() for base in bases],
-    seed=seed,
-    recorder=lambda node: JournalRecorder(folder, node, source="cell.sym.xmi"),
-)
-for base in bases:
-    base.register(application.nets[base.NODE])
 cell = Cell(lambda node, values: application.nets[node].set_signals(values), visit_every=2, stay=0.5)
 import_module("cell_arm.handlers").use(cell.command)
 import_module("cell_guard.handlers").use(cell.gate)
@@ -73,17 +62,10 @@ def test_the_handlers_fit_the_workspace_and_pass_mypy(cell_workspace: Path) -> N
 
 
 def test_people_come_and_go_and_everything_is_sorted(cell_workspace: Path, tmp_path: Path) -> None:
-    path = [str(cell_workspace / f"src/cell_{node}") for node in NODES]
-    run = subprocess.run(
-        [sys.executable, "-c", SIMULATED, json.dumps(NODES), str(tmp_path / "run"), "1"],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([*path, str(EXAMPLES.parent)])},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
+    packages = [f"cell_{node}" for node in NODES]
+    outcome, accidents, stopped, shown = simulated(
+        cell_workspace, packages, SIMULATED, tmp_path / "run", MODEL
     )
-    assert run.returncode == 0, run.stderr
-    outcome, accidents, stopped, shown = json.loads(run.stdout)
     assert (outcome, accidents) == ("reached", 0)
     assert all(piece["isSorted"] for piece in shown)
     assert sorted(piece["color"] for piece in shown) == ["blue", "green", "red"]
@@ -119,15 +101,8 @@ def test_an_arm_that_is_stopped_holds_what_it_held() -> None:
 
 
 def test_it_runs_on_ros_while_a_person_comes(cell_workspace: Path, tmp_path: Path) -> None:
-    world = f"{sys.executable} {HOME / 'cell.py'} --visit-every 2 --stay 0.5"
-    with on_ros() as domain:
-        options = ("--domain", domain, "--reach", "memory", "--trace", tmp_path / "run", "--monitor")
-        run = dineros(
-            *("run", cell_workspace, "--with", world, "--until", "Shown >= 1", "--timeout", 300, *options),
-            cwd=tmp_path,
-        )
-    assert run.returncode == 0, run.stdout + run.stderr
-    assert "\nconformance: conforms, " in run.stdout
+    world = f"{HOME / 'cell.py'} --visit-every 2 --stay 0.5"
+    runs_and_conforms(cell_workspace, world, "Shown >= 1", tmp_path / "run")
     replayed = dineros("conform", cell_workspace, tmp_path / "run", "--invariant", APART, cwd=tmp_path)
     assert f"{APART}: holds throughout\n" in replayed.stdout, replayed.stdout + replayed.stderr
     ends = [json.loads(line).get("outcome") for line in (tmp_path / "run/arm.jsonl").open()]

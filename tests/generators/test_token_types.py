@@ -15,7 +15,7 @@ from dineros.generators import Options, generate
 from dineros.metamodel.records import read_trace, traces_of_runs
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.transformations.flattening.split import split
-from tests.support.on_ros import on_ros
+from tests.support.on_ros import build_as_before, on_ros
 from tests.support.shop import DRIVER, PLANNER, shop
 from tests.support.type_checker import strict_mypy
 
@@ -89,6 +89,7 @@ def test_runs_in_one_process(workspace: Path, monkeypatch: pytest.MonkeyPatch) -
 
 def test_runs_on_ros_as_the_model_says(workspace: Path, tmp_path: Path) -> None:
     with on_ros() as domain:
+        build_as_before(workspace)
         command = [sys.executable, "-m", "dineros.cli.main", "run", str(workspace), "--trace", str(tmp_path)]
         command += ["--until", "Done >= 2 and Kept >= 1", "--timeout", "120", "--domain", str(domain)]
         done = subprocess.run([*command, "--reach", "memory"], capture_output=True, text=True, check=False)

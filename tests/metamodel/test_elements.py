@@ -1,10 +1,9 @@
-"""Walking a model, following references, finding elements, and building arcs."""
+"""Walking a model, following references, and finding elements."""
 
 import pytest
 
 from case_study.build import build
 from dineros.metamodel import pn, sym
-from dineros.metamodel.build import flow, inhibit, read
 from dineros.metamodel.elements import (
     ReferenceCycleError,
     elements,
@@ -73,27 +72,3 @@ def test_node_net_of() -> None:
 def test_label_prefers_the_name() -> None:
     assert label(pn.Place(id="p", name="Ready")) == "Ready"
     assert label(pn.Place(id="p")) == "p"
-
-
-def test_flow_read_and_inhibit() -> None:
-    page = pn.Page(id="page")
-    before, step, after = (
-        pn.Place(id="a", page=page),
-        pn.Transition(id="t", page=page),
-        pn.Place(id="b", page=page),
-    )
-    flow(before, step, after, weight=2)
-    read(after, step)
-    inhibit(after, step, weight=3)
-    assert [(arc.id, str(arc.kind), arc.weight) for arc in page.arcs] == [
-        ("a-t", "normal", 2),
-        ("t-b", "normal", 2),
-        ("b-t-read", "read", 1),
-        ("b-t-inhibitor", "inhibitor", 3),
-    ]
-
-
-def test_flow_between_pages_is_refused() -> None:
-    place, transition = pn.Place(id="p", page=pn.Page(id="x")), pn.Transition(id="t", page=pn.Page(id="y"))
-    with pytest.raises(DinerosError, match=r"do not stand on the same page.*reference place"):
-        flow(place, transition)

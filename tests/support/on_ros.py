@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import fcntl
 import os
-from collections.abc import Iterator
+import shutil
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partialmethod
 from pathlib import Path
 
 import pytest
 
-from dineros.generators.workspace.building import missing_tools
+from benchmarks.endurance.applications import Application
+from dineros.generators.workspace.building import build_interfaces, manifest_of, missing_tools
 from dineros.runtime.ros.process.domains import claimed_domain
 
 CACHE = Path(__file__).resolve().parents[2] / "build/tests/cache"
@@ -28,7 +31,8 @@ def require_tools() -> None:
 def on_ros() -> Iterator[int]:
     """Let processes run in a domain of this test, with interfaces that other tests may have built.
 
-    One test at a time builds interfaces: those of the same content are built once.
+    One test at a time builds interfaces: those of the same content are built once, also those of the
+    applications that benchmarks stop, kill and flood.
     """
     require_tools()
     CACHE.mkdir(parents=True, exist_ok=True)
@@ -40,4 +44,29 @@ def on_ros() -> Iterator[int]:
         fcntl.flock(lock, fcntl.LOCK_EX)
         patch.setenv("XDG_CACHE_HOME", str(CACHE))
         patch.setenv("ROS_DOMAIN_ID", str(domain))
+        patch.setattr(Application, "workspace", partialmethod(_workspace_as_before, Application.workspace))
         yield domain
+
+
+def _workspace_as_before(
+    application: Application,
+    generate: Callable[[Application, Path, Sequence[str]], None],
+    folder: Path,
+    settings: Sequence[str],
+) -> None:
+    generate(application, folder, settings)
+    build_as_before(folder)
+
+
+def build_as_before(workspace: Path) -> None:
+    """Build the interfaces of a workspace, unless an earlier test run built the same; within `on_ros`.
+
+    What it is built from stands beside what is built, so that `build_interfaces` itself tells the same.
+    """
+    package = manifest_of(workspace).interfaces
+    kept, installed = CACHE / "interfaces" / package, workspace / "install" / package
+    if kept.is_dir() and not installed.exists():
+        shutil.copytree(kept, installed, symlinks=True)
+    build_interfaces(workspace)
+    shutil.rmtree(kept, ignore_errors=True)
+    shutil.copytree(installed, kept, symlinks=True)

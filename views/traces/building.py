@@ -26,6 +26,7 @@ from dineros.metamodel.lifecycles.states import STATES, State
 from dineros.metamodel.records import Header, Record, Start
 from dineros.metamodel.records.schema import ServiceStep
 from dineros.metamodel.records.schema import Step as StepRecord
+from dineros.views.traces.calls import CallBars
 from dineros.views.traces.facts import Facts, prototype
 from dineros.views.traces.goals import GoalBars, GoalRecord
 from dineros.views.traces.lanes import Lane, Lanes
@@ -116,8 +117,7 @@ class TraceBuilder:
         self._loads = dict(loads or {})
         self._published: dict[str, int] = {}
         self._counts: dict[int, int] = {}
-        self._call_of: dict[tuple[str, str], tuple[Lane, int]] = {}
-        self._open: dict[int, dict[int, str]] = {}  # of each client's lane: the last mark of its open calls
+        self._calls = CallBars(self.lanes, self.facts)
         self._goals = GoalBars(self.lanes, self.facts)
         self._started: set[str] = set()
         self._watched: dict[str, list[Lane]] = {}
@@ -182,7 +182,7 @@ class TraceBuilder:
             if queue != "dispatcher" or self._loads:
                 self._queue_lane(channel, queue, place)
         for (channel, place), client in self.facts.ports.items():
-            self._client_lane(channel, client, self.facts.owner_of(place))
+            self._calls.lane(channel, client, self.facts.owner_of(place))
         for (channel, client), place in self.facts.goals.items():
             self._goals.lane(channel, client, self.facts.owner_of(place))
 
@@ -356,51 +356,10 @@ class TraceBuilder:
             step.text = step.text or f"{record.place} takes from topic {name}"
 
     def _service(self, step: Step, record: ServiceStep | rec.Timeout) -> None:
-        channel, name = record.channel, self._name(record.channel)
-        key = (channel, record.message or "")
-        lane, call = self._call_of.get(key, (None, 0)) if record.message else (None, 0)
-        client = record.client or (lane.id if lane else None)
-        if client is None and isinstance(record, rec.Request | rec.Response):
-            client = self.facts.ports.get((channel, record.place))
-        if client is None and record.message and record.message.count("/") > 1:
-            client = self.facts.ports.get(
-                (channel, record.message.split("/")[1]), record.message.split("/")[1]
-            )
-        lane = lane or self._client_lane(channel, client or "?", step.node)
-        if isinstance(record, rec.Request) or not self._counts[lane.index]:
-            call = self._counts[lane.index] = self._counts[lane.index] + 1
-        call = call or self._following(lane, record)
-        if record.message:
-            self._call_of[key] = (lane, call)
-        place = getattr(record, "place", None)
-        step.node = step.node or self.facts.owner_of(place) or lane.node
-        instance = getattr(record, "instance", None)
-        server = f"instance {instance} of service {name}" if instance is not None else f"service {name}"
-        asking = self.facts.client_words(lane.id)
-        match record:
-            case rec.Request():
-                mark, text = ["q", call], f"{asking} calls service {name}"
-            case rec.Serve():
-                mark, text = ["s", call, instance], f"{server} takes the request of {asking}"
-            case rec.Reply():
-                mark, text = ["r", call], f"{server} answers {asking}"
-            case rec.Response():
-                mark, text = ["a", call], f"{asking} gets its response from service {name}"
-            case _:
-                mark, text = ["o", call], f"{asking} of service {name} waits too long: asks again"
+        lane, mark, text = self._calls.mark(record, step.node)
+        step.node = step.node or self.facts.owner_of(getattr(record, "place", None)) or lane.node
         step.marks.append([lane.index, *mark])
         step.text = step.text or text
-        if mark[0] == "a":
-            self._open.get(lane.index, {}).pop(call, None)
-        elif mark[0] != "o":
-            self._open.setdefault(lane.index, {})[call] = str(mark[0])
-
-    def _following(self, lane: Lane, record: Record) -> int:
-        """Return the oldest call of a client that a step without an id can follow; else the last one."""
-        before = {rec.Serve: "q", rec.Reply: "s", rec.Response: "r"}.get(type(record))
-        open_ = self._open.get(lane.index, {})
-        found = (call for call, mark in open_.items() if mark == before or before is None)
-        return next(found, self._counts[lane.index])
 
     def _goal(self, step: Step, record: GoalRecord) -> None:
         """Draw the bar of a goal; what is told of it but changes nothing is text only."""
@@ -412,19 +371,10 @@ class TraceBuilder:
 
     def _unanswered(self, step: Step, record: rec.Drop | rec.GiveUp) -> None:
         """Show in the client's lane that its request is lost, or that it waits no longer."""
-        name, gives_up = self._name(record.channel), isinstance(record, rec.GiveUp)
-        lane, call = self._call_of.get((record.channel, record.message or ""), (None, 0))
-        client = record.client if isinstance(record, rec.GiveUp) else lane.id if lane else None
-        client = client or self.facts.ports.get((record.channel, record.place or ""), "?")
-        lane = lane or self._client_lane(record.channel, client, step.node)
+        lane, mark, text = self._calls.mark_unanswered(record, step.node)
         step.node = step.node or lane.node
-        call = call or (self._following(lane, record) if gives_up else self._counts[lane.index])
-        step.marks.append([lane.index, "g" if gives_up else "o", call])
-        if gives_up:
-            self._open.get(lane.index, {}).pop(call, None)
-        asking = self.facts.client_words(client)
-        words = f"{asking} gives up waiting for" if gives_up else f"the request of {asking} is lost by"
-        step.text = step.text or f"{words} service {name}"
+        step.marks.append([lane.index, *mark])
+        step.text = step.text or text
 
     def _name(self, channel: str) -> str:
         return self.facts.channels.get(channel, channel)
@@ -456,14 +406,6 @@ class TraceBuilder:
             node=self.facts.owner_of(place) or place, channel=channel, queue=queue, capacity=capacity,
         )  # fmt: skip
         self._counts.setdefault(lane.index, before)
-        return lane
-
-    def _client_lane(self, channel: str, client: str, node: str | None) -> Lane:
-        lane = self.lanes.make(
-            "client", channel, client, group="services", kind="client", id=client, label=self._name(channel),
-            note=f"C {client}", node=node, channel=channel,
-        )  # fmt: skip
-        self._counts.setdefault(lane.index, 0)
         return lane
 
     def _transition_lane(self, transition: str, node: str | None, group: str = "transitions") -> Lane:

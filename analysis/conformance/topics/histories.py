@@ -4,7 +4,9 @@ A publisher waits for nobody, so that its message must go somewhere: where its w
 oldest one goes on to the reader, or is lost. It is lost there if its subscriber is known never to have taken
 it; if both histories are full, too, but only when nothing else can be done, since the subscriber may have
 taken a message before. What a subscriber's trace says to be lost, and was not yet, is lost where it can be;
-the message that it takes next says whose it was.
+the message that it takes next says whose it was. Where several publishers fill one history, others of them
+may have been heard in between: before a message is taken from there, what is known to be lost is lost, and
+while that is not known, the take waits until nothing else can be done.
 """
 
 from __future__ import annotations
@@ -50,9 +52,6 @@ class HistoryFlow:
         Fires an enabled transition.
     fates : Fates
         What became of messages.
-    early : bool
-        Whether a subscriber's history loses as early as it can what is known to be lost: its trace tells a
-        loss with the next message of the same publisher, before which others may have come.
     """
 
     def __init__(
@@ -63,11 +62,8 @@ class HistoryFlow:
         marking: list[int],
         fire: Callable[[int], None],
         fates: Fates,
-        *,
-        early: bool = False,
     ) -> None:
         self.topic = topic
-        self._early = early
         self._net = net
         self._channel = channel
         self._marking = marking
@@ -174,11 +170,13 @@ class HistoryFlow:
             self._enter(pair)
         self._fire(pair.queue.leave)
 
-    def take(self, record: Take, leave: int) -> Fault | bool:
+    def take(self, record: Take, leave: int) -> Refusal | bool:
         """Let a subscriber take a message; False: none is under way."""
         pairs = self._pairs_of(record)
-        if self._early:
-            self._lose_early(record.place)
+        self._lose_early(record.place)
+        if self._may_have_lost(record.place):
+            reason = f"the {self.topic.subscribers[record.place].text} may have lost messages before"
+            return Waiting(reason, (self.topic.node_of[record.place],), is_forcible=True)
         if not self._fill(record.place, 1, pairs):
             return False
         reason = why_not(self._net, leave, self._marking)
@@ -212,7 +210,8 @@ class HistoryFlow:
         if rest > most:
             reader = self.topic.subscribers[place]
             writers = tuple(self._net.publishing_nodes(record.channel))
-            return Waiting(f"the {reader.text} has lost {record.count}, at most {most} can be lost", writers)
+            reason = f"the {reader.text} has lost {record.count}, at most {most} can be lost"
+            return Waiting(reason, writers, in_hindsight=self._has_several_publishers(place))
         told = record.count - rest
         for pair in pairs:
             told -= (here := min(told, self._untold[pair]))
@@ -256,19 +255,36 @@ class HistoryFlow:
         self._forget(min(pairs, key=lambda pair: self._victim(pair) is None), None)
 
     def _lose_early(self, place: str) -> None:
-        """Let a full history lose what is under way to it and known to be lost."""
-        reader, marking = self.topic.subscribers[place], self._marking
-        pairs = self._pairs_to(place)
+        """Let a full history lose what is under way to it and known to be lost, as early as it can.
+
+        The subscriber's trace tells of a loss with the next message of the same publisher; others may have
+        been taken after the loss and before that. What is lost early needs no other messages any more.
+        """
+        reader, pairs = self.topic.subscribers[place], self._pairs_to(place)
         while pair := next((pair for pair in pairs if self._victim(pair) is not None), None):
-            there = marking[reader.source] + marking[reader.load]
-            if there + sum(self._here(each).all for each in pairs) <= reader.limit:
+            if not self._is_too_much(place):
                 return
             self._fill(place, reader.limit, [pair])
-            if marking[reader.source] < 1:
+            if self._marking[reader.source] < 1:
                 self._supply(place, [pair])
             self._fire(reader.drop)
             self._forget(pair, self._victim(pair))
             self._untold[pair] += 1
+
+    def _may_have_lost(self, place: str) -> bool:
+        """Tell whether a history of several publishers may have lost what is not known to be lost yet."""
+        is_decided = all(map(self._are_decided, self._pairs_to(place)))
+        return self._has_several_publishers(place) and not is_decided and self._is_too_much(place)
+
+    def _has_several_publishers(self, place: str) -> bool:
+        """Tell whether messages of several publishers wait together in a subscriber's history."""
+        return len(self._pairs_to(place)) > 1
+
+    def _is_too_much(self, place: str) -> bool:
+        """Tell whether more is under way to a subscriber than its history holds."""
+        reader = self.topic.subscribers[place]
+        there = self._marking[reader.source] + self._marking[reader.load]
+        return there + sum(self._here(pair).all for pair in self._pairs_to(place)) > reader.limit
 
     def _fill(self, place: str, load: int, first: Collection[Pair]) -> bool:
         """Fill a reader history up to a load, from some pairs first; False: too little is under way."""

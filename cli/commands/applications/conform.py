@@ -12,6 +12,7 @@ import click
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, budget_options, write_witness
 from dineros.cli.console import note, say, say_json, summarise
 from dineros.cli.models import load_system, refuse_invalid, say_rules, say_what_is_by_hand
+from dineros.cli.observing import recording_options
 from dineros.cli.options import ModelPath, json_option, middleware_option, model_argument, settings_option
 from dineros.cli.recordings.explaining import explain_bag
 from dineros.cli.searching import search
@@ -59,17 +60,7 @@ if TYPE_CHECKING:
     metavar="RECORDING",
     help="Explain a recording of rosbag2 instead of traces, by a run that shows its messages.",
 )
-@click.option(
-    "--tolerance",
-    type=click.FloatRange(min=0, max=3600),
-    default=0.001,
-    show_default=True,
-    metavar="S",
-    help="With `--bag`: messages of different topics no farther apart may have been published in any order.",
-)
-@click.option(
-    "--midway", is_flag=True, help="With `--bag`: the nodes may have run before the recorder was started."
-)
+@recording_options("With `--bag`: ")
 @budget_options
 @middleware_option
 @settings_option

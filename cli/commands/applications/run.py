@@ -6,7 +6,14 @@ from pathlib import Path
 
 import click
 
-from dineros.cli.options import command, json_option, middleware_option, model_argument, settings_option
+from dineros.cli.options import (
+    command,
+    json_option,
+    middleware_option,
+    model_argument,
+    reach_options,
+    settings_option,
+)
 
 
 @command(
@@ -54,16 +61,7 @@ from dineros.cli.options import command, json_option, middleware_option, model_a
 @click.option(
     "--restarts", type=click.IntRange(0), default=5, show_default=True, help="Restarts per minute and node."
 )
-@click.option(
-    "--domain", type=click.IntRange(0, 101), metavar="N", help="ROS domain; by default ROS_DOMAIN_ID."
-)
-@click.option(
-    "--reach",
-    type=click.Choice(["memory", "machine", "network"]),
-    default="machine",
-    show_default=True,
-    help="How far ROS messages go.",
-)
+@reach_options("How far ROS messages go.")
 @click.option(
     "--stale-after",
     multiple=True,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from dineros.cli.options import command, json_option
+from dineros.cli.options import command, json_option, reach_options
 
 
 @command(
@@ -12,16 +12,7 @@ from dineros.cli.options import command, json_option
     "dineros top --domain 7 --reach network",
     "dineros top --once --seconds 3 --json",
 )
-@click.option(
-    "--domain", type=click.IntRange(0, 101), metavar="N", help="ROS domain; by default ROS_DOMAIN_ID."
-)
-@click.option(
-    "--reach",
-    type=click.Choice(["memory", "machine", "network"]),
-    default="machine",
-    show_default=True,
-    help="How far ROS messages go, as for the nodes.",
-)
+@reach_options("How far ROS messages go, as for the nodes.")
 @click.option("--once", is_flag=True, help="Listen for --seconds, show what was heard, and end.")
 @click.option(
     "--seconds",

@@ -9,6 +9,7 @@ import click
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, budget_options
 from dineros.cli.models import load_system, refuse_invalid
+from dineros.cli.observing import recording_options
 from dineros.cli.options import ModelPath, json_option, model_argument
 from dineros.cli.outputs import refuse_output
 from dineros.cli.recordings.narrowing import (
@@ -60,15 +61,7 @@ from dineros.cli.supervising import search_command
 @click.option(
     "-o", "--output", type=ModelPath(), metavar="OUT", help="Write the narrowed model: .xmi or .pnml."
 )
-@click.option(
-    "--tolerance",
-    type=click.FloatRange(min=0, max=3600),
-    default=0.001,
-    show_default=True,
-    metavar="S",
-    help="Messages of different topics no farther apart may have been published in any order.",
-)
-@click.option("--midway", is_flag=True, help="The nodes may have run before the recorder was started.")
+@recording_options()
 @budget_options
 @json_option
 def narrow(

@@ -26,9 +26,28 @@ SKIP_LIMIT = 1 << 20
 SERVICE_DEPTH = 100
 """Requests that wait for a callback, which takes them at once; ROS's 10 would lose some of a burst."""
 
+KEPT_BY_PUBLISHERS = 10
+"""Messages that a publisher is taken to keep where its subscriber keeps fewer: ROS's depth by default."""
 
-def topic_quality(port: PublisherPort | SubscriberPort) -> Any:
-    """Return the QoS profile of a port."""
+
+def most_known(port: SubscriberPort, seen: Mapping[str, int]) -> int:
+    """Return how many messages that a subscriber has seen in an earlier life are sent to it again, at most.
+
+    Publishers that go on send what they keep, as they cannot know what was taken. All of it comes at once, so
+    that a history of the port's depth would lose what is new for what is known.
+
+    Parameters
+    ----------
+    port : SubscriberPort
+        The subscriber; how deep the histories of its publishers are is not known here.
+    seen : mapping of str to int
+        Of each sender, the number of the last message.
+    """
+    return sum(min(number, max(port.limit, KEPT_BY_PUBLISHERS)) for number in seen.values())
+
+
+def topic_quality(port: PublisherPort | SubscriberPort, known: int = 0) -> Any:
+    """Return the QoS profile of a port; its history has room for messages that are known, besides."""
     from rclpy.duration import Duration
     from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 
@@ -40,7 +59,7 @@ def topic_quality(port: PublisherPort | SubscriberPort) -> Any:
     }
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
-        depth=max(1, port.limit),
+        depth=max(1, port.limit + known),
         reliability=(
             ReliabilityPolicy.BEST_EFFORT
             if quality.reliability == "bestEffort"

@@ -37,6 +37,7 @@ from dineros.runtime.ros.channels.quality import (
     SERVICE_DEPTH,
     FillMeter,
     LossCounter,
+    most_known,
     overriding_options,
     service_quality,
     topic_quality,
@@ -157,7 +158,8 @@ class RclpyTransport(GoalCarrier):
 
     def _add_subscriber(self, node: Any, port: SubscriberPort, codecs: Codecs, receiver: Receiver) -> None:
         interface, codec = codecs.topic(port)
-        counter = LossCounter(self._seen.get(f"{port.channel}/{port.place}"))
+        seen = self._seen.get(f"{port.channel}/{port.place}", {})
+        counter, known = LossCounter(seen), most_known(port, seen)
         decode, arrived = codec.decode, receiver.message_arrived
 
         def accept(message: Message, info: Mapping[str, Any]) -> None:
@@ -171,7 +173,8 @@ class RclpyTransport(GoalCarrier):
         meter = self._meters[port] = FillMeter(port.limit)
         group = pausing_group(lambda: receiver.is_open(port))
         if port.type is not None and port.is_kept:
-            take = self._with_companion(node, port, interface, codec, receiver, accept, group)
+            depth = port.limit + known
+            take = self._with_companion(node, port, interface, codec, receiver, accept, group, depth)
         else:
 
             def take(ros_message: Any, info: Mapping[str, Any]) -> None:
@@ -189,7 +192,7 @@ class RclpyTransport(GoalCarrier):
                     interface,
                     port.topic,
                     taken,
-                    topic_quality(port),
+                    topic_quality(port, known),
                     callback_group=group,
                     qos_overriding_options=overriding_options(port),
                 ),
@@ -206,6 +209,7 @@ class RclpyTransport(GoalCarrier):
         receiver: Receiver,
         accept: Callable[[Message, Mapping[str, Any]], None],
         group: Any,
+        depth: int,
     ) -> Callable[[Any, Mapping[str, Any]], None]:
         """Listen to what publishers announce; return what takes the messages of the topic.
 
@@ -239,7 +243,7 @@ class RclpyTransport(GoalCarrier):
             node,
             port,
             f"{topic}/{MESSAGES}",
-            port.limit,
+            depth,
             interface,
             codec,
             receiver,

@@ -16,6 +16,7 @@ from dineros.analysis.conformance import ATTEMPTS, Monitor, Verdict, conform
 from dineros.analysis.model.subject import subject_of
 from dineros.analysis.nets.witness import replay
 from dineros.metamodel import sym
+from dineros.metamodel.build import flow
 from dineros.metamodel.elements import transitions
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files import load
@@ -424,6 +425,21 @@ class TestLosses:
     def test_the_number_of_orders_is_limited(self) -> None:
         verdict = verdict_on(self.model(), self.traces(), attempts=1)
         assert verdict.status in ("conforms", "unknown")
+
+
+def test_a_server_that_no_client_of_the_model_asks() -> None:
+    """The net leaves its page out; the node has it, for programs that are not in the model."""
+    model = sym.SystemModel(id="unasked")
+    node = sym.NodeNet(id="server", net=model)
+    page = sym.CallbackPage(id="Serving", kind="server", page=node)
+    entry, stock, exit_ = (sym.Place(id=id, page=page) for id in ("Asked", "Stock", "Answered"))
+    stock.tokens = 2
+    flow(entry, sym.Transition(id="Serve", page=page), exit_)
+    service = sym.ServiceChannel(id="Help", service="/help", model=model)
+    service.server = sym.ServerPort(entry=entry, exit=exit_, page=page)
+    traces = recorded(model, seed=1, steps=10)
+    assert "Help[1].Stock" in traces["server"][1].marking  # type: ignore[attr-defined]
+    assert verdict_on(model, traces).status == "conforms"
 
 
 def test_the_monitor_waits_for_messages() -> None:

@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dineros.analysis.conformance import Monitor, Verdict, conform
+from dineros.analysis.conformance.verdict import Deviation
 from dineros.analysis.model.subject import subject_of
 from dineros.analysis.nets.witness import replay
 from dineros.metamodel import sym
@@ -28,6 +29,7 @@ from tests.histories.test_figures import periodic
 from tests.support.chatty_systems import chatty_systems
 from tests.support.executor_cases import Case, case_model
 from tests.support.history_models import history_models
+from tests.support.shared_histories import shared_histories
 
 COMMON = settings(deadline=None, suppress_health_check=list(HealthCheck))
 MODELS = st.one_of(history_models(chatty_systems()), history_models())
@@ -60,6 +62,28 @@ def small(model: sym.SystemModel, draw: random.Random) -> sym.SystemModel:
     return model
 
 
+def monitored(model: sym.SystemModel, traces: Traces, seed: int) -> Verdict:
+    """Return what a monitor says to whom records come in pieces, each node's in their order."""
+    monitor, draw = Monitor(model), random.Random(seed)
+    rest = {node: list(records) for node, records in traces.items()}
+    while any(rest.values()):
+        node = draw.choice([node for node, records in rest.items() if records])
+        size = draw.randint(1, 20)
+        assert monitor.add(rest[node][:size]) == []
+        del rest[node][:size]
+    verdict = monitor.finish()
+    assert monitor.waiting == {}
+    return verdict
+
+
+def may_be_told_late(model: sym.SystemModel, found: Sequence[Deviation]) -> bool:
+    """Tell whether all that is found are losses of histories that several publishers fill."""
+    topics = {channel.id: channel for channel in model.channels if isinstance(channel, sym.TopicChannel)}
+    return all(isinstance(each.record, Drop) for each in found) and all(
+        len(topics[each.record.channel].publishers) > 1 for each in found if isinstance(each.record, Drop)
+    )
+
+
 @given(MODELS, SEEDS)
 @settings(COMMON, max_examples=40)
 def test_runs_conform(model: sym.SystemModel, seed: int) -> None:
@@ -69,14 +93,24 @@ def test_runs_conform(model: sym.SystemModel, seed: int) -> None:
     assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])
     subject = subject_of(model, "fully-enabled")
     replay(subject.net, [subject.transition_index[name] for name in verdict.sequence])
-    monitor, draw = Monitor(model), random.Random(seed)
-    rest = {node: list(records) for node, records in traces.items()}
-    while any(rest.values()):  # records come in pieces, each node's in their order
-        node = draw.choice([node for node, records in rest.items() if records])
-        size = draw.randint(1, 20)
-        assert monitor.add(rest[node][:size]) == []
-        del rest[node][:size]
-    assert (monitor.finish().status, monitor.waiting) == ("conforms", {})
+    live = monitored(model, traces, seed)
+    assert (live.violations, may_be_told_late(model, live.unknown)) == ([], True)
+
+
+def test_losses_of_histories_that_several_publishers_fill() -> None:
+    """They are told after what came later was taken: `conform` knows better, the monitor does not always."""
+    unknown, losses = [], 0
+    for seed in range(40):
+        model = shared_histories(random.Random(seed))
+        traces = skewed(recorded(model, seed, 120), seed)
+        losses += sum(isinstance(record, Drop) for records in traces.values() for record in records)
+        verdict = verdict_on(model, traces)
+        assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], []), seed
+        live = monitored(model, traces, seed)
+        assert (live.violations, may_be_told_late(model, live.unknown)) == ([], True), seed
+        unknown += live.unknown
+    assert losses > 40
+    assert len(unknown) < losses / 4
 
 
 def test_what_runs_of_nodes_written_by_hand_is_their_net(tmp_path: Path) -> None:
@@ -88,6 +122,21 @@ def test_what_runs_of_nodes_written_by_hand_is_their_net(tmp_path: Path) -> None
     assert sum(isinstance(record, Response) for record in traces["A"]) > 1
     assert verdict_on(model, traces).status == "conforms"
     assert [node.execution for node in node_nets(model)] == [sym.Execution.callbacks] * 2
+
+
+def is_about_losses(found: Deviation, traces: Traces) -> bool:
+    """Tell whether a loss is not explained, or what was taken after one from the same history.
+
+    A trace says how many messages of a publisher are missing before the next one of it that is taken, which
+    the search through all orders, where messages have no ids, does not know.
+    """
+    record = found.record
+    if isinstance(record, Drop) or "lost" in found.reason:
+        return True
+    losses = {(each.place, each.sequence) for each in traces[record.node or ""] if isinstance(each, Drop)}
+    return isinstance(record, Take) and any(
+        place == record.place and sequence < record.sequence for place, sequence in losses
+    )
 
 
 @given(MODELS, SEEDS)
@@ -109,9 +158,10 @@ def test_mutated_traces_against_all_orders(model: sym.SystemModel, seed: int) ->
         if not allowed:
             assert verdict.status != "conforms"
         elif verdict.status == "violated":
-            told = [found for found in verdict.violations if "lost" not in found.reason]
-            # A loss of what was never sent, or what waits for the node that tells it.
-            assert not told or any(isinstance(found.record, Drop) for found in told), verdict
+            # A loss of what was never sent; what else is told waits for the node that tells it.
+            told = [found for found in verdict.violations if not is_about_losses(found, traces)]
+            assert len(told) < len(verdict.violations), verdict
+            assert all(found.reason.endswith(" before") for found in told), verdict
 
 
 class TestWhatIsNotAllowed:

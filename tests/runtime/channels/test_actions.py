@@ -18,8 +18,9 @@ from dineros.runtime.channels import goals
 from dineros.runtime.channels.transport import Receiver
 from dineros.runtime.firing.cancels import CancelRequest
 from dineros.runtime.firing.handlers import HandlerError
-from dineros.runtime.journal.recording import Checkpoint, ListRecorder
-from dineros.runtime.journal.state import rebuild
+from dineros.runtime.journal.rebuilding import rebuild
+from dineros.runtime.journal.recording import ListRecorder
+from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nets.ports import (
     ActionClientPort,
     ActionServerPort,
@@ -86,7 +87,7 @@ class Wire:
 class Bench:
     """A node on a wire; nothing but `only` fires."""
 
-    def __init__(self, model: rtm.RuntimeModel, resume: Checkpoint | None = None) -> None:
+    def __init__(self, model: rtm.RuntimeModel, resume: SavedState | None = None) -> None:
         self.now = 0.0
         self.net, self.wire, self.recorder = Net(model, clock=lambda: self.now), Wire(), ListRecorder()
         self.node = Node(self.net, self.wire, self.recorder, resume=resume)
@@ -130,11 +131,11 @@ class Bench:
         return [event for event in known if not wanted or event in wanted]
 
 
-def server(resume: Checkpoint | None = None, **options: Any) -> Bench:
+def server(resume: SavedState | None = None, **options: Any) -> Bench:
     return Bench(parts(feedback=True, **{"slots": 1, **options})["robot"], resume)
 
 
-def client(resume: Checkpoint | None = None, **options: Any) -> Bench:
+def client(resume: SavedState | None = None, **options: Any) -> Bench:
     return Bench(parts(feedback=True, **options)["office0"], resume)
 
 
@@ -395,7 +396,7 @@ def test_each_goal_ends_once_and_journals_tell_the_state() -> None:
     assert {"Delivered", "Failed", "Refused", "Canceled"} <= set(ends)
 
 
-def _compare(recorder: ListRecorder, checkpoint: Checkpoint) -> None:
+def _compare(recorder: ListRecorder, checkpoint: SavedState) -> None:
     """Compare what a journal tells with what the node knows."""
     skipped = ("sequence", "event")
     lines = [

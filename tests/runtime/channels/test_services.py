@@ -12,7 +12,8 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.errors import DinerosError
 from dineros.runtime import Net, Node
 from dineros.runtime.channels.transport import Receiver
-from dineros.runtime.journal.recording import Checkpoint, ListRecorder
+from dineros.runtime.journal.recording import ListRecorder
+from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nets.ports import (
     Check,
     ClientPort,
@@ -29,8 +30,9 @@ from tests.runtime.tiny import events, token_type
 def server_model(instances: int = 2, middleware: str = "ros1", depth: int = 10) -> rtm.RuntimeModel:
     """Return a node that serves: entry -> start -> run -> finish -> exit."""
     node = sym.NodeNet(id="server", name="server")
-    model = rtm.RuntimeModel(id="m.server", systemModel="m", pages=[node], node=node, tokenType=token_type())
-    model.middleware = sym.Middleware.getEEnumLiteral(middleware)
+    model = rtm.RuntimeModel(
+        id="m.server", systemModel="m", pages=[node], node=node, tokenType=token_type(), middleware=middleware
+    )
     sym.InputSignal(id="go", node=node)
     page = sym.CallbackPage(id="page", kind="server", page=node)
     entry, run, exit_ = (rtm.Place(id=id, page=page) for id in ("entry", "run", "exit"))
@@ -117,7 +119,7 @@ class Asked:
 
 
 def serving(
-    instances: int = 2, resume: Checkpoint | None = None, **options: Any
+    instances: int = 2, resume: SavedState | None = None, **options: Any
 ) -> tuple[Net, Node, Asked, ListRecorder]:
     net, wire, recorder = Net(server_model(instances, **options)), Wire(), ListRecorder()
     node = Node(net, wire, recorder, resume=resume)
@@ -307,8 +309,8 @@ def test_what_the_transport_does_not_take_stays_and_is_sent_later() -> None:
     node.close()
 
 
-def json_copy(checkpoint: Checkpoint) -> Checkpoint:
-    copied: Checkpoint = json.loads(json.dumps(checkpoint))
+def json_copy(checkpoint: SavedState) -> SavedState:
+    copied: SavedState = json.loads(json.dumps(checkpoint))
     return copied
 
 

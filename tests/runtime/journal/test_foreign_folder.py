@@ -15,13 +15,13 @@ from dineros.metamodel.records import Start, StoredToken
 from dineros.runtime.application.supervisor import ProcessPlan, Supervisor
 from dineros.runtime.journal import JournalRecorder, resume_journal
 from dineros.runtime.journal.outlined import Outlined
-from dineros.runtime.journal.recording import Checkpoint
+from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nets.ports import Ports
 
 
 def _record(folder: Path) -> None:
     ports = cast("Ports", SimpleNamespace(model="m"))  # all that a recorder looks at
-    JournalRecorder(folder, "a").open(ports, lambda: cast("Checkpoint", {}))
+    JournalRecorder(folder, "a").open(ports, lambda: cast("SavedState", {}))
 
 
 def _resume(folder: Path) -> None:

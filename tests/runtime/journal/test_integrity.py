@@ -13,13 +13,13 @@ from dineros.metamodel.records import RecordError, current_path, parts_of, read_
 from dineros.metamodel.records.following import Follower
 from dineros.runtime.channels.local import LocalNetwork
 from dineros.runtime.journal import JournalError, JournalRecorder, rebuild_at, resume_journal
-from dineros.runtime.journal.recording import Checkpoint
+from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.node import Node
 from dineros.transformations.flattening.split import split
 from tests.support.talker import talker
 
-STATE = cast("Checkpoint", {"marking": {"Words": [[1, {}]]}, "signals": {}})
+STATE = cast("SavedState", {"marking": {"Words": [[1, {}]]}, "signals": {}})
 
 
 def write(folder: Path, firings: int = 3, **options: Any) -> Path:

@@ -38,7 +38,7 @@ from dineros.runtime.journal import (
     resume_journal,
 )
 from dineros.runtime.journal.outlined import Outlined
-from dineros.runtime.journal.recording import Checkpoint as State
+from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nets.ports import Ports
 from dineros.transformations.flattening.split import split
 from tests.support.calling_systems import calling_systems
@@ -55,9 +55,9 @@ class Witnessed(JournalRecorder):
     def __init__(self, folder: Path, node: str, states: dict[int, str], **options: Any) -> None:
         super().__init__(folder, node, **options)
         self._states = states
-        self._own: Callable[[], State]
+        self._own: Callable[[], SavedState]
 
-    def open(self, ports: Ports, checkpoint: Callable[[], State]) -> None:
+    def open(self, ports: Ports, checkpoint: Callable[[], SavedState]) -> None:
         self._own = checkpoint
         super().open(ports, checkpoint)
 

@@ -21,13 +21,13 @@ from dineros.transformations.rules.actions.slots import A6, A7, A7Ask, A7Cancel,
 from dineros.transformations.rules.notation import arc, place, read, transition
 
 
-class Taken(Fragment):
-    """A server takes a goal or a request to cancel that it has not to work on, between callbacks.
+class Known(Fragment):
+    """A transition that another rule makes, and that is known here as what it does.
 
     Parameters
     ----------
     move : Expression
-        The transition that does it.
+        The transition.
     """
 
     roles: Mapping[str, type[EObject]] = {"move": pn.Transition}
@@ -36,34 +36,16 @@ class Taken(Fragment):
         super().__init__(move=move)
 
 
-class Wish(Fragment):
-    """A client asks to cancel its goal.
-
-    Parameters
-    ----------
-    move : Expression
-        The transition that does it.
-    """
-
-    roles: Mapping[str, type[EObject]] = {"move": pn.Transition}
-
-    def __init__(self, move: Expression) -> None:
-        super().__init__(move=move)
+class Taken(Known):
+    """A server takes a goal or a request to cancel that it has not to work on, between callbacks."""
 
 
-class Heard(Fragment):
-    """A client takes an answer or feedback.
+class Wish(Known):
+    """A client asks to cancel its goal."""
 
-    Parameters
-    ----------
-    move : Expression
-        The transition that does it.
-    """
 
-    roles: Mapping[str, type[EObject]] = {"move": pn.Transition}
-
-    def __init__(self, move: Expression) -> None:
-        super().__init__(move=move)
+class Heard(Known):
+    """A client takes an answer or feedback."""
 
 
 class Answer(Heard):

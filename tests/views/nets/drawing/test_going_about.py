@@ -23,16 +23,6 @@ if TYPE_CHECKING:
     Visits = Callable[..., Visit]
 
 
-@pytest.fixture(scope="module")
-def study_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return saved(view_of(case_study()), tmp_path_factory.mktemp("page"))
-
-
-@pytest.fixture
-def study(visit: Visits, study_page: Path) -> Page:
-    return opened(visit(), study_page)
-
-
 def test_clicks_and_escape_move_nothing(study: Page) -> None:
     before, was = area(study, "RedObjects", ".shape"), scale(study)
     for _ in range(3):

@@ -25,16 +25,6 @@ if TYPE_CHECKING:
     Visits = Callable[..., Visit]
 
 
-@pytest.fixture(scope="module")
-def study_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return saved(view_of(case_study()), tmp_path_factory.mktemp("page"))
-
-
-@pytest.fixture
-def study(visit: Visits, study_page: Path) -> Page:
-    return opened(visit(), study_page)
-
-
 def width_shown(page: Page) -> float:
     return float(str(page.get_attribute("#picture", "viewBox")).split()[2])
 
