@@ -9,7 +9,8 @@ J. Hoffmann, B. Nebel, *The FF planning system*, JAIR 14, 2001). What is not fou
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from random import Random
 
 from dineros.analysis.answers.budget import Budget
@@ -25,6 +26,9 @@ WALKS = 24
 STEPS = 1_500
 """Firings of each."""
 
+CLOSING = 600
+"""Firings from where a callback never ends to where its circle is looked for at last."""
+
 LOOKS = 50
 """Firings between two looks at what waits."""
 
@@ -32,8 +36,8 @@ SHORTENING = 50_000
 """Firings that may be tried to shorten a run."""
 
 
-def blocked_on_the_way(net: CompiledNet, waiting: Waiting, budget: Budget) -> Iterator[Blocked]:
-    """Yield callbacks that can wait for ever: each circle once, and each other callback once.
+class Walks:
+    """Runs of a net in which callbacks come to wait for ever.
 
     Parameters
     ----------
@@ -41,23 +45,8 @@ def blocked_on_the_way(net: CompiledNet, waiting: Waiting, budget: Budget) -> It
         The net.
     waiting : Waiting
         What waits for what in it.
-    budget : Budget
-        Its time.
     """
-    search = _Search(net, waiting)
-    known: set[tuple[object, Circle | None]] = set()
-    for seed in range(WALKS):
-        if budget.is_over:
-            return
-        trace, doomed = search.walk(Random(seed), budget)
-        for callback, circle in doomed:
-            key = (callback.waiter if circle is None else None, circle)
-            if key not in known:
-                known.add(key)
-                yield Blocked(callback.waiter, circle, search.shortest(trace, callback, circle))
 
-
-class _Search:
     def __init__(self, net: CompiledNet, waiting: Waiting) -> None:
         self._net = net
         self._waiting = waiting
@@ -73,29 +62,61 @@ class _Search:
             for callback in waiting.callbacks.values()
         }
 
-    def walk(self, draw: Random, budget: Budget) -> tuple[list[int], list[tuple[Callback, Circle | None]]]:
-        """Fire what is enabled, as it is drawn, until callbacks never end; return the run and those."""
+    def found(self, budget: Budget) -> Iterator[Blocked]:
+        """Yield callbacks that never end after some run."""
+        for seed in range(WALKS):
+            if budget.is_over:
+                return
+            yield from self.after((), Random(seed), budget)
+
+    def after(
+        self, begun: Sequence[int], draw: Random, budget: Budget, known: Callback | None = None
+    ) -> Iterator[Blocked]:
+        """Yield callbacks that never end after a run, which goes on until their circle is closed.
+
+        Parameters
+        ----------
+        begun : sequence of int
+            How the run begins.
+        draw : Random
+            Draws how it goes on.
+        budget : Budget
+            Its time.
+        known : Callback, optional
+            One that is known never to end after that.
+        """
+        trace, doomed = self._walk(list(begun), draw, budget, known)
+        for callback, circle in doomed:
+            yield Blocked(callback.waiter, circle, tuple(trace))
+
+    def _walk(
+        self, trace: list[int], draw: Random, budget: Budget, known: Callback | None
+    ) -> tuple[list[int], list[tuple[Callback, Circle | None]]]:
+        """Fire what is enabled, as it is drawn, until callbacks never end, in a circle if there is one."""
         net = self._net
-        marking = [int(tokens) for tokens in net.initial]
-        trace: list[int] = []
+        marking = replay(net, trace)[-1]
         order = list(range(len(net.transitions)))
-        while len(trace) < STEPS and not budget.is_over:
+        most = len(trace) + (STEPS if known is None else CLOSING)
+        is_first = True
+        while True:
             draw.shuffle(order)
             chosen = next((t for t in order if net.is_enabled(t, marking)), None)
-            if chosen is not None:
-                marking = net.fire(chosen, marking)
-                trace.append(chosen)
-            if (chosen is None or len(trace) % LOOKS == 0) and (doomed := self.doomed(marking)):
-                return trace, doomed
-            if chosen is None:
-                break
-        return trace, []
+            ends = chosen is None or len(trace) >= most or budget.is_over
+            if ends or len(trace) % LOOKS == 0:
+                doomed = self._doomed(marking, known)
+                if ends or any(circle is not None for _, circle in doomed):
+                    return trace, doomed
+                if doomed and is_first:
+                    is_first, most = False, min(most, len(trace) + CLOSING)
+            assert chosen is not None
+            marking = net.fire(chosen, marking)
+            trace.append(chosen)
 
-    def doomed(self, marking: list[int]) -> list[tuple[Callback, Circle | None]]:
+    def _doomed(self, marking: list[int], known: Callback | None) -> list[tuple[Callback, Circle | None]]:
         """Return the callbacks that have begun and can never end, with the circle that is closed."""
         begun = [each for each in self._waiting.callbacks.values() if each.has_begun(marking)]
         possible = self._possible(marking) if begun else set()
-        endless = [each for each in begun if possible.isdisjoint(self._ends[id(each)])]
+        endless = [each for each in begun if each is known or possible.isdisjoint(self._ends[id(each)])]
         if not endless:
             return []
         circle = self._waiting.circle(marking)
@@ -105,8 +126,10 @@ class _Search:
             return [(inside[0], circle)]
         return [(each, None) for each in endless]
 
-    def shortest(self, trace: list[int], callback: Callback, circle: Circle | None) -> tuple[int, ...]:
-        """Return a run to where the callback never ends, without what that does not need."""
+    def shortest(self, blocked: Blocked) -> Blocked:
+        """Return the same with a run that goes no further, without what it does not need."""
+        circle = blocked.circle
+        callback = next(c for c in self._waiting.callbacks.values() if c.waiter == blocked.callback)
 
         def is_there(marking: list[int]) -> bool:
             if not callback.has_begun(marking):
@@ -115,9 +138,11 @@ class _Search:
                 return False
             return circle is None or self._waiting.circle(marking) == circle
 
-        found = shortened(self._net, trace, is_there, SHORTENING)
+        if not is_there(replay(self._net, blocked.trace)[-1]):
+            return blocked  # that it never ends is proved for this run only
+        found = shortened(self._net, blocked.trace, is_there, SHORTENING)
         replay(self._net, found)
-        return found
+        return replace(blocked, trace=found)
 
     def _possible(self, marking: list[int]) -> set[int]:
         """Return the transitions that may still fire, if nothing were ever taken away."""

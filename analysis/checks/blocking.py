@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from dineros.analysis.callbacks.blocking import Blocked, blocked
+from dineros.analysis.callbacks.searching import searched
 from dineros.analysis.callbacks.waiting import Circle
-from dineros.analysis.callbacks.walking import blocked_on_the_way
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
@@ -15,6 +15,12 @@ from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
 
 if TYPE_CHECKING:
     from dineros.analysis.checks.deadlocks import DeadlockGroup
+
+
+MOST_MARKINGS = 1_000_000
+"""Markings of which all are looked at for callbacks that wait; of more, parts of the net tell as much."""
+
+ALL_END = "every callback that has begun can end"
 
 
 class Deadlock(Question):
@@ -81,20 +87,23 @@ class Callbacks(Question):
     )
     faults = (CIRCLE, ENDLESS)
     asks = "which callbacks can wait for ever"
+    needs_space = False
+
+    def leave_open(self, checked: Checked, reason: str) -> None:
+        """Leave it undecided, where nothing has been said of it."""
+        if not checked.is_closed and not checked.callbacks_asked:
+            super().leave_open(checked, reason)
 
     def ask(self, checked: Checked) -> None:
         """Look for callbacks that never end from some marking on."""
-        if not checked.waiting.callbacks:
+        if checked.callbacks_asked or not checked.waiting.callbacks:
             return
-        if checked.firings is not None:
-            if checked.recurs:
-                checked.report.proved.append("every callback that has begun can end")
-            else:
-                found = self._report(
-                    checked, blocked_on_the_way(checked.subject.net, checked.waiting, checked.budget)
-                )
-                asks = "which other callbacks can wait for ever" if found else self.asks
-                checked.leave_open(asks, checked.firings.why_open or "the markings were not all seen")
+        if checked.recurs:
+            checked.report.proved.append(ALL_END)
+            return
+        has_no_space = checked.firings is not None or checked.is_closed
+        if has_no_space or checked.space.markings > MOST_MARKINGS:
+            self.ask_early(checked)
             return
         try:
             found = self._report(
@@ -104,20 +113,36 @@ class Callbacks(Question):
             checked.leave_open(self.asks, OUT_OF_MEMORY)
             return
         if not found:
-            checked.report.proved.append("every callback that has begun can end")
+            checked.report.proved.append(ALL_END)
 
-    def _report(self, checked: Checked, each_blocked: Iterable[Blocked]) -> bool:
+    @classmethod
+    def ask_early(cls, checked: Checked) -> None:
+        """Look for them without the state space, which may take long, or have no end."""
+        if checked.callbacks_asked or not checked.waiting.callbacks:
+            return
+        checked.budget.stage(cls.asks)
+        search = searched(checked.subject.net, checked.waiting, checked.budget)
+        checked.callbacks_asked = True
+        found = cls._report(checked, search.blocked)
+        if not search.is_complete:
+            asks = "which other callbacks can wait for ever" if found else cls.asks
+            checked.leave_open(asks, "the parts of the net that tell are too large")
+        else:
+            checked.report.proved.append("every other callback that has begun can end" if found else ALL_END)
+
+    @classmethod
+    def _report(cls, checked: Checked, each_blocked: Iterable[Blocked]) -> bool:
         """Put what is found into the report; return whether there is anything."""
         found = False
         for each in each_blocked:
             found = True
             witness = witness_of(checked.subject, each.trace)
             if each.circle is not None:
-                self.find(checked, each.circle, witness)
+                cls.find(checked, each.circle, witness)
             else:
                 callback = each.callback
                 checked.report.findings.append(
-                    self.ENDLESS.found(callback.element, witness=witness, callback=callback.text)
+                    cls.ENDLESS.found(callback.element, witness=witness, callback=callback.text)
                 )
         return found
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from dineros.analysis.answers.budget import RAN_OUT, BudgetExceededError
+from dineros.analysis.checks.blocking import Callbacks
 from dineros.analysis.checks.question import Checked, Question
 from dineros.analysis.checks.remedies import remedy_text
 from dineros.analysis.covering.firings import Firings, firings
@@ -58,6 +59,7 @@ class Boundedness(Question):
             if not reason or self._recurs(checked):
                 return
             checked.leave_open("whether the net is bounded", reason)
+        Callbacks.ask_early(checked)
         checked.budget.stage("what can happen without bounds")
         checked.firings = firings(subject.net, checked.budget)
 
@@ -81,9 +83,14 @@ class Boundedness(Question):
 
     @staticmethod
     def _look_elsewhere(checked: Checked, work: int) -> None:
-        """End the making of a state space that costs much where a smaller net answers."""
-        if work >= FIRST_SHARE and checked.recurrence is not None:
-            raise _RecurrentError
+        """End the making of a state space that costs much where a smaller net answers.
+
+        Where none does, it goes on, and what needs no state space is told first.
+        """
+        if work >= FIRST_SHARE:
+            if checked.recurrence is not None:
+                raise _RecurrentError
+            Callbacks.ask_early(checked)
 
     @staticmethod
     def _recurs(checked: Checked) -> bool:

@@ -11,6 +11,7 @@ from typing import ClassVar
 from dineros.analysis.answers.budget import RAN_OUT, Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.callbacks.waiting import Waiting
+from dineros.analysis.covering.directed import Directed
 from dineros.analysis.covering.firings import Firings
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.properties.recurrence import Recurrence, recurrence
@@ -51,6 +52,8 @@ class Checked:
         Whether it is proved that the net can always come back to its initial marking.
     is_closed : bool
         Whether no question can be asked that needs a state space.
+    callbacks_asked : bool
+        Whether it has been looked for callbacks that can wait for ever.
     """
 
     model: pn.Net
@@ -63,6 +66,7 @@ class Checked:
     firings: Firings | None = None
     recurs: bool = False
     is_closed: bool = False
+    callbacks_asked: bool = False
 
     @cached_property
     def waiting(self) -> Waiting:
@@ -74,6 +78,11 @@ class Checked:
         """What a smaller net proves of it."""
         self.budget.stage("whether the net always comes back")
         return recurrence(self.subject.net, self.budget.share(RECURRENCE_SHARE))
+
+    @cached_property
+    def directed(self) -> Directed:
+        """Searches for firings that are far off."""
+        return Directed(self.subject.net)
 
     @property
     def identity(self) -> str:

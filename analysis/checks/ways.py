@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from dineros.analysis.checks.question import Checked
+from dineros.analysis.covering.firings import FEW_MARKINGS
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Witness, witness_of
 
 NEAR = 64 << 20
-"""Bytes for the search for a shortest way to a fault; one that is further off is found by the state space."""
+"""Bytes for the search for a shortest way to a fault."""
 
 MOST = 50_000
 """Markings among which a run is searched in which goals overtake each other."""
@@ -22,7 +23,8 @@ MOST = 50_000
 def firing_witness(checked: Checked, transition: str) -> Witness | None:
     """Return a sequence that ends with a transition: a shortest one where few markings are nearer.
 
-    None stands for memory that runs out.
+    What is further off is searched for where the state equation sees it near, and led to by the state space
+    where that search gives up. None stands for memory that runs out.
     """
     # Most models need no search.
     from dineros.analysis.questions.reachability import find_firing, way_to_firing
@@ -31,6 +33,9 @@ def firing_witness(checked: Checked, transition: str) -> Witness | None:
     number = subject.transition_index[transition]
     trace = find_firing(subject.net, number, checked.budget.share(most_bytes=NEAR)).trace
     if trace is None:
+        trace, _ = checked.directed.way_to(number, checked.budget.share(), FEW_MARKINGS)
+    if trace is None:
+        checked.budget.check_time()
         try:
             trace = way_to_firing(checked.space, subject.names, number)
         except DiagramMemoryError:

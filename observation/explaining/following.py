@@ -20,7 +20,7 @@ Product = tuple[int, ...]
 
 MOST_PRODUCTS = 2_000
 """Products of one union."""
-MOST_STATES = 200_000
+MOST_STATES = 50_000
 """Unions that are kept, with what follows them."""
 LEAST_MEMORY = 64 << 20
 """Bytes that the diagram of each part may take, however little there is."""
@@ -35,13 +35,16 @@ class State:
         The union; empty: nothing is possible.
     following : dict of str to State
         What is known of the next messages, by topic.
+    joined : dict of State to State
+        What is known to be possible in this one or another.
     """
 
-    __slots__ = ("__weakref__", "following", "products")
+    __slots__ = ("__weakref__", "following", "joined", "products")
 
     def __init__(self, products: tuple[Product, ...]) -> None:
         self.products = products
         self.following: dict[str, State] = {}
+        self.joined: dict[State, State] = {}
 
     def __bool__(self) -> bool:
         return bool(self.products)
@@ -121,7 +124,26 @@ class Follower:
 
     def union(self, one: State, other: State) -> State:
         """Return what is possible in one of two states."""
-        return one if one is other else self._state(self._compact({*one.products, *other.products}))
+        if one is other:
+            return one
+        known = one.joined.get(other)
+        if known is None:
+            known = one.joined[other] = self._union(one, other)
+        return known
+
+    def _union(self, one: State, other: State) -> State:
+        if self.covers(one, other):
+            return one
+        if self.covers(other, one):
+            return other
+        return self._state(self._compact({*one.products, *other.products}))
+
+    def covers(self, one: State, other: State) -> bool:
+        """Tell whether a state has all that another has; where it does not see that, it denies it."""
+        return one is other or all(
+            its in one.products or any(self._holds(product, its) for product in one.products)
+            for its in other.products
+        )
 
     def are_independent(self, one: str, other: str) -> bool:
         """Tell whether it makes no difference which of two messages, by their topics, was published first."""
@@ -135,6 +157,7 @@ class Follower:
         """Forget what follows what, and so all states but those that somebody holds."""
         for state in list(self._states.values()):
             state.following.clear()
+            state.joined.clear()
         used = list(self._states.values())
         for number, sets in enumerate(self.parts):
             sets.forget({product[number] for state in used for product in state.products})
@@ -166,11 +189,16 @@ class Follower:
 
     def _compact(self, products: set[Product]) -> tuple[Product, ...]:
         """Put products together that differ in one factor, and leave out those that others hold."""
-        while len(products) > 1:
+        if len(products) == 1:
+            return tuple(products)
+        while True:
             before = len(products)
-            for number in range(len(self.parts)):
-                products = self._merged(products, number)
-            if len(products) == before:
+            # Where all have the same factor, no two differ in that one only.
+            factors = [set(of_all) for of_all in zip(*products, strict=True)]
+            for number, different in enumerate(factors):
+                if len(different) > 1:
+                    products = self._merged(products, number)
+            if len(products) in (0, 1, before):
                 break
         if len(products) > 1:
             products = {one for one in products if not any(self._holds(other, one) for other in products)}
@@ -184,9 +212,14 @@ class Follower:
             others = (*product[:number], *product[number + 1 :])
             factor = product[number]
             found[others] = self.parts[number].union(found[others], factor) if others in found else factor
+        if len(found) == len(products):
+            return products
         return {(*others[:number], factor, *others[number:]) for others, factor in found.items()}
 
     def _holds(self, one: Product, other: Product) -> bool:
-        return one != other and all(
-            sets.covers(factor, its) for sets, factor, its in zip(self.parts, one, other, strict=True)
-        )
+        if one == other:
+            return False
+        for number, (factor, its) in enumerate(zip(one, other, strict=True)):
+            if factor != its and not self.parts[number].covers(factor, its):
+                return False
+        return True

@@ -125,11 +125,25 @@ class Ordering:
         return {topic for way in self._ways.values() for topic in self._follower.possible(way.state)}
 
     def trail(self) -> tuple[State, list[str], bool]:
-        """Return the state before the last messages, their topics in one order, and whether they are all."""
+        """Return the state before the last messages, their topics in one order, and whether they are all.
+
+        Of several orders of the same messages one is remembered. Where what came later fits to another of
+        them only, the messages before that are left out.
+        """
         way = self._ways[min(self._ways, key=len)]
         last = _remembered(way.trail)
-        start = last[0].state if last else way.state
-        return start, [published.topic for published in last], self._is_whole
+        for first, published in enumerate(last):
+            topics = [each.topic for each in last[first:]]
+            if self._leads_on(published.state, topics):
+                return published.state, topics, self._is_whole and first == 0
+        return way.state, [], self._is_whole and not last
+
+    def _leads_on(self, state: State, topics: list[str]) -> bool:
+        for topic in topics:
+            state = self._follower.step(state, topic)
+            if not state:
+                return False
+        return True
 
     def _settle(self) -> bool:
         """Let the first open message have been published; tell whether it can have been."""

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import networkx as nx
 
 from dineros.analysis.nets.bounds import place_bounds
-from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.semiflows import semiflows
+from dineros.analysis.reductions.cut_out import cut_out
 
 ASSUMED = 16
 """Tokens, beyond those at the start, up to which places are followed that nothing bounds."""
@@ -85,38 +86,14 @@ def _part(
     shown: Collection[int],
     bounds: list[int | None],
 ) -> Part:
-    """Cut a part out; a place of free room each keeps what others keep in bounds where it is on its own."""
-    inside = set(places)
-
-    def row(pairs: tuple[tuple[int, int], ...]) -> dict[str, int]:
-        return {net.places[place]: weight for place, weight in pairs if place in inside}
-
-    room = {place: _Room(net, place, bounds[place], used) for place in places}
-    transitions = []
-    for transition in used:
-        inputs, outputs = row(net.pre.row(transition)), row(net.post.row(transition))
-        for place in places:
-            change = net.delta[transition].get(place, 0)
-            if change > 0:
-                inputs[room[place].name] = change
-            elif change < 0:
-                outputs[room[place].name] = -change
-        inhibitors = row(net.inhibitor.row(transition))
-        transitions.append(Transition(net.transitions[transition], inputs, outputs, inhibitors))
-    marked = {net.places[place]: int(net.initial[place]) for place in places}
-    marked |= {room[place].name: room[place].free for place in places}
+    """Cut a part out; what nothing bounds is followed up to so many tokens only."""
+    free, edges = {}, {}
+    for number, place in enumerate(places):
+        initial, bound = int(net.initial[place]), bounds[place]
+        if bound is None:
+            gain = max((net.delta[transition].get(place, 0) for transition in used), default=0)
+            free[place], edges[number] = gain + ASSUMED, initial + ASSUMED + 1
+        else:
+            free[place] = bound - initial
     silent = frozenset(number for number, transition in enumerate(used) if transition not in shown)
-    edges = {number: room[place].edge for number, place in enumerate(places) if bounds[place] is None}
-    return Part(CompiledNet.build(marked, transitions), tuple(places), tuple(used), silent, edges)
-
-
-class _Room:
-    """The free room of a place."""
-
-    def __init__(self, net: CompiledNet, place: int, bound: int | None, used: list[int]) -> None:
-        initial = int(net.initial[place])
-        gain = max((net.delta[transition].get(place, 0) for transition in used), default=0)
-        self.free = gain + ASSUMED if bound is None else bound - initial
-        self.edge = initial + ASSUMED + 1
-        # Names of places hold no NUL, so this is nobody else's.
-        self.name = f"{net.places[place]}\0"
+    return Part(cut_out(net, places, used, free), tuple(places), tuple(used), silent, edges)

@@ -45,9 +45,16 @@ class Channels:
         channel = self._service(endpoint)
         channel.server, channel.instances = port, instances
 
-    def ask(self, endpoint: Endpoint, client: str, request: pn.Place, response: pn.Place) -> sym.ClientPort:
+    def ask(
+        self,
+        endpoint: Endpoint,
+        client: str,
+        request: pn.Place,
+        response: pn.Place,
+        group: sym.CallbackGroup | None,
+    ) -> sym.ClientPort:
         """Add a client of a service."""
-        port = sym.ClientPort(client=client, request=request, response=response)
+        port = sym.ClientPort(client=client, request=request, response=response, group=group)
         self._service(endpoint).clients.append(port)
         return port
 

@@ -11,7 +11,7 @@ It is TOML. Everything in it may be left out; what is there replaces what would 
 
     [node."/mapper".callback."/scan"]       # by the name of topic, service, action or timer
     does = ["call /pose", "publish /map ?"] # in this order; ?: or not, *: any number of times
-    group = "answers"
+    group = "answers"                       # of a service that is called: of its client
     awaits = true
 
     [topic."/scan"]                         # of a recording, which does not tell
@@ -71,7 +71,7 @@ class GivenCallback:
     does : tuple of Step or None
         What it does, in order.
     group : str or None
-        Its callback group.
+        Its callback group; of a service that the node calls, the group of its client.
     awaits : bool
         Whether it gives its thread back while it waits for answers.
     """

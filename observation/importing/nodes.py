@@ -209,7 +209,8 @@ class NodeBuilder:
             name, step = client.name, Step("send", client.name)
             if step in self._possible.puts:
                 place = self._answer(name, f"on_answer_of_{flat(name)}", self._steps(name))
-                self._channels.ask(client, str(self._net.id), self._possible.puts[step][0], place)
+                request = self._possible.puts[step][0]
+                self._channels.ask(client, str(self._net.id), request, place, self._group(name))
         for client in self._node.action_clients:
             name = client.name
             ended = self._answer(name, f"on_result_of_{flat(name)}", self._steps(name))
@@ -237,8 +238,8 @@ class NodeBuilder:
         self._asked.add(name)
         id = self._ids.new(f"{self._net.id}.{word}")
         page = sym.CallbackPage(id=id, kind=kind, page=self._net, timer=timer, awaits=said.awaits)
-        if said.group is not None and kind != "client":
-            page.group = self._groups[said.group]
+        if kind != "client":
+            page.group = self._group(name)
         if said.does is None and self._possible.steps() and not self._is_unseen:
             steps = ", ".join(_quoted(str(each)) for each in self._possible.steps())
             key = f"callback.{_quoted(name)}.does"
@@ -305,8 +306,13 @@ class NodeBuilder:
             sym.Place(id=self._ids.new(f"{page.id}.{word}_{flat(service)}"), page=page)
             for word in ("asks", "answer_of")
         )
-        self._channels.ask(client, str(page.id), request, response)
+        self._channels.ask(client, str(page.id), request, response, self._group(service))
         return Call(request, response)
+
+    def _group(self, name: str) -> sym.CallbackGroup | None:
+        """Return the callback group that is given of a callback, or of the client of a service."""
+        group = self._said.callbacks.get(name, GivenCallback()).group
+        return None if group is None else self._groups[group]
 
     def _depth(self, endpoint: TopicEndpoint) -> tuple[int, bool]:
         """Return the depth of a history, and whether it is taken for want of knowledge."""
@@ -332,7 +338,8 @@ class NodeBuilder:
     def _refuse_unknown(self) -> None:
         """Refuse callbacks and depths that are given, of which the node has none."""
         topics = [endpoint.topic for endpoint in (*self._node.publishers, *self._node.subscribers)]
-        for key, known in (("callback", sorted(self._asked)), ("depths", topics)):
+        named = sorted(self._asked | {client.name for client in self._node.clients})
+        for key, known in (("callback", named), ("depths", topics)):
             for name in self._said.callbacks if key == "callback" else self._said.depths:
                 if name not in known:
                     hint = near_matches(name, known) or f"it has {_listed(known)}"

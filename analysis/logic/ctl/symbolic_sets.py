@@ -13,9 +13,12 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cache, cached_property, partial
 from operator import itemgetter
 from typing import Any
+
+import numpy as np
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.logic.ctl.climbing import climb
@@ -165,6 +168,14 @@ class SymbolicSets:
         if not self.contains(goal, self._after(tuple(self.space.net.initial.tolist()), route)):
             raise ReplayError("a way does not lead to its goal")
         return route
+
+    def way_between(self, start: Marking, goal: int) -> tuple[int, ...]:
+        """Return transitions that lead from a marking into a set that it can reach; none can be left out."""
+        net = self.space.net
+        initial = np.array(start, dtype=np.int64)
+        route = self._route(self.sets, start, self.everything, goal)
+        here = replace(net, initial=initial)
+        return shortened(here, route, lambda marking: self.contains(goal, tuple(marking)))
 
     def _check(self, path: Formula, found: Mapping[Formula, int], markings: list[Marking]) -> None:
         match path:

@@ -1,0 +1,82 @@
+"""Callbacks that can wait for ever, where not all markings can be seen.
+
+Of each callback it is decided on a part of the net whether it always ends; from where it does not, a run goes
+on until the circle is closed. Callbacks of which that is not decided are looked for by runs of the whole net.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from random import Random
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.callbacks.blocking import Blocked
+from dineros.analysis.callbacks.refining import Endings
+from dineros.analysis.callbacks.waiting import Callback, Circle, Waiting
+from dineros.analysis.callbacks.walking import Walks
+from dineros.analysis.nets.compiled import CompiledNet
+
+CLOSED = 4
+"""Runs from where a callback never ends: another may close another circle."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """What is found.
+
+    Attributes
+    ----------
+    blocked : tuple of Blocked
+        Callbacks that can wait for ever: each circle once, and each other callback once.
+    is_complete : bool
+        Whether all others are proved to end always.
+    """
+
+    blocked: tuple[Blocked, ...]
+    is_complete: bool
+
+
+def searched(net: CompiledNet, waiting: Waiting, budget: Budget) -> Search:
+    """Search for callbacks that can wait for ever, without the state space.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    waiting : Waiting
+        What waits for what in it.
+    budget : Budget
+        Its time and memory.
+    """
+    walks = Walks(net, waiting)
+    found: list[Blocked] = []
+    left: list[Callback] = []
+    endings = Endings(net)
+    for callback in waiting.callbacks.values():
+        ending = endings.of(callback.places, budget)
+        if ending.status == "unknown":
+            left.append(callback)
+        elif ending.status == "waits":
+            runs = [
+                blocked
+                for seed in range(CLOSED)
+                for blocked in walks.after(ending.trace, Random(seed), budget, callback)
+            ]
+            circles = [blocked for blocked in runs if blocked.circle is not None]
+            found += circles or [blocked for blocked in runs if blocked.callback == callback.waiter]
+    if left:
+        found += walks.found(budget)
+    return Search(tuple(map(walks.shortest, _once(found))), not left)
+
+
+def _once(found: list[Blocked]) -> list[Blocked]:
+    """Return each circle once, and what has none once where it is in no circle either."""
+    circles: dict[Circle, Blocked] = {}
+    for each in found:
+        if each.circle is not None:
+            known = circles.get(each.circle)
+            if known is None or len(each.trace) < len(known.trace):
+                circles[each.circle] = each
+    inside = {waiter for circle in circles for waiter in circle.waiters}
+    others = {each.callback: each for each in found if each.circle is None and each.callback not in inside}
+    return [*circles.values(), *others.values()]

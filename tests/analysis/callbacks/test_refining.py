@@ -1,0 +1,102 @@
+"""Whether callbacks always end, decided on parts of a net, is what all its markings say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import HealthCheck, Phase, assume, given, settings
+
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.callbacks.blocking import without
+from dineros.analysis.callbacks.refining import Endings
+from dineros.analysis.callbacks.waiting import Callback, Waiting
+from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
+from dineros.analysis.logic.language.atoms import BoundAtoms
+from dineros.analysis.logic.language.syntax import Constant
+from dineros.analysis.model.subject import Subject, base_subject
+from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.witness import replay
+from dineros.analysis.symbolic.engine import symbolic_state_space
+from dineros.analysis.symbolic.levels import UnknownBoundError
+from dineros.metamodel import sym
+from dineros.metamodel.elements import transitions
+from dineros.metamodel.errors import DinerosError
+from examples.callbacks.models import PROGRAMS, program
+from tests.support.executor_cases import FIGURES, Case, case_model
+from tests.support.executor_models import executor_models
+
+
+def both(subject: Subject, waiting: Waiting) -> Iterator[tuple[Callback, str, str]]:
+    """Yield each callback with what parts say of it, whose runs are replayed, and what all markings say."""
+    space = symbolic_state_space(subject.net)
+    sets = SymbolicSets(space, BoundAtoms(subject.net, Constant(True), subject.names))
+    endings = Endings(subject.net)
+    for callback in waiting.callbacks.values():
+        doomed = sets.complement(sets.some_until(sets.everything, without(sets, callback.places)))
+        ending = endings.of(callback.places, Budget(seconds=60).begun())
+        if ending.status == "waits":
+            assert sets.contains(doomed, tuple(replay(subject.net, ending.trace)[-1]))
+        yield callback, ending.status, "waits" if doomed else "ends"
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_programs(name: str) -> None:
+    subject = base_subject(program(name))
+    for callback, found, expected in both(subject, Waiting(subject)):
+        assert found == expected, callback.waiter.text
+
+
+@pytest.mark.parametrize("case", [case for case, _ in FIGURES], ids=str)
+def test_cases(case: Case) -> None:
+    subject = base_subject(case_model(case))
+    for callback, found, expected in both(subject, Waiting(subject)):
+        assert found == expected, callback.waiter.text
+
+
+@settings(
+    max_examples=8,
+    deadline=None,
+    phases=[Phase.generate],
+    suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],
+)
+@given(executor_models())
+def test_generated_models(model: sym.SystemModel) -> None:
+    for transition in transitions(model):
+        transition.overrides.clear()  # priorities are not analysed
+    try:
+        subject = base_subject(model)
+        said = list(both(subject, Waiting(subject)))
+    except (DinerosError, UnknownBoundError):  # without bounds, there is nothing to compare with
+        assume(False)
+    for callback, found, expected in said:
+        assert found in (expected, "unknown"), callback.waiter.text
+
+
+def test_what_nothing_bounds_is_not_known_where_it_counts() -> None:
+    """The end takes from a heap: whether there is something on it, no part says."""
+    net = CompiledNet.build(
+        {"runs": 0, "rests": 1, "heap": 0},
+        [
+            Transition("begin", {"rests": 1}, {"runs": 1}),
+            Transition("end", {"runs": 1, "heap": 1}, {"rests": 1}),
+            Transition("more", {}, {"heap": 1}),
+        ],
+    )
+    assert Endings(net).of((0,), Budget().begun()).status == "unknown"
+    assert Endings(net).of((2,), Budget().begun()).status == "unknown"
+
+
+def test_an_inhibitor_arc_is_asked_like_an_input() -> None:
+    """The end waits until a flag is down, which is never taken down once it is up."""
+    net = CompiledNet.build(
+        {"runs": 0, "rests": 1, "down": 1, "up": 0},
+        [
+            Transition("begin", {"rests": 1}, {"runs": 1}),
+            Transition("end", {"runs": 1}, {"rests": 1}, {"up": 1}),
+            Transition("raise", {"down": 1}, {"up": 1}),
+        ],
+    )
+    ending = Endings(net).of((0,), Budget().begun())
+    assert ending.status == "waits"
+    assert replay(net, ending.trace)[-1] == [1, 0, 0, 1]
