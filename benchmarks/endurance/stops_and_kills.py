@@ -311,7 +311,8 @@ def main() -> int:
         "--pieces",
         type=int,
         default=3,
-        help="objects of each colour, or orders, in a round; more than 3 can fill a queue of sorting",
+        help="objects of each colour, or orders, in a round; "
+        "more than 3 can fill a queue of sorting, more than 1 one of sorting_actions",
     )
     parser.add_argument("--longest", type=float, default=6.0, help="seconds between two stops, at most")
     parser.add_argument("--keep", type=Path, help="keep traces and logs in this folder")
