@@ -80,7 +80,7 @@ def test_a_recording_with_a_message_too_many(run: Run, model: Path, tmp_path: Pa
 def test_what_was_recorded_and_what_was_not_is_said(run: Run, model: Path, tmp_path: Path) -> None:
     recording = write_bag(tmp_path / "bag", [("/chatter", 0), ("/elsewhere", 1)])
     assert (
-        "topics that the model does not have are left out: /elsewhere"
+        "what the model does not have is left out: /elsewhere"
         in run("conform", model, "--bag", recording).stderr
     )
 

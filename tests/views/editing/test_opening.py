@@ -45,7 +45,9 @@ def stored(file: Path, id: str) -> tuple[float, float]:
 
 
 def saved(hand: Hand) -> None:
+    hand.idle()  # else what the last key did may come after it
     hand.page.keyboard.press("Control+s")
+    hand.idle()
     wait_until(hand.page, "document.getElementById('saved').textContent === 'saved'")
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
+
+from dineros.metamodel.files.reading import open_plain
 
 MOST_BYTES = 64 << 10
 """Of one node that are read at a time; of more, the last ones."""
@@ -25,12 +28,12 @@ class NodeLogs:
         """Return the lines that have come since the last time, each with the name of its node."""
         found = []
         for path in sorted(self._folder.glob("*.log")):
-            if path.is_file():
+            if path.is_file() and not path.is_symlink():
                 found += [f"{path.stem}: {line}" for line in self._lines(path)]
         return found
 
     def _lines(self, path: Path) -> list[str]:
-        with path.open("rb") as log:
+        with os.fdopen(open_plain(path, follow_links=False), "rb") as log:
             size, begin = log.seek(0, 2), self._taken.get(path, 0)
             left_out = max(0, size - begin - MOST_BYTES)
             log.seek(begin + left_out)
