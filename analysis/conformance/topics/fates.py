@@ -41,6 +41,14 @@ class Fates:
             return False if self.are_known else None
         return number not in taken
 
+    def is_left(self, channel: str, place: str, message: str) -> bool:
+        """Tell whether a message comes after all that a subscriber's place ever takes of its sender."""
+        known = _parsed(message)
+        if known is None or not self.are_known:
+            return False
+        taken = self._taken.get((channel, place, known[0]))
+        return taken is None or taken.highest < known[1]
+
 
 @lru_cache(maxsize=4096)  # those under way are looked at again and again
 def _parsed(message: str) -> tuple[str, int] | None:

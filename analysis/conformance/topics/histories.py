@@ -120,7 +120,7 @@ class HistoryFlow:
         if victim is None and has_way and (forced or self._are_decided(pair)):
             self._pass_on(pair)
             self._enter(pair)
-        elif victim is not None or (forced and not has_way):
+        elif victim is not None or (not has_way and (forced or self._is_left(pair))):
             self._fire(queue.drop)
             self._forget(pair, victim)
             self._untold[pair] += 1
@@ -153,6 +153,12 @@ class HistoryFlow:
 
     def _are_decided(self, pair: Pair) -> bool:
         return all(self._fate(pair, message) is not None for message in self._under_way[pair])
+
+    def _is_left(self, pair: Pair) -> bool:
+        """Tell whether nothing that is under way is ever taken, so that no take need be waited for."""
+        return all(
+            self._fates.is_left(self._channel, pair.subscriber, message) for message in self._under_way[pair]
+        )
 
     def _forget(self, pair: Pair, message: str | None) -> None:
         under_way = self._under_way[pair]
