@@ -73,8 +73,9 @@ class Feed:
                 self._ahead.append(following)
         return self._ahead[1] if len(self._ahead) > 1 else None
 
-    def __len__(self) -> int:
-        """Return how many records are there that were not replayed."""
+    @property
+    def held(self) -> int:
+        """How many records have come, or were read, and are not replayed."""
         return len(self._ahead)
 
     def pop(self) -> None:

@@ -17,8 +17,8 @@ from dineros.metamodel import sym
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.records import Drop, Publish, Record, Take
 
-PATIENCE = 1000
-"""How many records of a node may come while it waits at a loss that only whole traces explain."""
+MOST_HELD = 1000
+"""Records of a node that may come while it waits at a loss which only whole traces explain."""
 
 
 class Monitor:
@@ -143,7 +143,7 @@ class Monitor:
         """Pass over losses that only whole traces explain; return whether there were any."""
         passed = False
         for node, (record, waiting) in list(self._merger.waiting.items()):
-            if waiting.in_hindsight and (self._finished or len(self._feeds[node]) > PATIENCE):
+            if waiting.in_hindsight and (self._finished or self._feeds[node].held > MOST_HELD):
                 self._pass_over(node, record, waiting.reason)
                 passed = True
         return passed

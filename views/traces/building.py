@@ -292,7 +292,7 @@ class TraceBuilder:
             case ServiceStep() | rec.Timeout():
                 self._service(step, record)
             case rec.Transfer():
-                step.text = said or f"{self._name(record.channel)}: {record.stage}"
+                step.text = said or f"{self.facts.channel_name(record.channel)}: {record.stage}"
             case rec.Lifecycle():
                 self._lifecycle(step, record)
             case rec.Stop():
@@ -328,7 +328,7 @@ class TraceBuilder:
 
     def _topic(self, step: Step, record: rec.Publish | rec.Take | rec.Drop) -> None:
         channel, place = record.channel, record.place
-        name = self._name(channel)
+        name = self.facts.channel_name(channel)
         step.node = step.node or self.facts.owner_of(place)
         if isinstance(record, rec.Drop):
             lane = self._queue_lane(channel, record.queue, place or step.node or "")
@@ -376,9 +376,6 @@ class TraceBuilder:
         step.marks.append([lane.index, *mark])
         step.text = step.text or text
 
-    def _name(self, channel: str) -> str:
-        return self.facts.channels.get(channel, channel)
-
     def _state_lane(self, node: str, initial: State = "unconfigured") -> Lane:
         state = STATES.index(initial)
         lane = self.lanes.make(
@@ -402,7 +399,7 @@ class TraceBuilder:
         capacity = (self.facts.depths if asks else self.facts.limits).get((channel, place))
         lane = self.lanes.make(
             "queue", channel, queue, place, group="services" if asks else "topics", kind="queue", id=place,
-            label=self._name(channel), note=f"{queue} {self.facts.label_of(place)}",
+            label=self.facts.channel_name(channel), note=f"{queue} {self.facts.label_of(place)}",
             node=self.facts.owner_of(place) or place, channel=channel, queue=queue, capacity=capacity,
         )  # fmt: skip
         self._counts.setdefault(lane.index, before)

@@ -35,18 +35,15 @@ class CallBars:
     def lane(self, channel: str, client: str, node: str | None) -> Lane:
         """Return the lane of a client."""
         lane = self._lanes.make(
-            "client", channel, client, group="services", kind="client", id=client, label=self._name(channel),
-            note=f"C {client}", node=node, channel=channel,
+            "client", channel, client, group="services", kind="client", id=client,
+            label=self._facts.channel_name(channel), note=f"C {client}", node=node, channel=channel,
         )  # fmt: skip
         self._counts.setdefault(lane.index, 0)
         return lane
 
-    def _name(self, channel: str) -> str:
-        return self._facts.channels.get(channel, channel)
-
     def mark(self, record: ServiceStep | rec.Timeout, node: str | None) -> tuple[Lane, list[Any], str]:
         """Return the lane of a record, its mark there, and what happens."""
-        name, key = self._name(record.channel), (record.channel, record.message or "")
+        name, key = self._facts.channel_name(record.channel), (record.channel, record.message or "")
         lane, call = self._known(record)
         lane = lane or self.lane(record.channel, self._client(record), node)
         if isinstance(record, rec.Request) or not self._counts[lane.index]:
@@ -76,7 +73,7 @@ class CallBars:
 
     def mark_unanswered(self, record: rec.Drop | rec.GiveUp, node: str | None) -> tuple[Lane, list[Any], str]:
         """Return the same for a client whose request is lost, or that waits no longer."""
-        name, gives_up = self._name(record.channel), isinstance(record, rec.GiveUp)
+        name, gives_up = self._facts.channel_name(record.channel), isinstance(record, rec.GiveUp)
         lane, call = self._known(record)
         client = record.client if isinstance(record, rec.GiveUp) else lane.id if lane else None
         client = client or self._facts.ports.get((record.channel, record.place or ""), "?")

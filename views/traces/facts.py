@@ -80,6 +80,10 @@ class Facts:
         original = prototype(element)
         return element.removesuffix(original) + self.labels.get(original, original)
 
+    def channel_name(self, channel: str) -> str:
+        """Return the topic, service or action of a channel; its id where the model does not say it."""
+        return self.channels.get(channel, channel)
+
     def client_words(self, client: str) -> str:
         """Return a client: ``client L``, or the server instance that calls from its own page."""
         found = _INSTANCE.match(client)

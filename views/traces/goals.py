@@ -55,17 +55,14 @@ class GoalBars:
         note = f"C {client}" + (f" ({row + 1})" if row else "")
         return self._lanes.make(
             "goals", channel, client, str(row), group="actions", kind="client",
-            id=client if not row else f"{client} ({row + 1})", label=self._name(channel), note=note,
-            node=node, channel=channel,
+            id=client if not row else f"{client} ({row + 1})",
+            label=self._facts.channel_name(channel), note=note, node=node, channel=channel,
         )  # fmt: skip
-
-    def _name(self, channel: str) -> str:
-        return self._facts.channels.get(channel, channel)
 
     def mark(self, record: GoalRecord, node: str | None) -> tuple[Lane, list[Any] | None, str]:
         """Return the lane of a record, its mark there, and what happens; no mark: nothing is drawn."""
         bar = self._bar(record, node)
-        number, name = bar.number, self._name(record.channel)
+        number, name = bar.number, self._facts.channel_name(record.channel)
         client, slot = f"client {bar.client}", f"slot {getattr(record, 'instance', None) or '?'}"
         goal, own = f"the goal of {client} of action {name}", f"its goal of action {name}"
         match record:

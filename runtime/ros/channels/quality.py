@@ -30,7 +30,7 @@ KEPT_BY_PUBLISHERS = 10
 """Messages that a publisher is taken to keep where its subscriber keeps fewer: ROS's depth by default."""
 
 
-def most_known(port: SubscriberPort, seen: Mapping[str, int]) -> int:
+def most_known(limit: int, seen: Mapping[str, int]) -> int:
     """Return how many messages that a subscriber has seen in an earlier life are sent to it again, at most.
 
     Publishers that go on send what they keep, as they cannot know what was taken. All of it comes at once, so
@@ -38,12 +38,12 @@ def most_known(port: SubscriberPort, seen: Mapping[str, int]) -> int:
 
     Parameters
     ----------
-    port : SubscriberPort
-        The subscriber; how deep the histories of its publishers are is not known here.
+    limit : int
+        Depth of the subscriber's history; how deep those of its publishers are is not known here.
     seen : mapping of str to int
         Of each sender, the number of the last message.
     """
-    return sum(min(number, max(port.limit, KEPT_BY_PUBLISHERS)) for number in seen.values())
+    return sum(min(number, max(limit, KEPT_BY_PUBLISHERS)) for number in seen.values())
 
 
 def topic_quality(port: PublisherPort | SubscriberPort, known: int = 0) -> Any:

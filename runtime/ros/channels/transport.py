@@ -159,7 +159,7 @@ class RclpyTransport(GoalCarrier):
     def _add_subscriber(self, node: Any, port: SubscriberPort, codecs: Codecs, receiver: Receiver) -> None:
         interface, codec = codecs.topic(port)
         seen = self._seen.get(f"{port.channel}/{port.place}", {})
-        counter, known = LossCounter(seen), most_known(port, seen)
+        counter, known = LossCounter(seen), most_known(port.limit, seen)
         decode, arrived = codec.decode, receiver.message_arrived
 
         def accept(message: Message, info: Mapping[str, Any]) -> None:

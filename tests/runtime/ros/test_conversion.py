@@ -11,7 +11,7 @@ from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.ros_names import resource_names
 from dineros.metamodel.token_data import FieldType, TokenType, Value
 from dineros.runtime.nets.ports import FieldMapping, Message
-from dineros.runtime.ros.channels.quality import LossCounter
+from dineros.runtime.ros.channels.quality import LossCounter, most_known
 from dineros.runtime.ros.conversion.interfaces import InterfaceError, load_interface
 from dineros.runtime.ros.conversion.mappings import ConversionError, MappedCodec, _converted, _type
 from dineros.runtime.ros.process.environment import fast_dds_profile, ros_environment
@@ -130,6 +130,13 @@ def test_wrong_mappings(interface: str, path: str, field: str, text: str) -> Non
 def test_interfaces_that_are_not_there(name: str) -> None:
     with pytest.raises(InterfaceError):
         load_interface(name)
+
+
+def test_room_for_what_a_subscriber_knows() -> None:
+    """Of each sender no more than it has sent, and no more than a publisher is taken to keep."""
+    assert most_known(4, {}) == 0
+    assert most_known(4, {"a/p": 3, "b/p": 25}) == 3 + 10
+    assert most_known(16, {"a/p": 25}) == 16
 
 
 class TestLosses:
