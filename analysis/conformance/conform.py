@@ -189,7 +189,7 @@ class _Conformance:
         return None
 
     def _merger(self, keep: Collection[tuple[str, str]], draw: Random | None = None) -> Merger:
-        replay = Replay(self._net, keep, [] if self._firings else None, self._fates)
+        replay = Replay(self._net, keep, [] if self._firings else None, self._fates, draw)
         if self._beginnings:
             begin_within(replay, self._beginnings)
         return Merger(
@@ -256,9 +256,9 @@ def _survey(model: sym.SystemModel, node: str, records: Iterable[Record], fates:
         if record.node != node:
             said = f"a record of node {record.node!r} in the trace of node {node!r}"
             raise DinerosError(said, location=record.location)
-        if isinstance(record, Take) and has_histories:
+        if has_histories and isinstance(record, (Publish, Take, Drop)):
             fates.add(record)
-        elif isinstance(record, Publish):
+        if isinstance(record, Publish):
             published[record.channel, record.place].append(position)
         elif isinstance(record, Drop) and record.queue != "request":
             survey.drops = True

@@ -88,7 +88,7 @@ class Monitor:
             if feed is None:
                 raise DinerosError(f"the model has no node net {record.node!r}", location=record.location)
             self._heard.add(record.node or "")
-            if isinstance(record, Take) and self._has_histories:
+            if isinstance(record, (Publish, Take, Drop)) and self._has_histories:
                 self._fates.add(record)
             if record.node not in self._told:
                 feed.add(record)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from functools import partial
+from random import Random
 from typing import Any
 
 from dineros.analysis.conformance.goals import GoalFlow
@@ -53,6 +54,8 @@ class Replay:
         Where to note each firing of the net.
     fates : Fates, optional
         What became of messages, for topics with histories.
+    draw : Random, optional
+        Draws what messages without ids leave open.
     """
 
     def __init__(
@@ -61,6 +64,7 @@ class Replay:
         keep: Collection[tuple[str, str]] = (),
         firings: list[int] | None = None,
         fates: Fates | None = None,
+        draw: Random | None = None,
     ) -> None:
         self.net = net
         self.marking: list[int] = net.net.initial.tolist()
@@ -74,7 +78,7 @@ class Replay:
         known = fates or Fates()
         for channel, topic in net.topics.items():
             if isinstance(topic, HistoryTopic):
-                flow = HistoryFlow(net, channel, topic, self.marking, self._fire, known)
+                flow = HistoryFlow(net, channel, topic, self.marking, self._fire, known, draw)
                 self._histories[channel] = flow
             else:
                 kept = {place for other, place in keep if other == channel}
@@ -331,6 +335,8 @@ class Replay:
                 self.net.publishing_nodes(record.channel),
                 # A message without an id that came before may have been counted as this one.
                 outside if not record.message or record.channel in self._nameless_topics else "",
+                unclear=record.channel in self._histories
+                and self._histories[record.channel].is_nameless(record.place),
             )
         if not record.message:
             self._nameless_topics.add(record.channel)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import lru_cache
 
 from dineros.metamodel.message_ids import MessageIdError, Numbers, parse_id
-from dineros.metamodel.records import Take
+from dineros.metamodel.records import Drop, Publish, Take
 
 
 class Fates:
@@ -17,16 +18,32 @@ class Fates:
     ----------
     are_known : bool
         Whether all takes are there: what was not taken by now is not taken any more.
+    told : Counter
+        Of each channel and subscriber's place, how many losses its trace tells.
     """
 
     def __init__(self) -> None:
         self._taken: dict[tuple[str, str, str], Numbers] = {}
+        self._nameless: set[tuple[str, str]] = set()  # where what is taken does not say which message it is
+        self.told: Counter[tuple[str, str]] = Counter()
+        self._published: Counter[str] = Counter()
+        self._takes: Counter[tuple[str, str]] = Counter()
         self.are_known = False
 
-    def add(self, record: Take) -> None:
-        """Note a take."""
+    def add(self, record: Publish | Take | Drop) -> None:
+        """Note what a trace tells of a message."""
+        if isinstance(record, Publish):
+            self._published[record.channel] += 1
+            return
+        at = record.channel, record.place or ""
+        if isinstance(record, Drop):
+            self.told[at] += record.count
+            return
+        self._takes[at] += 1
         known = _parsed(record.message or "")
-        if known is not None:
+        if known is None:
+            self._nameless.add((record.channel, record.place))
+        else:
             key = record.channel, record.place, known[0]
             self._taken.setdefault(key, Numbers(limit=None)).add(known[1])
 
@@ -41,10 +58,19 @@ class Fates:
             return False if self.are_known else None
         return number not in taken
 
+    def are_nameless(self, channel: str, place: str) -> bool:
+        """Tell whether a subscriber's place takes messages without ids, as those of installed interfaces."""
+        return (channel, place) in self._nameless
+
+    def may_lose_what_it_tells(self, channel: str, place: str) -> bool:
+        """Tell whether as much is sent as a subscriber's place takes and tells to be lost."""
+        at = channel, place
+        return not self.are_known or self._takes[at] + self.told[at] <= self._published[channel]
+
     def is_left(self, channel: str, place: str, message: str) -> bool:
         """Tell whether a message comes after all that a subscriber's place ever takes of its sender."""
         known = _parsed(message)
-        if known is None or not self.are_known:
+        if known is None or not self.are_known or self.are_nameless(channel, place):
             return False
         taken = self._taken.get((channel, place, known[0]))
         return taken is None or taken.highest < known[1]

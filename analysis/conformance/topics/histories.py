@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from random import Random
 
 from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.conformance.reasons import why_not
@@ -52,6 +53,8 @@ class HistoryFlow:
         Fires an enabled transition.
     fates : Fates
         What became of messages.
+    draw : Random, optional
+        Draws where and when messages without ids are lost; without it, that happens when it is told.
     """
 
     def __init__(
@@ -62,6 +65,7 @@ class HistoryFlow:
         marking: list[int],
         fire: Callable[[int], None],
         fates: Fates,
+        draw: Random | None = None,
     ) -> None:
         self.topic = topic
         self._net = net
@@ -69,6 +73,9 @@ class HistoryFlow:
         self._marking = marking
         self._fire = fire
         self._fates = fates
+        self._draw = draw
+        self._readiness = 0.0 if draw is None else draw.random()  # to lose what may be lost
+        self._told: Counter[str] = Counter()  # losses that each subscriber's trace has told
         self._under_way: dict[Pair, dict[str, None]] = {pair: {} for pair in topic.pairs}
         self._untold: Counter[Pair] = Counter()  # losses that the subscriber's trace has not told yet
 
@@ -115,12 +122,13 @@ class HistoryFlow:
             self._enter(pair)
             return None
         victim = self._victim(pair)
+        is_lost = victim is not None or self._is_drawn(pair.subscriber)
         has_way = marking[reader.source] < 1 or marking[reader.capacity] > 0
         has_way = has_way and self._is_there(pair)
-        if victim is None and has_way and (forced or self._are_decided(pair)):
+        if not is_lost and has_way and (forced or self._are_decided(pair)):
             self._pass_on(pair)
             self._enter(pair)
-        elif victim is not None or (not has_way and (forced or self._is_left(pair))):
+        elif is_lost or (not has_way and (forced or self._is_left(pair))):
             self._fire(queue.drop)
             self._forget(pair, victim)
             self._untold[pair] += 1
@@ -217,7 +225,11 @@ class HistoryFlow:
             reader = self.topic.subscribers[place]
             writers = tuple(self._net.publishing_nodes(record.channel))
             reason = f"the {reader.text} has lost {record.count}, at most {most} can be lost"
-            return Waiting(reason, writers, in_hindsight=self._has_several_publishers(place))
+            unclear = self.is_nameless(place)
+            unclear = unclear and self._fates.may_lose_what_it_tells(self._channel, place)
+            in_hindsight = unclear or self._has_several_publishers(place)
+            return Waiting(reason, writers, in_hindsight=in_hindsight, unclear=unclear)
+        self._told[place] += record.count
         told = record.count - rest
         for pair in pairs:
             told -= (here := min(told, self._untold[pair]))
@@ -266,16 +278,35 @@ class HistoryFlow:
         The subscriber's trace tells of a loss with the next message of the same publisher; others may have
         been taken after the loss and before that. What is lost early needs no other messages any more.
         """
-        reader, pairs = self.topic.subscribers[place], self._pairs_to(place)
+        pairs = self._pairs_to(place)
         while pair := next((pair for pair in pairs if self._victim(pair) is not None), None):
             if not self._is_too_much(place):
                 return
-            self._fill(place, reader.limit, [pair])
-            if self._marking[reader.source] < 1:
-                self._supply(place, [pair])
-            self._fire(reader.drop)
-            self._forget(pair, self._victim(pair))
-            self._untold[pair] += 1
+            self._overflow(pair)
+        while self._is_too_much(place) and self._is_drawn(place):
+            self._overflow(next((pair for pair in pairs if self._here(pair).all), pairs[0]))
+
+    def _overflow(self, pair: Pair) -> None:
+        """Let a history that more is under way to than it holds lose a message, before that is told."""
+        reader = self.topic.subscribers[pair.subscriber]
+        self._fill(pair.subscriber, reader.limit, [pair])
+        if self._marking[reader.source] < 1:
+            self._supply(pair.subscriber, [pair])
+        self._fire(reader.drop)
+        self._forget(pair, self._victim(pair))
+        self._untold[pair] += 1
+
+    def _is_drawn(self, place: str) -> bool:
+        """Draw whether one of the losses that are told later happens now, where nothing says whose it is."""
+        if self._draw is None or not self.is_nameless(place):
+            return False
+        untold = sum(self._untold[pair] for pair in self._pairs_to(place))
+        left = self._fates.told[self._channel, place] - self._told[place] - untold
+        return left > 0 and self._draw.random() < self._readiness
+
+    def is_nameless(self, place: str) -> bool:
+        """Tell whether nothing says which messages a subscriber takes, and which are lost."""
+        return self._fates.are_nameless(self._channel, place)
 
     def _may_have_lost(self, place: str) -> bool:
         """Tell whether a history of several publishers may have lost what is not known to be lost yet."""

@@ -14,13 +14,12 @@ from . import firings
 
 HOME = (0.0, 0.0)
 PATIENCE = 1.0  # seconds for an answer of the camera
-_come: Callable[[], None] = lambda: None  # noqa: E731
-_change: Callable[[str], bool] = lambda label: True  # noqa: E731
+AGAIN = 0.2  # seconds between two calls to come home: wheels that have just started may miss one
+_camera: dict[str, Callable[[str], bool]] = {"change": lambda label: True}
 
 
 def configure(net: Net) -> None:
     """Connect the wheels and the camera; without ROS, there are none."""
-    global _come, _change
     try:
         node = net.ros_node
     except DinerosError:
@@ -33,7 +32,9 @@ def configure(net: Net) -> None:
     states = node.create_client(GetState, "/camera/get_state")
 
     def come() -> None:
-        publisher.publish(Point(x=HOME[0], y=HOME[1], z=1.0))
+        """Have the robot come home while it searches, also where this or its world was started again."""
+        if net.count("Dock[1].Searching"):
+            publisher.publish(Point(x=HOME[0], y=HOME[1], z=1.0))
 
     def change(label: str) -> bool:
         """Ask the camera for a state, as any manager does; return whether it has it."""
@@ -44,7 +45,8 @@ def configure(net: Net) -> None:
         answer = ask(states, GetState.Request())
         return answer is not None and answer.current_state.id == state
 
-    _come, _change = come, change
+    node.create_timer(AGAIN, come)
+    _camera["change"] = change
 
 
 def ask(client: Any, request: Any) -> Any:
@@ -57,15 +59,14 @@ def ask(client: Any, request: Any) -> Any:
 
 @firings.on("TSearch", thread=True)
 def search(firing: firings.TSearchFiring) -> firings.Outcome:
-    """DockEntry + Free -> Searching: pictures are wanted now."""
-    while not _change("activate"):
+    """DockEntry + Free -> Searching: pictures are wanted now, and the robot."""
+    while not _camera["change"]("activate"):
         time.sleep(0.2)
-    _come()
     return {"note": "searching"}
 
 
 @firings.on("TUndock", thread=True)
 def undock(firing: firings.TUndockFiring) -> firings.Outcome:
     """Docked + Full -> DockExit + Free: no pictures are wanted on the way."""
-    _change("deactivate")
+    _camera["change"]("deactivate")
     return {"note": "charged"}

@@ -113,6 +113,39 @@ def test_losses_of_histories_that_several_publishers_fill() -> None:
     assert len(unknown) < losses / 4
 
 
+def test_losses_of_messages_without_ids() -> None:
+    """A message of an installed interface does not say which one it is: orders are drawn until one fits."""
+    losses = 0
+    for seed in (*range(20), 38, 84, 88):
+        model = shared_histories(random.Random(seed))
+        traces = {
+            node: [replace(record, message="") if isinstance(record, Take) else record for record in records]
+            for node, records in skewed(recorded(model, seed, 120), seed).items()
+        }
+        losses += sum(isinstance(record, Drop) for records in traces.values() for record in records)
+        verdict = verdict_on(model, traces)
+        assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], []), seed
+        live = monitored(model, traces, seed)
+        assert live.violations == [], seed
+        assert all(isinstance(found.record, Drop) for found in live.unknown), seed
+    assert losses > 20
+
+
+def test_more_losses_of_messages_without_ids_than_were_sent() -> None:
+    model = periodic(1)
+    traces = recorded(model, 3, 300)
+    for records in traces.values():
+        records[:] = [
+            replace(each, message="") if isinstance(each, Take)
+            else replace(each, count=1000) if isinstance(each, Drop)
+            else each
+            for each in records
+        ]  # fmt: skip
+    verdict = verdict_on(model, traces)
+    assert verdict.status == "violated"
+    assert "has lost 1000" in verdict.violations[0].reason
+
+
 def test_what_runs_of_nodes_written_by_hand_is_their_net(tmp_path: Path) -> None:
     """There no callback waits: the timer's goes on where on an executor it would wait for ever."""
     model = case_model(Case())
