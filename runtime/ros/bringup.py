@@ -39,6 +39,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0 if all(_bring(node, what, name) for what, name in steps) else 1
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
+    except RuntimeError:  # what rclpy raises where it is told to end within another call
+        if ok():
+            raise
+        return 0
     finally:
         node.destroy_node()
         if ok():

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+import pytest
+
 from dineros.analysis.conformance import conform
 from dineros.metamodel import sym
 from dineros.metamodel.elements import find
@@ -98,3 +100,22 @@ def test_what_is_published_while_active_arrives(ros: Ros) -> None:
     traces = {n: partial(read_trace, files) for n, files in traces_of_runs([ros.folder / "journal"]).items()}
     verdict = conform(model, traces)
     assert (verdict.status, verdict.violations) == ("conforms", [])
+
+
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
+def test_the_manager_is_told_to_end_while_it_waits(ros: Ros, number: str) -> None:
+    said = ros.script(f"""
+import os, signal, sys
+from rclpy.client import Client
+from dineros.runtime.ros import bringup
+
+wait = Client.wait_for_service
+
+def told(self, patience):
+    os.kill(os.getpid(), signal.{number})
+    return wait(self, patience)
+
+Client.wait_for_service = told
+print(bringup.main(["configure:/nobody"]))
+""")
+    assert said == "0\n"
