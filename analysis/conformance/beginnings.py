@@ -92,7 +92,7 @@ def _begin_topic(replay: Replay, channel: sym.TopicChannel, checkpoints: Checkpo
         for place in topic.subscribers:
             checkpoint = checkpoints.get(topic.node_of[place])
             taken = 0 if checkpoint is None else _last_taken(checkpoint, f"{channel.id}/{place}", sender)
-            replay.begin_topic(channel.id, sender, place, taken, sent)
+            replay.topics.begin(channel.id, sender, place, taken, sent)
 
 
 def _last_taken(checkpoint: Checkpoint, port: str, sender: str) -> int:

@@ -136,7 +136,7 @@ class Monitor:
     def _pass_over(self, node: str, record: Record, reason: str) -> None:
         """Leave a loss to `conform`, and go on after it."""
         self._verdict.unknown.append(Deviation(record, step_words(record), reason))
-        self._replay.lose(record)
+        self._replay.topics.lose(record)
         self._merger.skip(node)
 
     def _pass_over_losses(self) -> bool:
@@ -150,7 +150,7 @@ class Monitor:
 
     def _is_dropped(self, feed: Feed, record: Publish) -> bool | None:
         """Tell whether the next record says that the message was lost; only a full queue loses any."""
-        if not self._replay.is_full(record):
+        if not self._replay.topics.is_full(record):
             return False
         following = feed.following()
         if following is None:

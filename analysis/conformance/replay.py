@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import replace
-from functools import partial
 from random import Random
 from typing import Any
 
@@ -16,9 +14,7 @@ from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.analysis.conformance.services.nameless import is_nameless
 from dineros.analysis.conformance.services.replaying import Calls
 from dineros.analysis.conformance.topics.fates import Fates
-from dineros.analysis.conformance.topics.histories import HistoryFlow
-from dineros.analysis.conformance.topics.parts import HistoryTopic
-from dineros.analysis.conformance.topics.queues import TopicFlow
+from dineros.analysis.conformance.topics.replaying import Topics
 from dineros.metamodel.records import (
     Checkpoint,
     Drop,
@@ -73,18 +69,8 @@ class Replay:
         self.fired = 0
         self._recorded = 0
         self._firings = firings
-        self._flows: dict[str, TopicFlow] = {}
-        self._histories: dict[str, HistoryFlow] = {}
-        known = fates or Fates()
-        for channel, topic in net.topics.items():
-            if isinstance(topic, HistoryTopic):
-                flow = HistoryFlow(net, channel, topic, self.marking, self._fire, known, draw)
-                self._histories[channel] = flow
-            else:
-                kept = {place for other, place in keep if other == channel}
-                self._flows[channel] = TopicFlow(topic, self.marking, self._fire, kept)
-        self._goals = GoalFlow(net, self.marking, self._fire, self._fire_at)
-        self._nameless_topics: set[str] = set()
+        self.topics = Topics(net, self.marking, self.messages, self, keep, fates or Fates(), draw)
+        self._goals = GoalFlow(net, self.marking, self.fire, self._fire_at)
         self.calls = Calls(net, self.marking, self.messages, self, firings)
 
     @property
@@ -102,31 +88,6 @@ class Replay:
         if isinstance(record, Serve):
             return is_nameless(record) and len(self.net.clients_of(record.channel)) > 1
         return isinstance(record, Response) and self.calls.are_ambiguous(record.channel)
-
-    def is_full(self, record: Publish) -> bool:
-        """Tell whether the queue of a publisher is full."""
-        flow = self._flows.get(record.channel)
-        return flow is not None and record.place in flow.topic.publishers and flow.is_full(record.place)
-
-    def lose(self, record: Record) -> None:
-        """Let messages be lost although no queue was full: for those who go on all the same."""
-        assert isinstance(record, (Publish, Drop))
-        if record.channel in self._histories:
-            assert isinstance(record, Drop)
-            self.messages.dropped(record)
-            return
-        queue = self._flows[record.channel].topic.publishers[record.place or ""]
-        self.marking[queue.source] -= 1
-        if isinstance(record, Publish):
-            self.messages.published(record)
-
-    def begin_topic(self, channel: str, sender: str, place: str, taken: int, sent: int) -> None:
-        """Put on a topic what a sender had sent, and a subscriber not taken, before the traces begin."""
-        self.messages.began_taking(channel, place, sender, taken)
-        if channel in self._histories:
-            self._histories[channel].begin(sender, place, taken, sent)
-        else:
-            self.marking[self._flows[channel].topic.subscribers[place].source] += sent - taken
 
     def step(
         self,
@@ -152,7 +113,7 @@ class Replay:
         before = self.fired
         refusal: Refusal | None
         if isinstance(record, Publish):
-            refusal = self._publish(record, dropped, forced)
+            refusal = self.topics.publish(record, dropped, forced)
         elif isinstance(record, Drop):
             refusal = self._drop(record, following)
         elif isinstance(record, (GoalStep, TooLate)):
@@ -166,7 +127,8 @@ class Replay:
             self._recorded += min(self.fired - before, _firings_of(record))
         return refusal
 
-    def _fire(self, transition: int) -> None:
+    def fire(self, transition: int) -> None:
+        """Fire an enabled transition."""
         marking = self.marking
         assert all(marking[place] >= weight for place, weight in self.net.pre[transition]), transition
         for place, tokens in self.net.net.delta[transition].items():
@@ -197,7 +159,7 @@ class Replay:
         if fault is None and not self.is_enabled(transition):
             fault = Fault(why_not(self.net, transition, self.marking))
         if fault is None:
-            self._fire(transition)
+            self.fire(transition)
         return fault
 
     def _fire_at(self, record: Step, transition: int) -> Fault | None:
@@ -209,7 +171,7 @@ class Replay:
         for place, weight in self.net.pre[transition]:
             for other in self.net.suppliers.get(place, ()):
                 if self.marking[place] < weight and self.is_enabled(other):
-                    self._fire(other)
+                    self.fire(other)
 
     def _differs(self, record: Step, transition: int) -> Fault | None:
         """Compare the change that a record tells with the net's, on the places of its node."""
@@ -254,7 +216,7 @@ class Replay:
         if place is not None and bool(self.marking[place]) != value:
             transition = self.net.signal(signal, value)
             assert transition is not None
-            self._fire(transition)
+            self.fire(transition)
 
     def _signal(self, record: Signal) -> Fault | None:
         if self.net.signals.get(record.signal, ("", False))[0] != record.node:
@@ -271,7 +233,7 @@ class Replay:
             return Fault(f"the model has no such change of node {record.node}")
         for transition in self.net.emptying.get(record.node or "", ()) if record.label == "configure" else ():
             while self.is_enabled(transition):
-                self._fire(transition)
+                self.fire(transition)
         transition = next((each for each in changes if self.is_enabled(each)), changes[0])
         if not self.is_enabled(transition):
             short = {place for place, weight in self.net.pre[transition] if self.marking[place] < weight}
@@ -289,142 +251,12 @@ class Replay:
             return Fault(f"the transition belongs to node {node}, not {record.node}")
         return self.fire_recorded(record, transition)
 
-    def _publish(self, record: Publish, dropped: bool, forced: bool) -> Refusal | None:
-        enter = self.net.end(Publish, record.channel, record.place)
-        if enter is None:
-            return Fault(f"{record.place} is no publisher of topic channel {record.channel!r}")
-        refusal = self.at(record, enter) or self.messages.may_publish(record)
-        histories = self._histories.get(record.channel)
-        if refusal is None and histories is not None:
-            refusal = histories.publish(record, enter, forced)
-            if refusal is None:
-                self.messages.published(record)
-            return refusal
-        if refusal is not None:
-            return refusal
-        flow = self._flows[record.channel]
-        queue = flow.topic.publishers[record.place]
-        if not self.marking[queue.source]:
-            return Fault(f"{record.place} holds no token, 1 needed")
-        if dropped:
-            if not flow.is_full(record.place):
-                full = f"{self.marking[queue.load]} of {queue.limit}"
-                return Fault(f"the {queue.text} was not full ({full}) when it dropped it", record.place)
-            self._fire(queue.drop)
-        else:
-            flow.publish(record.place)
-        self.messages.published(record)
-        return None
-
-    def _take(self, record: Take) -> Refusal | None:
-        leave = self.net.end(Take, record.channel, record.place)
-        if leave is None:
-            return Fault(f"{record.place} is no subscriber of topic channel {record.channel!r}")
-        refusal = self.at(record, leave) or self.messages.may_take(record)
-        if refusal is not None:
-            return refusal
-        taken = self._take_from(record, leave)
-        if isinstance(taken, (Fault, Waiting)):
-            return taken
-        if not taken:
-            outside = (
-                f"a program outside of the model publishes on {self.net.names_in_ros[record.channel]}, too"
-            )
-            return Waiting(
-                "no message of the model is under way to it",
-                self.net.publishing_nodes(record.channel),
-                # A message without an id that came before may have been counted as this one.
-                outside if not record.message or record.channel in self._nameless_topics else "",
-                unclear=record.channel in self._histories
-                and self._histories[record.channel].is_nameless(record.place),
-            )
-        if not record.message:
-            self._nameless_topics.add(record.channel)
-        self.messages.taken(record)
-        return None
-
-    def _take_from(self, record: Take, leave: int) -> Refusal | bool:
-        histories = self._histories.get(record.channel)
-        if histories is not None:
-            return histories.take(record, leave)
-        reason = _without_room(self.net, leave, self.marking)
-        if reason:
-            return Fault(reason)
-        sender = (record.message or "").rpartition("/")[0].rpartition("/")[2]
-        ports = self.net.ports
-        places = self._flows[record.channel].topic.publishers
-        publisher = next((place for place in places if ports[record.channel, place] == sender), None)
-        return self._flows[record.channel].take(record.place, publisher)
-
     def _drop(self, record: Drop, following: Record | None) -> Refusal | None:
         if record.queue == "feedback":
             return self._goals.drop(record)
         if record.channel in self.net.depths:
             return self.calls.lose(record)
-        if record.channel not in self.net.topics:
-            return Fault(f"the model has no topic channel {record.channel!r}")
-        if record.queue == "inactive":
-            discard = self.net.discarding(record)
-            return (
-                Fault("no such publisher has a lifecycle")
-                if discard is None
-                else self.fire_recorded(record, discard)
-            )
-        if record.channel in self._histories:
-            return self._drop_from_history(record, following)
-        if record.queue == "restart":
-            self.messages.dropped(record)
-            return Fault(_RESTARTED)
-        flow = self._flows[record.channel]
-        if record.queue == "publisher":
-            return self._drop_at_publisher(flow, record)
-        if record.queue == "subscriber":
-            place = record.place or ""
-            if flow.topic.node_of.get(place) != record.node:
-                return Fault(f"{place!r} is no subscriber of topic channel {record.channel!r}")
-            queue, count = flow.topic.subscribers[place], flow.under_way(place)
-            drop = partial(flow.drop_at_subscriber, place)
-        else:
-            node = record.node or ""
-            if node not in flow.topic.dispatchers:
-                return Fault(f"node {node} has no subscriber of topic channel {record.channel!r}")
-            queue, count = flow.topic.dispatchers[node], flow.under_way_to_node(node)
-            drop = partial(flow.drop_at_dispatcher, node)
-        if count < queue.limit + record.count:
-            reason = (
-                f"the {queue.text} was not full: at most {count} messages were under way to its {queue.limit}"
-            )
-            return Waiting(reason, self.net.publishing_nodes(record.channel))
-        for _ in range(record.count):
-            assert drop()
-        self.messages.dropped(record)
-        return None
-
-    def _drop_from_history(self, record: Drop, following: Record | None) -> Refusal | None:
-        """Lose what a history may lose; what was under way to a publisher's readers when it ended, too."""
-        at = record.channel, record.place
-        if not isinstance(following, Take) or (following.channel, following.place) != at:
-            following = None
-        if following is not None and isinstance(early := self.messages.may_take(following), Waiting):
-            return early  # what is lost was sent before the message that it is missing before
-        refusal = self._histories[record.channel].drop(record, following)
-        if isinstance(refusal, Waiting) and record.queue == "restart":
-            refusal = replace(refusal, reason=_RESTARTED)
-        if refusal is None:
-            self.messages.dropped(record)
-        return refusal
-
-    def _drop_at_publisher(self, flow: TopicFlow, record: Drop) -> Refusal | None:
-        if not any(record.change.values()):
-            self.messages.dropped(record)
-            return None  # the messages were replayed as lost where they were published
-        queue = flow.topic.publishers.get(record.place or "")
-        if queue is None:
-            return Fault(f"{record.place!r} is no publisher of topic channel {record.channel!r}")
-        if self.marking[queue.load] < queue.limit:
-            full = f"{self.marking[queue.load]} of {queue.limit}"
-            return Fault(f"the {queue.text} was not full ({full})", record.place)
-        return self.fire_recorded(record, queue.drop)
+        return self.topics.drop(record, following)
 
     def at(self, record: Step, transition: int) -> Fault | None:
         """Refuse a port's step that another node or another place records, or with another change."""
@@ -436,17 +268,6 @@ class Replay:
         return self._differs(record, transition)
 
 
-def _without_room(net: ConformanceNet, leave: int, marking: list[int]) -> str:
-    """Return why a message cannot leave a queue for its place; nothing where that has room."""
-    short = {place for place, weight in net.pre[leave] if marking[place] < weight}
-    return why_not(net, leave, marking) if short & set(net.room.values()) else ""
-
-
-_RESTARTED = (
-    "the publisher was started again, and had sent more meanwhile than it keeps: "
-    "a larger limit of its queue helps"
-)
-
 _HANDLERS: Mapping[type[Record], Callable[..., Any]] = {
     Header: Replay._header,
     Start: Replay._start,
@@ -454,8 +275,7 @@ _HANDLERS: Mapping[type[Record], Callable[..., Any]] = {
     Signal: Replay._signal,
     Fire: Replay._transition,
     Lifecycle: Replay._lifecycle,
-    Publish: Replay._publish,
-    Take: Replay._take,
+    Take: lambda self, record: self.topics.take(record),
     Drop: Replay._drop,
     GiveUp: lambda self, record: self.calls.give_up(record),
     **dict.fromkeys((Request, Serve, Reply, Response), lambda self, record: self.calls.step(record)),

@@ -8,32 +8,15 @@ pushes such a late request out.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Protocol
 
 from dineros.analysis.conformance.messages import Messages
 from dineros.analysis.conformance.net import ConformanceNet
+from dineros.analysis.conformance.player import Player
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.analysis.conformance.services.nameless import NamelessCalls, is_nameless
 from dineros.metamodel import sym
 from dineros.metamodel.records import Drop, GiveUp, Reply, Request, Response, Serve
-from dineros.metamodel.records.schema import ServiceStep, Step
-
-
-class Player(Protocol):
-    """What fires transitions of the net."""
-
-    @property
-    def fired(self) -> int:
-        """How many have fired."""
-
-    def at(self, record: Step, transition: int) -> Fault | None:
-        """Refuse a port's step that another node or another place records, or with another change."""
-
-    def fire_recorded(self, record: Step, transition: int) -> Fault | None:
-        """Fire what a record stands for."""
-
-    def add_between(self, transition: int, times: int = 1) -> None:
-        """Let a transition have fired that the traces do not tell: its effect on places of no node."""
+from dineros.metamodel.records.schema import ServiceStep
 
 
 class Calls:
