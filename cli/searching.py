@@ -153,6 +153,8 @@ class Search:
 
     def reason(self, why: str) -> str:
         """Return why an answer is unknown: where it is what was promised, also when and where that was."""
+        if why == INTERRUPTED and self.limits.left == 0.0:
+            why = TIME  # who watches has asked an engine to end that looked too late
         return self.at.ending(why, self.limits) if why.startswith((TIME, MEMORY, INTERRUPTED)) else why
 
     def unknown(self, ending: str) -> Outcome:

@@ -63,6 +63,8 @@ class Firings:
         What the tree of Karp and Miller tells of the net without places that only grow.
     reason : str
         What ended the search for all markings.
+    is_late : bool
+        Whether what came after that had no time left.
     """
 
     traces: dict[int, tuple[int, ...]] = field(default_factory=dict)
@@ -73,11 +75,13 @@ class Firings:
     is_complete: bool = False
     tree: Tree | None = None
     reason: str = ""
+    is_late: bool = False
 
     @property
     def why_open(self) -> str:
         """Why something is open, in words."""
-        return _REASONS.get(self.reason, self.reason)
+        whys = [_REASONS.get(self.reason, self.reason), _REASONS["time"] if self.is_late else ""]
+        return ", and ".join(dict.fromkeys(filter(None, whys)))
 
     def is_open(self, transition: int) -> bool:
         """Whether it is not known if a transition can fire."""
@@ -108,6 +112,7 @@ def firings(
     search.make_tree()
     search.look_back()
     search.look_far(MOST_MARKINGS)
+    search.found.is_late = search.budget.is_over
     return search.found
 
 

@@ -63,9 +63,10 @@ class Fates:
         return (channel, place) in self._nameless
 
     def may_lose_what_it_tells(self, channel: str, place: str) -> bool:
-        """Tell whether as much is sent as a subscriber's place takes and tells to be lost."""
+        """Tell whether a subscriber's place tells losses, and as much is sent as it takes and loses."""
         at = channel, place
-        return not self.are_known or self._takes[at] + self.told[at] <= self._published[channel]
+        enough = self._takes[at] + self.told[at] <= self._published[channel]
+        return not self.are_known or (self.told[at] > 0 and enough)
 
     def is_left(self, channel: str, place: str, message: str) -> bool:
         """Tell whether a message comes after all that a subscriber's place ever takes of its sender."""

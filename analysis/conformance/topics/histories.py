@@ -225,8 +225,7 @@ class HistoryFlow:
             reader = self.topic.subscribers[place]
             writers = tuple(self._net.publishing_nodes(record.channel))
             reason = f"the {reader.text} has lost {record.count}, at most {most} can be lost"
-            unclear = self.is_nameless(place)
-            unclear = unclear and self._fates.may_lose_what_it_tells(self._channel, place)
+            unclear = self.is_unclear(place)
             in_hindsight = unclear or self._has_several_publishers(place)
             return Waiting(reason, writers, in_hindsight=in_hindsight, unclear=unclear)
         self._told[place] += record.count
@@ -298,15 +297,16 @@ class HistoryFlow:
 
     def _is_drawn(self, place: str) -> bool:
         """Draw whether one of the losses that are told later happens now, where nothing says whose it is."""
-        if self._draw is None or not self.is_nameless(place):
+        if self._draw is None or not self._fates.are_nameless(self._channel, place):
             return False
         untold = sum(self._untold[pair] for pair in self._pairs_to(place))
         left = self._fates.told[self._channel, place] - self._told[place] - untold
         return left > 0 and self._draw.random() < self._readiness
 
-    def is_nameless(self, place: str) -> bool:
-        """Tell whether nothing says which messages a subscriber takes, and which are lost."""
-        return self._fates.are_nameless(self._channel, place)
+    def is_unclear(self, place: str) -> bool:
+        """Tell whether what does not fit might if others of a subscriber's messages without ids were lost."""
+        is_nameless = self._fates.are_nameless(self._channel, place)
+        return is_nameless and self._fates.may_lose_what_it_tells(self._channel, place)
 
     def _may_have_lost(self, place: str) -> bool:
         """Tell whether a history of several publishers may have lost what is not known to be lost yet."""

@@ -139,7 +139,7 @@ class Topics:
                 # A message without an id that came before may have been counted as this one.
                 outside if not record.message or record.channel in self._nameless else "",
                 unclear=record.channel in self._histories
-                and self._histories[record.channel].is_nameless(record.place),
+                and self._histories[record.channel].is_unclear(record.place),
             )
         if not record.message:
             self._nameless.add(record.channel)

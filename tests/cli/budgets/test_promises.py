@@ -16,7 +16,7 @@ import click
 import pytest
 
 from dineros.cli.options import Invocation
-from dineros.cli.searching import Limits, Whereabouts
+from dineros.cli.searching import Limits, Search, Whereabouts
 from dineros.cli.supervising import Watch
 from tests.cli.budgets.random_budgets import random_runs
 from tests.cli.conftest import Run
@@ -200,3 +200,10 @@ def test_random_budgets_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     for ran in random_runs(4, seed=os.getpid(), most_seconds=2.0):
         assert [fault for fault in ran.faults if not fault.endswith(" s")] == [], (ran, ran.printed)
         assert ran.took < ran.seconds + 120
+
+
+@pytest.mark.parametrize(("seconds", "why"), [(1.0, "time ran out"), (None, "interrupted")])
+def test_an_engine_that_looks_at_its_time_too_late_is_told_to_end(seconds: float | None, why: str) -> None:
+    """It says that it was interrupted; what is reported is whether that was Ctrl-C or the promise."""
+    search = Search(Limits(began=0.0, seconds=seconds, memory=None))
+    assert search.reason("interrupted").startswith(f"{why} after ")
