@@ -18,6 +18,7 @@ from websockets.typing import Origin
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.firing.handlers import Firing
 from dineros.runtime.journal.recorder import JournalRecorder
+from dineros.runtime.nodes.steering import SteeredNet
 from dineros.transformations.flattening.split import split
 from dineros.views.live.steering import Steering
 from dineros.views.serving.handle import PageHandle
@@ -51,7 +52,7 @@ def until(condition: Callable[[], bool]) -> None:
 
 def test_signals_pausing_and_refusals(application: LocalApplication) -> None:
     steering = Steering()
-    steering.take(application.nets)
+    steering.take({node: SteeredNet(net) for node, net in application.nets.items()})
     talks = application.nets["talker"]
     assert steering.hear('{"ask":"pause","node":"talker"}') is None
     until(lambda: talks.status.state == "halted")
@@ -101,7 +102,7 @@ def test_a_blocked_node_keeps_nobody_waiting(
         release.wait(20)
 
     steering = Steering()
-    steering.take(application.nets)
+    steering.take({node: SteeredNet(net) for node, net in application.nets.items()})
     handle = serve(tmp_path / "run", talker(), steering=steering)
     origin = handle.url.split("/?")[0]
     address = handle.url.replace("http", "ws", 1).replace("/?", "/changes?")
@@ -122,7 +123,7 @@ def test_a_run_is_steered_on_its_page(
     application: LocalApplication, tmp_path: Path, visit: NewVisit, serve: Serve
 ) -> None:
     steering = Steering()
-    steering.take(application.nets)
+    steering.take({node: SteeredNet(net) for node, net in application.nets.items()})
     handle = serve(tmp_path / "run", talker(), steering=steering)
     one = visit()
     page = one.page

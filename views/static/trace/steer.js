@@ -3,7 +3,7 @@
 import { make } from "../elements.js";
 
 /**
- * A node as views/live/steering.py tells of it; one that is blocked tells nothing of its net.
+ * A node as views/live/steering.py tells of it; one that cannot tell now, since it is blocked, say, tells nothing of its net.
  *
  * @typedef {{ node: string, state: string, reason: string | null, signals?: Record<string, boolean>, enabled?: string[] }} NodeState
  */
@@ -43,7 +43,7 @@ export class SteeringPanel {
   }
 
   /** @type {(node: NodeState) => HTMLElement} */
-  row({ node, state, reason, signals = {}, enabled = [] }) {
+  row({ node, state, reason, signals = {}, enabled }) {
     const isHalted = state === "halted";
     const turn = make(
       "button",
@@ -74,11 +74,12 @@ export class SteeringPanel {
       ` ${state}${reason ? `: ${reason}` : ""} `,
       turn,
       switches.length > 0 && make("div", { class: "switches" }, ...switches),
-      make(
-        "div",
-        { class: "enabled" },
-        enabled.length > 0 ? `enabled: ${enabled.join(", ")}` : "nothing is enabled",
-      ),
+      enabled &&
+        make(
+          "div",
+          { class: "enabled" },
+          enabled.length > 0 ? `enabled: ${enabled.join(", ")}` : "nothing is enabled",
+        ),
     );
   }
 }
