@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from typing import Any
 
-from dineros.metamodel.errors import DinerosError
+from dineros.metamodel.errors import DinerosError, without_middle
 from dineros.runtime.application.line import LOG, Line, LineError
 from dineros.runtime.nodes.core import NOT_ACTIVE
 from dineros.runtime.nodes.steering import Outlook, Steerable, SteeringError
@@ -85,5 +85,5 @@ def _answer(said: dict[str, Any], node: Steerable | None) -> dict[str, Any]:
             case _:
                 raise SteeringError("this is nothing that a node can be asked for")
     except DinerosError as error:
-        return {"refused": error.message, "hint": error.hint}
+        return {"refused": without_middle(error.message), "hint": error.hint}
     return {}
