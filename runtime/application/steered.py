@@ -55,11 +55,12 @@ def _serve(line: Line, find: Callable[[], Steerable | None]) -> None:
     """Answer until the supervisor has gone. The node itself never waits for this thread."""
     try:
         while (said := line.receive()) is not None:
-            answer = {"number": said.get("number"), **_answer(said, find())}
+            number, answer = said.get("number"), _answer(said, find())
             try:
-                line.say(answer, waits=True)
-            except LineError as error:  # a net with very many transitions
-                line.say({"number": said.get("number"), "refused": error.message, "hint": None}, waits=True)
+                line.say({"number": number, **answer}, waits=True)
+            except LineError:  # very many transitions are enabled: it can be paused all the same
+                few = {**answer.get("outlook", {}), "signals": None, "enabled": None}
+                line.say({"number": number, "outlook": few}, waits=True)
     except OSError:
         pass  # it has gone
     except Exception as error:  # a node goes on without being steered

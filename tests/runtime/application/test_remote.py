@@ -18,14 +18,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dineros.metamodel.files import save
+from dineros.runtime import Net
+from dineros.runtime.application.line import Line
 from dineros.runtime.application.remote import SILENT, STARTING, RemoteNode
+from dineros.runtime.application.steered import steered_over
 from dineros.runtime.application.supervisor import (
     ProcessEvent,
     ProcessPlan,
     RestartPolicy,
     Supervisor,
 )
-from dineros.runtime.nodes.steering import Outlook, SteeringError
+from dineros.runtime.nodes.core import NOT_ACTIVE
+from dineros.runtime.nodes.steering import Outlook, SteeredNet, SteeringError
 from dineros.transformations.flattening.split import split
 from tests.support.talker import talker
 
@@ -163,6 +167,31 @@ def test_how_a_process_ended_is_told() -> None:
         assert theirs.recv(100) == b""  # also where a child of the process has kept its end
     remote.tell(ProcessEvent(0.0, "talker", "stopped", 7, -2))
     assert remote.look() == Outlook("ended", "signal SIGINT")
+
+
+def test_a_managed_node_that_is_not_configured_is_not_active() -> None:
+    remote = RemoteNode("talker")
+    ours, theirs = socket.socketpair()
+    remote.connect(ours)
+    with steered_over(Line(theirs), lambda: None):
+        until(lambda: remote.look() == Outlook("halted", NOT_ACTIVE))
+        with pytest.raises(SteeringError, match=f"{NOT_ACTIVE} .activate it"):
+            remote.proceed()
+    until(lambda: remote.look() == SILENT)
+    with steered_over(None, lambda: None):  # started by hand
+        pass
+
+
+def test_a_node_with_very_much_to_tell_says_how_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("dineros.runtime.application.line.LONGEST", 150)
+    net = Net(next(each for each in split(talker()) if each.node.id == "talker"))
+    net.core.outlook = lambda: ({}, ["Say"] * 100)  # type: ignore[method-assign]
+    steered, remote = SteeredNet(net), RemoteNode("talker")
+    ours, theirs = socket.socketpair()
+    remote.connect(ours)
+    with steered_over(Line(theirs), lambda: steered):
+        until(lambda: remote.look() == Outlook("running"))
+    remote.close()
 
 
 class Echo:
