@@ -101,7 +101,7 @@ def test_a_process_is_steered_until_it_is_killed_and_its_successor_too(tmp_path:
         with pytest.raises(SteeringError, match="Butto"):
             remote.set_signals({"Butto": True}, "test")
         with pytest.raises(SteeringError, match="takes True or False"):
-            remote.set_signals({"Button": 1}, "test")
+            remote.set_signals({"Button": 1}, "test")  # type: ignore[dict-item]
         os.kill(supervisor.processes["talker"], signal.SIGKILL)
         until(lambda: supervisor.restarts == 1)
         # It is another process: neither paused, nor, since it keeps no journal, with a signal that was set.
