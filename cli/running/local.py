@@ -89,6 +89,7 @@ def run_in_process(
     from dineros.runtime.application.handler_files import load_handler_file
     from dineros.runtime.application.simulation import LocalApplication
     from dineros.runtime.journal import JournalRecorder, resume_journal
+    from dineros.runtime.nodes.steering import SteeredNet
 
     marking: dict[str, int] = {}
     signals: dict[str, bool] = {}
@@ -122,7 +123,7 @@ def run_in_process(
         for net in application.nets.values():
             handlers.configure(net)
     if steering is not None:
-        steering.take(application.nets)
+        steering.take({node: SteeredNet(net) for node, net in application.nets.items()})
     if not is_simulated:
         with application:
             ending: Ending = watch(wanted, observer, _Threads(application))

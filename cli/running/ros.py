@@ -18,6 +18,7 @@ from dineros.cli.running.watching import Ending, Wanted, observe, watch
 from dineros.metamodel.files import save
 from dineros.metamodel.files.reading import open_plain
 from dineros.runtime.application.observer import FolderObserver
+from dineros.runtime.application.remote import RemoteNode
 from dineros.runtime.application.supervisor import (
     ProcessEvent,
     ProcessPlan,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from dineros.metamodel import sym
     from dineros.runtime.nets.ports import Ports
     from dineros.runtime.ros.process.environment import Reach
+    from dineros.views.live import Steering
 
 SUPERVISOR_LOG = "supervisor.log.jsonl"
 """File beside the traces that tells which process was started and ended when, one JSON object per line."""
@@ -64,9 +66,26 @@ Commands = list[tuple[str, list[str]]]
 
 
 def run_on_ros(
-    application: Application, wanted: Wanted, observer: FolderObserver, options: RosOptions
+    application: Application,
+    wanted: Wanted,
+    observer: FolderObserver,
+    options: RosOptions,
+    steering: Steering | None = None,
 ) -> Ending:
     """Run one process per node, and the further programs, until the run ends.
+
+    Parameters
+    ----------
+    application : Application
+        The nodes, and the developers' code.
+    wanted : Wanted
+        What ends the run.
+    observer : FolderObserver
+        Follows the traces.
+    options : RosOptions
+        How it runs on ROS.
+    steering : Steering, optional
+        Gets the nodes, for pages that steer them; without it, their processes get no line to this one.
 
     Raises
     ------
@@ -82,7 +101,14 @@ def run_on_ros(
     from dineros.runtime.nets.structure import read_structure
 
     nodes = {model.node.id: read_structure(model).ports for model in application.models}
-    return _run_processes(commands, variables, nodes, wanted, observer, options)
+    remotes = {} if steering is None else {node: RemoteNode(node) for node in nodes}
+    if steering is not None:
+        steering.take(remotes)
+    try:
+        return _run_processes(commands, variables, nodes, wanted, observer, options, remotes)
+    finally:
+        for remote in remotes.values():
+            remote.close()
 
 
 def _stale_parameters(application: Application, node: str) -> list[str]:
@@ -178,6 +204,7 @@ def _run_processes(
     wanted: Wanted,
     observer: FolderObserver,
     options: RosOptions,
+    remotes: Mapping[str, RemoteNode],
 ) -> Ending:
     from dineros.runtime.ros.process.environment import ros_environment
     from dineros.runtime.ros.process.memory import remove_abandoned
@@ -194,6 +221,7 @@ def _run_processes(
             variables,
             folder / f"{name}.log",
             resume=["-p", "resume:=true"],
+            connect=remotes[name].connect if name in remotes else None,
         )
         for name, command in commands
     ]
@@ -210,7 +238,7 @@ def _run_processes(
     descriptor = open_plain(folder / SUPERVISOR_LOG, flags, follow_links=False)
     with os.fdopen(descriptor, "a", encoding="utf-8") as log:
         announcer = Announcer(nodes, variables, folder / "announcer.log")
-        tell = _teller(log, announcer)
+        tell = _teller(log, announcer, remotes)
         supervisor = Supervisor(plans, RestartPolicy(restarts=options.restarts), tell)
         try:
             with supervisor:
@@ -225,13 +253,17 @@ def _run_processes(
             remove_abandoned()
 
 
-def _teller(log: TextIO, announcer: Announcer) -> Callable[[ProcessEvent], None]:
+def _teller(
+    log: TextIO, announcer: Announcer, remotes: Mapping[str, RemoteNode]
+) -> Callable[[ProcessEvent], None]:
     """Return a function that keeps events, and shows those that people should know of."""
 
     def tell(event: ProcessEvent) -> None:
         log.write(json.dumps(asdict(event)) + "\n")
         log.flush()
         announcer.tell(event)
+        if event.name in remotes:
+            remotes[event.name].tell(event)
         if event.event == "failed":
             warn(
                 f"{event.name} ended with {status_text(event.status)}{': ' if event.said else ''}{event.said}"

@@ -160,7 +160,7 @@ def run_application(application: Application, options: Options, tell: Callable[[
         observer = FolderObserver(folder)
         steering = None
         if options.is_shown:
-            steering = stack.enter_context(_page(folder, application, is_here=options.ros is None))
+            steering = stack.enter_context(_page(folder, application))
         if options.ros is None:
             from dineros.cli.running.local import run_in_process
             from dineros.runtime.application.logs import logs_to, terminal_handler
@@ -183,7 +183,7 @@ def run_application(application: Application, options: Options, tell: Callable[[
             from dineros.cli.running.ros import run_on_ros
 
             try:
-                ending = run_on_ros(application, wanted, observer, options.ros)
+                ending = run_on_ros(application, wanted, observer, options.ros, steering)
             except KeyboardInterrupt:
                 ending = "interrupted"
         finished = ending != "deviated"
@@ -235,12 +235,12 @@ def _check_traces(folder: Path, nodes: list[str]) -> None:
 
 
 @contextmanager
-def _page(folder: Path, application: Application, *, is_here: bool) -> Iterator[Steering | None]:
-    """Serve the live page as long as the run goes on; one in this process can be steered there."""
+def _page(folder: Path, application: Application) -> Iterator[Steering]:
+    """Serve the live page, where the run is steered, as long as it goes on."""
     from dineros.views.live import Steering, serve_live
 
     folder.mkdir(parents=True, exist_ok=True)
-    steering = Steering() if is_here else None
+    steering = Steering()
     handle = serve_live(folder, application.system_model(), title=application.title, steering=steering)
     say(f"follow it at {handle.url}")
     try:

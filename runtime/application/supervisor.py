@@ -11,6 +11,7 @@ import contextlib
 import ctypes
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -22,6 +23,7 @@ from typing import Literal
 
 from dineros.metamodel.errors import DinerosError, ModelFileError
 from dineros.metamodel.files.reading import open_plain
+from dineros.runtime.application.line import new_line
 from dineros.runtime.nodes.health import RESTARTS
 
 CANNOT_START = 2
@@ -58,6 +60,8 @@ class ProcessPlan:
         The working folder.
     is_last : bool
         Whether it ends only when the others have: what they work in, say.
+    connect : callable, optional
+        Gets our end of a private line to each process that is started, see `new_line`.
     """
 
     name: str
@@ -67,6 +71,7 @@ class ProcessPlan:
     resume: Sequence[str] = ()
     folder: Path | None = None
     is_last: bool = False
+    connect: Callable[[socket.socket], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -253,14 +258,22 @@ class Supervisor:
         plan.log.parent.mkdir(parents=True, exist_ok=True)
         try:
             flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
-            with os.fdopen(open_plain(plan.log, flags, follow_links=False), "ab") as log:
+            with (
+                os.fdopen(open_plain(plan.log, flags, follow_links=False), "ab") as log,
+                new_line(plan.connect) as line,
+            ):
                 child.log_start = os.fstat(log.fileno()).st_size
                 child.process = subprocess.Popen(
                     command,
                     stdin=subprocess.DEVNULL,
                     stdout=log,
                     stderr=subprocess.STDOUT,
-                    env={**plan.environment, RESTARTS: str(child.restarts + (event == "restarted"))},
+                    env={
+                        **plan.environment,
+                        **line,
+                        RESTARTS: str(child.restarts + (event == "restarted")),
+                    },
+                    pass_fds=[int(number) for number in line.values()],
                     cwd=plan.folder,
                     start_new_session=True,  # Ctrl-C comes to us alone, and we end them in order
                     # Harmless with threads: it makes two system calls and takes no lock.

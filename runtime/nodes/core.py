@@ -30,7 +30,12 @@ from dineros.runtime.nets.sources import Source
 from dineros.runtime.nets.staleness import Expectation, Expectations
 from dineros.runtime.nets.structure import Structure
 from dineros.runtime.nets.tokens import Token
-from dineros.runtime.nodes.inspection import ErrorReport, Inspection, inspect_engine
+from dineros.runtime.nodes.inspection import (
+    ErrorReport,
+    Inspection,
+    enabled_transitions,
+    inspect_engine,
+)
 from dineros.runtime.nodes.status import State, Status
 from dineros.runtime.scheduling.loop import Loop
 
@@ -203,14 +208,20 @@ class Core:
         self.emit("lifecycle", label=label, state=self.state, change={})
         self.obey_state()
 
+    @property
+    def rests(self) -> bool:
+        """Whether it is a managed node whose state lets it fire nothing."""
+        ports = self.structure.ports
+        works = ("active",) if ports.pauses else ("inactive", "active")
+        return ports.is_managed and self.state not in works
+
     def obey_state(self) -> None:
         """Fire and publish as the state of a managed node says."""
         if not self.structure.ports.is_managed:
             return
         if self.exchange is not None:
             self.exchange.obey(self.state)
-        works = ("active",) if self.structure.ports.pauses else ("inactive", "active")
-        if self.state not in works:
+        if self.rests:
             self.execution.halt(NOT_ACTIVE, logging.DEBUG)
         elif self.execution.halted == NOT_ACTIVE:
             self.execution.proceed()
@@ -279,6 +290,11 @@ class Core:
         """Show it no more."""
         with self._callbacks_lock:
             self.sources = tuple(known for known in self.sources if known is not source)
+
+    def outlook(self) -> tuple[dict[str, bool], list[str]]:
+        """Return signals, and what could fire; on the node's thread, and much quicker than `inspect`."""
+        signals = zip(self.structure.signals, self.engine.signals, strict=True)
+        return dict(signals), list(enabled_transitions(self.engine))
 
     def inspect(self) -> Inspection:
         """Return what the net is in; on the node's thread."""

@@ -150,15 +150,20 @@ def inspect_engine(engine: Engine, execution: Execution, now: float) -> _OfEngin
             }
         ),
         "signals": MappingProxyType(dict(zip(structure.signals, engine.signals, strict=True))),
-        "enabled": tuple(
-            id
-            for number, id in enumerate(transitions)
-            if engine.is_enabled(number) and not engine.is_overridden(number)
-        ),
+        "enabled": enabled_transitions(engine),
         "in_flight": tuple(shown(flight, flight.taken) for flight in execution.in_flight),
         "outliving": tuple(shown(flight, []) for flight in execution.in_flight.outliving),
         "aside": MappingProxyType(aside),
     }
+
+
+def enabled_transitions(engine: Engine) -> tuple[str, ...]:
+    """Return the transitions that the firing rule allows to fire now, in the order of the model."""
+    return tuple(
+        id
+        for number, id in enumerate(engine.structure.transitions)
+        if engine.is_enabled(number) and not engine.is_overridden(number)
+    )
 
 
 def _frozen(ids: dict[str, tuple[int, ...]]) -> Mapping[str, tuple[int, ...]]:

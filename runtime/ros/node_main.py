@@ -27,11 +27,14 @@ from dineros.metamodel.elements import label
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.runtime.application.ending import Ending
 from dineros.runtime.application.handler_files import HandlerFile, HandlerFileError, load_handler_file
+from dineros.runtime.application.line import Line, inherited_line
 from dineros.runtime.application.logs import FORMAT
+from dineros.runtime.application.steered import steered_over
 from dineros.runtime.journal import JournalRecorder, resume_journal
 from dineros.runtime.journal.rebuilding import rebuild_at
 from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nodes.net import Net, load_runtime_model
+from dineros.runtime.nodes.steering import SteeredNet
 from dineros.runtime.ros.channels.parameters import JOURNAL, LOG_LEVEL, RESUME, SEED, WATCHDOG, declare
 from dineros.runtime.ros.logs import ros_logs
 from dineros.runtime.ros.process.clocks import clocks_of
@@ -77,9 +80,10 @@ def run_node(
     logging.basicConfig(format=FORMAT)
     origin = {"source": source, "settings": settings}
     given = sys.argv[1:] if arguments is None else arguments
+    line = inherited_line()
     with Ending() as ending:
         try:
-            status = _run(model, register, given, origin, lifecycle, ending.asked)
+            status = _run(model, register, given, origin, lifecycle, ending.asked, line)
         except DinerosError as error:
             print(error, file=sys.stderr)
             status = 2
@@ -94,6 +98,7 @@ def _run(
     origin: Mapping[str, Any],
     lifecycle: bool,
     ending: threading.Event,
+    line: Line | None,
 ) -> int:
     node = model.node
     lifecycle = lifecycle or (node.lifecycle is not None and model.middleware == sym.Middleware.ros2)
@@ -120,7 +125,7 @@ def _run(
                 return _make_node(model, register, session, origin, is_again=next(times) > 0)
 
             state = _last_state(model, session) if node.lifecycle is not None else ""
-            _work(session, make, lifecycle, ending, state)
+            _work(session, make, lifecycle, ending, state, line)
     finally:
         session.close()
     if session.failure is not None:
@@ -140,7 +145,12 @@ def _last_state(model: rtm.RuntimeModel, session: Session) -> str:
 
 
 def _work(
-    session: Session, make: Callable[[], RosNode], lifecycle: bool, ending: threading.Event, state: str
+    session: Session,
+    make: Callable[[], RosNode],
+    lifecycle: bool,
+    ending: threading.Event,
+    state: str,
+    line: Line | None,
 ) -> None:
     """Have a node work until the process is told to end, or the node fails."""
     if lifecycle:
@@ -150,8 +160,14 @@ def _work(
     else:
         running = make()
         running.start()
-    while not ending.is_set() and not session.join(timeout=0):
-        ending.wait(0.2)
+
+    def steered() -> SteeredNet | None:
+        found: RosNode | None = session.node.running if lifecycle else running
+        return None if found is None else found.steered
+
+    with steered_over(line, steered):
+        while not ending.is_set() and not session.join(timeout=0):
+            ending.wait(0.2)
     if lifecycle:
         session.end()
         if session.node.running is not None:

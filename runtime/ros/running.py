@@ -13,6 +13,7 @@ from dineros.runtime.journal.saved import SavedState
 from dineros.runtime.nodes.net import Net
 from dineros.runtime.nodes.node import Node
 from dineros.runtime.nodes.runner import SETTLING
+from dineros.runtime.nodes.steering import SteeredNet
 from dineros.runtime.ros.channels.transport import RclpyTransport
 from dineros.runtime.ros.control import Control
 from dineros.runtime.ros.diagnostics import Diagnostics
@@ -41,6 +42,11 @@ class RosNode:
         The ROS domain; by default that of the environment.
     session : Session, optional
         The ROS node to use, not started yet; by default one with the name and namespace of the model.
+
+    Attributes
+    ----------
+    steered : SteeredNet
+        The net for those who steer it.
 
     Raises
     ------
@@ -83,6 +89,8 @@ class RosNode:
         self._is_adopted = False
         self.diagnostics = Diagnostics(self.session.node, net)
         self.control = Control(self.session.node, net, self.diagnostics.said)
+        # Of a node whose model has a lifecycle, the net itself knows in which states it fires.
+        self.steered = SteeredNet(net, lambda: ports.is_managed or self.control.is_active)
 
     @property
     def failure(self) -> BaseException | None:

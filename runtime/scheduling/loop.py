@@ -85,11 +85,11 @@ class Loop:
                 self._lock.release()
         self.post(action)
 
-    def call(self, function: Callable[[], T]) -> T:
-        """Return what a function finds on the node's thread; from any thread."""
-        if self._thread is None or self._thread == threading.get_ident():
-            with self._lock:
-                return function()
+    def ask(self, function: Callable[[], T]) -> Future[T]:
+        """Return what will hold what a function finds on the node's thread; from any thread.
+
+        Nothing ever comes of it where the thread ends before it is the function's turn.
+        """
         future: Future[T] = Future()
 
         def answer() -> None:
@@ -99,6 +99,14 @@ class Loop:
                 future.set_exception(error)
 
         self.post(answer)
+        return future
+
+    def call(self, function: Callable[[], T]) -> T:
+        """Return what a function finds on the node's thread; from any thread."""
+        if self._thread is None or self._thread == threading.get_ident():
+            with self._lock:
+                return function()
+        future = self.ask(function)
         while True:
             try:
                 return future.result(timeout=0.1)

@@ -17,6 +17,7 @@ from tests.fuzz import mutators, seeds
 from tests.fuzz.editing_targets import editor, editors_journal
 from tests.fuzz.judging import REFUSED, Outcome, refused_or, run_command
 from tests.fuzz.running_targets import announcement, journal, live_page, message, mqtt, payload, rest_request
+from tests.fuzz.steering_targets import answered_by_a_process, asked_of_a_node, said_by_a_page
 
 Attempt = Callable[[bytes], Outcome]
 MEMORY = ("--memory", "600M")
@@ -399,6 +400,9 @@ KINDS = {
     "MQTT": Kind(mqtt, mutators.mutate_words, share=10),
     "request": Kind(rest_request, mutators.mutate_words),
     "live page": Kind(live_page, mutators.mutate_words),
+    "steering": Kind(said_by_a_page, mutators.mutate_json),
+    "asked of a node": Kind(asked_of_a_node, mutators.mutate_json_lines),
+    "answered by a node": Kind(answered_by_a_process, mutators.mutate_json_lines),
     "editor": Kind(editor, mutators.mutate_json),
     "editor's journal": Kind(editors_journal, mutators.mutate_json_lines, share=200),
 }

@@ -180,6 +180,7 @@ class LivePages:
         if self._nodes is not None:
             queue.put_nowait(self._nodes)
         self._pages.add(queue)
+        self._attend()
         listening = asyncio.create_task(self._until_gone(socket, queue))
         try:
             while not listening.done():
@@ -194,7 +195,13 @@ class LivePages:
             pass  # it is gone
         finally:
             self._pages.discard(queue)
+            self._attend()
             listening.cancel()
+
+    def _attend(self) -> None:
+        """Have the nodes looked at while there is a page that shows them."""
+        if self._steering is not None:
+            self._steering.watched(bool(self._pages))
 
     async def _until_gone(self, socket: WebSocket, queue: asyncio.Queue[str]) -> None:
         """Do what the page asks where the run can be steered, and return when it has closed."""
@@ -203,7 +210,8 @@ class LivePages:
             if received["type"] == "websocket.disconnect":
                 return
             said = received.get("text") or received.get("bytes") or ""
-            refusal = None if self._steering is None else self._steering.hear(said)
+            # In a thread: a node of another process may take its time to answer.
+            refusal = None if self._steering is None else await asyncio.to_thread(self._steering.hear, said)
             if refusal is not None:
                 queue.put_nowait(refusal)
             if queue.qsize() > MOST_WAITING:

@@ -10,8 +10,7 @@ from typing import Any
 
 from dineros.metamodel.errors import DinerosError, without_middle
 from dineros.metamodel.json_text import decode_json
-from dineros.runtime.nodes.core import NOT_ACTIVE
-from dineros.runtime.nodes.net import Net
+from dineros.runtime.nodes.steering import Steerable, SteeringError
 
 LOG = logging.getLogger("dineros.views.live")
 
@@ -27,26 +26,23 @@ PAUSED = "paused on the live page"
 _FIELDS = {"signal": {"node", "signal", "value"}, "pause": {"node"}, "proceed": {"node"}}
 
 
-class SteeringError(DinerosError):
-    """Something that a page asked for and cannot have; nothing has changed."""
-
-
 class Steering:
-    """The nodes of a run in this process, for those who watch it.
+    """The nodes of a run, in this process or in others, for those who watch it.
 
-    It looks at them on a thread of its own: a handler that blocks a node keeps that from being seen, and
-    nothing else waits.
+    It looks at them on a thread of its own, while a page is open: a handler that blocks a node keeps that
+    from being seen, and nothing else waits.
     """
 
     def __init__(self) -> None:
-        self._nets: Mapping[str, Net] = {}
+        self._nodes: Mapping[str, Steerable] = {}
         self._ending = threading.Event()
+        self._is_watched = threading.Event()
         self._tell: Callable[[str], None] | None = None
         self._thread: threading.Thread | None = None
 
-    def take(self, nets: Mapping[str, Net]) -> None:
+    def take(self, nodes: Mapping[str, Steerable]) -> None:
         """Steer these nodes from now on, by id; none where the run has ended."""
-        self._nets = dict(nets)
+        self._nodes = dict(nodes)
 
     def begin(self, tell: Callable[[str], None]) -> None:
         """Tell of the nodes whenever they are in another state, from a thread."""
@@ -54,9 +50,17 @@ class Steering:
         self._thread = threading.Thread(target=self._watch, name="dineros steering", daemon=True)
         self._thread.start()
 
+    def watched(self, is_watched: bool) -> None:
+        """Look at the nodes as long as somebody wants to know."""
+        if is_watched:
+            self._is_watched.set()
+        elif not self._ending.is_set():
+            self._is_watched.clear()
+
     def end(self) -> None:
         """Tell no more; does not wait for a node that is blocked."""
         self._ending.set()
+        self._is_watched.set()
         self._tell = None
 
     def nodes(self) -> list[dict[str, Any]]:
@@ -65,23 +69,22 @@ class Steering:
         Returns
         -------
         list of dict
-            ``node``, ``state`` and ``reason``; and but for a node that is blocked ``signals``: values by id,
+            ``node``, ``state`` and ``reason``; and but for a node that cannot tell ``signals``: values by id,
             and ``enabled``: transitions that its net allows to fire.
         """
         found = []
-        for node, net in self._nets.items():
-            status = net.status
-            said: dict[str, Any] = {"node": node, "state": status.state, "reason": status.reason}
-            if status.state != "blocked":
-                state = net.inspect()
-                said |= {"signals": dict(state.signals), "enabled": list(state.enabled)}
+        for node, steered in self._nodes.items():
+            seen = steered.look()
+            said: dict[str, Any] = {"node": node, "state": seen.state, "reason": seen.reason}
+            if seen.signals is not None and seen.enabled is not None:
+                said |= {"signals": dict(seen.signals), "enabled": list(seen.enabled)}
             found.append(said)
         return found
 
     def hear(self, text: str | bytes) -> str | None:
         """Do what a page asks; return a message that says why not, where it cannot be done.
 
-        Nothing that a page says raises anything: others listen on the same thread.
+        A node of another process has a few seconds to answer. Nothing that a page says raises anything.
         """
         try:
             self._do(decode_json(text, limit=LONGEST_MESSAGE))
@@ -97,23 +100,24 @@ class Steering:
         fields = _FIELDS.get(ask) if isinstance(ask, str) else None
         if not isinstance(said, dict) or fields is None or set(said) != fields | {"ask"}:
             raise SteeringError("a page asks for signal, pause or proceed, and says of which node")
-        net = self._nets.get(said["node"]) if isinstance(said["node"], str) else None
-        if net is None:
+        node = self._nodes.get(said["node"]) if isinstance(said["node"], str) else None
+        if node is None:
             raise SteeringError("no such node runs here")
         if ask == "signal":
             if not isinstance(said["signal"], str):
                 raise SteeringError("a signal is named by a text")
-            net.set_signals({said["signal"]: said["value"]}, source="live page")
+            node.set_signals({said["signal"]: said["value"]}, source="live page")
         elif ask == "pause":
-            net.halt(PAUSED)
-        elif net.status.reason == NOT_ACTIVE:
-            raise SteeringError(NOT_ACTIVE, hint="activate it")
+            node.pause(PAUSED)
         else:
-            net.proceed()
+            node.proceed()
 
     def _watch(self) -> None:
         known = None
-        while not self._ending.wait(INTERVAL):
+        while True:
+            self._is_watched.wait()
+            if self._ending.wait(INTERVAL):
+                return
             try:
                 message = json.dumps({"type": "nodes", "nodes": self.nodes()}, ensure_ascii=False)
             except Exception as error:  # a node that has just ended

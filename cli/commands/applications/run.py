@@ -50,7 +50,7 @@ from dineros.cli.options import (
 )
 @click.option("--resume", is_flag=True, help="Go on from the traces in DIR.")
 @click.option("--monitor", is_flag=True, help="Replay the run on the model meanwhile; end at a deviation.")
-@click.option("--view", is_flag=True, help="Serve a page on 127.0.0.1 that follows the run.")
+@click.option("--view", is_flag=True, help="Serve a page on 127.0.0.1 that follows and steers the run.")
 @click.option(
     "--with",
     "programs",

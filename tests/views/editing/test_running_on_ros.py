@@ -68,6 +68,15 @@ def test_a_run_on_ros_is_followed_in_the_page_and_leaves_nothing(
         wait_until(page, noted, PATIENCE)  # while it runs
         wait_until(page, f"{log}.filter((line) => line === 'listener: it was heard').length === 3", PATIENCE)
         assert len([line for line in nodes_of(domain) if "node_main" in line]) == 2
+        address = page.get_by_role("link", name="follow and steer it").get_attribute("href")
+        assert address is not None
+        steered = visit().page
+        steered.goto(address)
+        steered.get_by_role("button", name="Pause talker").click(timeout=PATIENCE * 1000)
+        steered.get_by_role("button", name="Proceed talker").click(timeout=PATIENCE * 1000)
+        steered.get_by_role("button", name="Pause talker").wait_for(timeout=PATIENCE * 1000)
+        steered.get_by_role("switch", name="Button: true").click()
+        steered.get_by_role("switch", name="Button: false").wait_for(timeout=PATIENCE * 1000)
         page.get_by_role("button", name="Cancel run (ROS 2)").click()
         wait_until(page, "document.querySelector('#job-1').dataset.state === 'cancelled'", PATIENCE)
         page.locator("#job-1 summary", has_text="Log").click()

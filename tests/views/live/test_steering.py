@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from websockets.typing import Origin
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.firing.handlers import Firing
 from dineros.runtime.journal.recorder import JournalRecorder
+from dineros.runtime.nodes.steering import Outlook, SteeredNet
 from dineros.transformations.flattening.split import split
 from dineros.views.live.steering import Steering
 from dineros.views.serving.handle import PageHandle
@@ -51,21 +52,21 @@ def until(condition: Callable[[], bool]) -> None:
 
 def test_signals_pausing_and_refusals(application: LocalApplication) -> None:
     steering = Steering()
-    steering.take(application.nets)
+    steering.take({node: SteeredNet(net) for node, net in application.nets.items()})
     talks = application.nets["talker"]
     assert steering.hear('{"ask":"pause","node":"talker"}') is None
     until(lambda: talks.status.state == "halted")
     assert steering.hear('{"ask":"signal","node":"talker","signal":"Button","value":true}') is None
     until(lambda: talks.inspect().signals["Button"])
     assert application.count("talker", "Words") == 3  # it is paused
-    (node,) = [each for each in steering.nodes() if each["node"] == "talker"]
-    assert node == {
+    paused = {
         "node": "talker",
         "state": "halted",
         "reason": "paused on the live page",
         "signals": {"Button": True},
         "enabled": ["Say"],
     }
+    until(lambda: paused in steering.nodes())
     assert steering.hear('{"ask":"proceed","node":"talker"}') is None
     until(lambda: application.count("listener", "Noted") == 3)
     for wrong in (
@@ -101,7 +102,7 @@ def test_a_blocked_node_keeps_nobody_waiting(
         release.wait(20)
 
     steering = Steering()
-    steering.take(application.nets)
+    steering.take({node: SteeredNet(net) for node, net in application.nets.items()})
     handle = serve(tmp_path / "run", talker(), steering=steering)
     origin = handle.url.split("/?")[0]
     address = handle.url.replace("http", "ws", 1).replace("/?", "/changes?")
@@ -118,11 +119,70 @@ def test_a_blocked_node_keeps_nobody_waiting(
         release.set()
 
 
+class Slow:
+    """A node that takes its time to pause, and counts who looks at it."""
+
+    def __init__(self) -> None:
+        self.looks = 0
+        self.begun, self.release = threading.Event(), threading.Event()
+
+    def look(self) -> Outlook:
+        self.looks += 1
+        return Outlook("running", None, {}, [])
+
+    def set_signals(self, values: Mapping[str, bool], source: str) -> None:
+        raise AssertionError("nobody asks for that")
+
+    def pause(self, reason: str) -> None:
+        self.begun.set()
+        self.release.wait(20)
+
+    def proceed(self) -> None:
+        raise AssertionError("nobody asks for that")
+
+
+def test_nodes_are_looked_at_only_while_a_page_is_open() -> None:
+    node, told = Slow(), threading.Event()
+    for is_watched in (False, True):
+        steering = Steering()
+        steering.take({"slow": node})
+        steering.begin(lambda message: told.set())
+        if is_watched:
+            steering.watched(True)
+            assert told.wait(20)
+        steering.end()
+        assert steering._thread is not None
+        steering._thread.join(20)
+        assert not steering._thread.is_alive()
+        assert (node.looks > 0) == is_watched
+
+
+def test_a_node_that_takes_its_time_keeps_no_other_page_waiting(tmp_path: Path, serve: Serve) -> None:
+    """Nor the server: the thread that tells pages what is new does not wait for the node."""
+    node, steering = Slow(), Steering()
+    steering.take({"slow": node})
+    handle = serve(tmp_path / "run", talker(), steering=steering)
+    origin = handle.url.split("/?")[0]
+    address = handle.url.replace("http", "ws", 1).replace("/?", "/changes?")
+    try:
+        with (
+            connect(address, origin=Origin(origin), max_size=1 << 24) as one,
+            connect(address, origin=Origin(origin), max_size=1 << 24) as other,
+        ):
+            one.send('{"ask":"pause","node":"slow"}')
+            assert node.begun.wait(20)
+            other.send('{"ask":"pause","node":"nobody"}')
+            while json.loads(other.recv(timeout=20))["type"] != "refused":
+                pass
+    finally:
+        node.release.set()
+
+
 def test_a_run_is_steered_on_its_page(
     application: LocalApplication, tmp_path: Path, visit: NewVisit, serve: Serve
 ) -> None:
     steering = Steering()
-    steering.take(application.nets)
+    steering.take({node: SteeredNet(net) for node, net in application.nets.items()})
     handle = serve(tmp_path / "run", talker(), steering=steering)
     one = visit()
     page = one.page
@@ -130,12 +190,15 @@ def test_a_run_is_steered_on_its_page(
     wait_until(page, "document.querySelector('#steer [data-node=talker]')")
     page.get_by_role("button", name="Pause listener").click()
     page.get_by_role("button", name="Proceed listener").wait_for()
+    page.evaluate("globalThis.pressed = document.querySelector('#steer [data-node=listener] button')")
     page.get_by_role("switch", name="Button: false").focus()
     page.keyboard.press("Enter")
     page.get_by_role("switch", name="Button: true").wait_for()
     assert page.evaluate("document.activeElement.textContent") == "Button: true"
     until(lambda: application.count("listener", "Heard") == 3)
     wait_until(page, "document.querySelector('#steer [data-node=listener]').textContent.includes('Listen')")
+    # What is pressed stays the same button while the node changes: otherwise there is no click.
+    assert page.evaluate("pressed.isConnected")
     page.get_by_role("button", name="Proceed listener").click()
     until(lambda: application.count("listener", "Noted") == 3)
     assert one.problems == []

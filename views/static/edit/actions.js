@@ -1,6 +1,7 @@
 // What can be done with what is chosen, beyond drawing: each with its key, and all of them in one list.
 
 import { shifts } from "./aligning.js";
+import { askForPage, askForTemplate } from "./asking.js";
 
 /** @import { Editor } from "./page.js" */
 /** @import { Way } from "./aligning.js" */
@@ -84,7 +85,7 @@ export const ACTIONS = [
     applies: (editor) => shapes(editor).length === 1 && isOnPage(editor) && editor.isPage(shapes(editor)[0]),
     act: (editor) => editor.split(),
   },
-  { words: "move into a page…", key: "m", applies: isOnPage, act: (editor) => editor.askForPage() },
+  { words: "move into a page…", key: "m", applies: isOnPage, act: askForPage },
   aligned("align left", "Alt 1", "left", 2),
   aligned("align centres", "Alt 2", "centre", 2),
   aligned("align right", "Alt 3", "right", 2),
@@ -94,7 +95,7 @@ export const ACTIONS = [
   aligned("distribute across", "Alt 7", "across", 3),
   aligned("distribute down", "Alt 8", "down", 3),
   { words: "arrange the sheet", key: "", applies: () => true, act: (editor) => editor.places.arrange() },
-  { words: "insert a template…", key: "t", applies: () => true, act: (editor) => editor.askForTemplate() },
+  { words: "insert a template…", key: "t", applies: () => true, act: askForTemplate },
 ];
 
 /** The action of a key that can be done now. @type {(key: string, editor: Editor) => Action | undefined} */

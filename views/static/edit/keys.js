@@ -2,6 +2,7 @@
 
 import { byId, isInField } from "../elements.js";
 import { actionFor } from "./actions.js";
+import { askForAction, search } from "./asking.js";
 import { toolsFor } from "./tools.js";
 
 /** @import { Editor } from "./page.js" */
@@ -25,8 +26,8 @@ export function heed(event, editor) {
   const action = actionFor(`${isCommand ? "Ctrl " : ""}${altKey ? "Alt " : ""}${name}`, editor);
   if (isCommand && lower === "z") used(event, () => editor.turn(shiftKey ? "redo" : "undo"));
   else if (isCommand && lower === "y") used(event, () => editor.turn("redo"));
-  else if ((isCommand && lower === "f") || key === "/") used(event, () => editor.search());
-  else if (isCommand && lower === "k") used(event, () => editor.askForAction());
+  else if ((isCommand && lower === "f") || key === "/") used(event, () => search(editor));
+  else if (isCommand && lower === "k") used(event, () => askForAction(editor));
   else if (action !== undefined && !shiftKey) used(event, () => action.act(editor));
   else if (isCommand || altKey) return;
   else if (key === "p") used(event, () => editor.player.toggle());
@@ -41,12 +42,12 @@ export function heed(event, editor) {
   else if (key === "Enter" && shiftKey) editor.enterToo(event);
   else if (key === "Enter") editor.enter(event);
   else if (key === "0") used(event, () => editor.canvas.fit());
-  else if (key === "a") used(event, () => editor.beginArc());
+  else if (key === "a") used(event, () => editor.pen.beginArc());
   else if (key === "l") used(event, () => editor.canvas.diagram.get("lassoTool").toggle());
   else if (key === "?") used(event, () => byId("help", HTMLDialogElement).showModal());
   else if (/^[1-9]$/.test(key)) {
     const tool = toolsFor(editor.model, editor.page)[Number(key) - 1];
-    if (tool) used(event, () => editor.take(tool, false));
+    if (tool) used(event, () => editor.pen.take(tool, false));
   }
 }
 

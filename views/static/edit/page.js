@@ -3,22 +3,19 @@
 import { byId } from "../elements.js";
 import { ACTIONS } from "./actions.js";
 import { showMarks, showPath, showState } from "./around.js";
-import { Canvas, moveTo } from "./canvas.js";
+import { askForAction, search } from "./asking.js";
+import { Canvas } from "./canvas.js";
 import { Clipboard } from "./clipboard.js";
 import { Connection } from "./connection.js";
 import { showActions, showForm } from "./form.js";
-import { middle } from "./geometry.js";
 import { heed } from "./keys.js";
-import { askFor } from "./making.js";
 import { Model } from "./model.js";
-import { choose, elementsOf } from "./palette.js";
+import { Pen } from "./pen.js";
 import { Places } from "./places.js";
 import { Player, refusedInGame } from "./play.js";
-import { ARC, CHOOSE, showTools, toolsFor } from "./tools.js";
 import { Worker } from "./work.js";
 
 /** @import { Command, Done, Message, Point, Refused } from "./types.js" */
-/** @import { Tool } from "./tools.js" */
 
 export class Editor {
   model = new Model();
@@ -29,18 +26,13 @@ export class Editor {
     opened: (element) => this.open(element),
     toggled: (page) => this.toggle(page),
   });
-  /** The tool that is used. */
-  tool = CHOOSE;
-  /** Where an arc begins. @type {string | null} */
-  source = null;
   /** What the form shows; null: the sheet. @type {string | null} */
   looked = null;
   /** The marks in the form. */
   formMarks = "";
   clipboard = new Clipboard(this);
   places = new Places(this);
-  /** Of which page the tools are. */
-  toolsOf = "";
+  pen = new Pen(this);
   connection = new Connection(
     (message) => this.hear(message),
     (state) => this.connected(state),
@@ -55,8 +47,8 @@ export class Editor {
     byId("save", HTMLElement).onclick = () => this.save(false);
     byId("fit", HTMLElement).onclick = () => this.canvas.fit();
     byId("arrange", HTMLElement).onclick = () => this.places.arrange();
-    byId("search", HTMLElement).onclick = () => this.search();
-    byId("actions", HTMLElement).onclick = () => this.askForAction();
+    byId("search", HTMLElement).onclick = () => search(this);
+    byId("actions", HTMLElement).onclick = () => askForAction(this);
     byId("keys", HTMLElement).onclick = () => byId("help", HTMLDialogElement).showModal();
     const theme = byId("theme", HTMLSelectElement);
     const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -104,7 +96,7 @@ export class Editor {
     }
     const still = before && this.model.objects.has(before) ? before : this.firstSheet();
     if (this.looked !== null && !this.model.objects.has(this.looked)) this.looked = null;
-    if (this.source !== null && !this.model.objects.has(this.source)) this.source = null;
+    if (this.pen.source !== null && !this.model.objects.has(this.pen.source)) this.pen.source = null;
     this.show(still);
     document.body.dataset.revision = String(this.model.revision);
   }
@@ -129,13 +121,10 @@ export class Editor {
 
   /** @type {(sheet: string) => void} */
   show(sheet) {
-    if (sheet !== this.canvas.sheet) {
-      this.tool = CHOOSE;
-      this.source = null;
-    }
+    if (sheet !== this.canvas.sheet) this.pen.lay();
     this.canvas.show(sheet);
     showPath(this.model, sheet, (element) => this.go(element));
-    this.showTools();
+    this.pen.show();
     this.showState();
     this.showMarks();
     this.showForm();
@@ -158,13 +147,6 @@ export class Editor {
     showState(this.model, reload, () => this.save(true));
   }
 
-  showTools() {
-    this.toolsOf = this.page;
-    const tools = toolsFor(this.model, this.page);
-    showTools(byId("tools", HTMLElement), tools, this.tool, (tool, byKey) => this.take(tool, byKey));
-    byId("canvas", HTMLElement).classList.toggle("making", this.tool !== CHOOSE);
-  }
-
   showForm() {
     const count = this.canvas.chosenShapes().length;
     if (count > 1) {
@@ -178,7 +160,7 @@ export class Editor {
       clause: (element, text) => this.wrongClause(element, text),
       found: (element) => this.worker.foundAt(element),
       go: (element) => this.go(element),
-      make: (owner, feature, type, given) => this.make(owner, feature, type, given ?? null),
+      make: (owner, feature, type, given) => this.pen.make(owner, feature, type, given ?? null),
       opening: (element) =>
         this.canvas.registry.get(element)?.business.isPage
           ? { isOpen: this.canvas.isOpen(element), toggle: () => this.toggle(element) }
@@ -197,7 +179,7 @@ export class Editor {
   look(element) {
     this.looked = element;
     this.canvas.held = this.page;
-    if (this.page !== this.toolsOf) this.showTools();
+    if (this.page !== this.pen.toolsOf) this.pen.show();
     this.showForm();
   }
 
@@ -275,117 +257,9 @@ export class Editor {
     this.answered(await this.change("reload"));
   }
 
-  /** @type {(tool: Tool, byKey: boolean) => void} */
-  take(tool, byKey) {
-    this.tool = tool.name;
-    this.source = null;
-    this.showTools();
-    if (tool.name === ARC) this.say("click where the arc begins");
-    else if (tool.name === CHOOSE) this.say("");
-    else if (byKey) this.putInMiddle(tool, this.page);
-    else this.say(`click where the ${tool.words} goes`);
-  }
-
-  /**
-   * Uses a click, or Enter, which is nowhere.
-   *
-   * @type {(element: string | null, at: Point | null) => boolean}
-   */
+  /** Uses a click, or Enter, which is nowhere. @type {(element: string | null, at: Point | null) => boolean} */
   clicked(element, at) {
-    if (this.player.game !== null) return this.player.clicked(element);
-    if (this.tool === CHOOSE) return false;
-    if (this.tool !== ARC) return this.clickedFor(element, at);
-    if (element === null) return false;
-    if (this.source === null) {
-      this.source = element;
-      this.say(`from ${this.model.label(element)}: click where the arc ends`);
-    } else {
-      this.arc(this.source, element);
-    }
-    return true;
-  }
-
-  /** Makes what the tool makes, on the sheet or in an open page. @type {(element: string | null, at: Point | null) => boolean} */
-  clickedFor(element, at) {
-    const page = element ?? this.canvas.sheet;
-    if (!this.canvas.planes.has(page)) return false;
-    const tool = toolsFor(this.model, page).find(({ name }) => name === this.tool);
-    if (tool === undefined) {
-      this.say(
-        `${this.model.kind(page).words} ${this.model.label(page)}: nothing of that kind stands here`,
-        true,
-      );
-    } else if (at === null) {
-      this.putInMiddle(tool, page);
-    } else {
-      this.put(tool, at, page);
-    }
-    return true;
-  }
-
-  /** @type {(source: string, target: string) => Promise<void>} */
-  async arc(source, target) {
-    this.source = null;
-    const { model, canvas } = this;
-    const label = `arc from ${model.label(source)} to ${model.label(target)}`;
-    const [owner, other] = [source, target].map((each) => model.sheetOf(each));
-    const tool = toolsFor(model, owner).find(({ name }) => name === ARC);
-    if (owner === other && tool !== undefined) {
-      const { feature, type } = tool;
-      await this.act([{ kind: "create", owner, feature, type, values: { source, target } }], label);
-      return;
-    }
-    // Beside the end that is no place, where a reference may come to stand.
-    const transition = model.kind(source).shape?.startsWith("place") ? target : source;
-    const page = model.sheetOf(transition);
-    const [shape, plane] = [canvas.registry.get(transition), canvas.planes.get(page)];
-    if (shape === undefined || plane === undefined) return;
-    const { x, y } = moveTo("", plane.from(canvas.free(middle(shape), page)));
-    await this.compose({ kind: "join", source, target, x, y }, label);
-  }
-
-  /** @type {(tool: Tool, page: string) => Promise<void>} */
-  putInMiddle(tool, page) {
-    return this.put(tool, this.canvas.free(this.canvas.centre(page), page), page);
-  }
-
-  /** Makes what a tool makes, at a point of the sheet. @type {(tool: Tool, at: Point, page: string) => Promise<void>} */
-  async put({ feature, type, words }, at, page) {
-    const commands = await askFor(byId("dialog", HTMLDialogElement), this.model, {
-      owner: page,
-      feature,
-      type,
-    });
-    this.tool = CHOOSE;
-    this.showTools();
-    const plane = this.canvas.planes.get(page);
-    if (commands === null || plane === undefined) return;
-    const others = this.canvas.settled(page);
-    await this.made([...others, ...commands, moveTo("$new", plane.from(at))], `new ${words}`);
-  }
-
-  /** @type {(owner: string, feature: string, type: string, given: string | null) => Promise<void>} */
-  async make(owner, feature, type, given) {
-    const commands = await askFor(byId("dialog", HTMLDialogElement), this.model, {
-      owner,
-      feature,
-      type,
-      given,
-    });
-    if (commands !== null) await this.made(commands, `new ${this.model.classOf(type).words}`);
-  }
-
-  /** Does what makes an element, and shows that. @type {(commands: Command[], label: string) => Promise<void>} */
-  async made(commands, label) {
-    const answer = await this.change("do", { commands, label, epoch: this.model.epoch });
-    const handle = answer.type === "done" ? answer.made?.$new : undefined;
-    if (this.answered(answer) !== null || handle === undefined || !this.model.objects.has(handle)) return;
-    if (this.model.kind(handle).shape === undefined) {
-      this.look(handle);
-    } else {
-      this.canvas.choose(handle, true);
-      this.look(handle);
-    }
+    return this.player.game === null ? this.pen.clicked(element, at) : this.player.clicked(element);
   }
 
   /** @type {(element: string) => void} */
@@ -440,43 +314,6 @@ export class Editor {
     return this.model.isA(this.model.get(business.element).type, "pn.Page");
   }
 
-  askForPage() {
-    const { model, canvas } = this;
-    const elements = canvas.chosenShapes();
-    const from = model.sheetOf(elements[0]);
-    const pages = model.all("pn.Page").filter((each) => each !== from && !elements.includes(each));
-    const entries = pages.map((page) => ({
-      words: model.label(page),
-      note: `${model.kind(page).words} in ${model.label(model.get(page).in ?? model.root)}`,
-      act: () => this.compose({ kind: "into", elements, page }, `move into ${model.label(page)}`),
-    }));
-    choose(byId("dialog", HTMLDialogElement), "Move into a page", entries);
-  }
-
-  askForTemplate() {
-    const entries = this.model.metamodel.templates.map(({ name, says }) => ({
-      words: name,
-      note: says,
-      act: async () => {
-        this.go(this.model.root);
-        const at = this.canvas.below();
-        const operation = { kind: "insert", template: name, x: Math.round(at.x), y: Math.round(at.y) };
-        if ((await this.compose(operation, name, null)) === null) this.canvas.fit();
-      },
-    }));
-    choose(byId("dialog", HTMLDialogElement), "Insert a template", entries);
-  }
-
-  search() {
-    const entries = elementsOf(this.model, (element) => this.go(element));
-    choose(byId("dialog", HTMLDialogElement), "Search", entries);
-  }
-
-  askForAction() {
-    const entries = this.actions().map(({ words, key, act }) => ({ words, note: key, act }));
-    choose(byId("dialog", HTMLDialogElement), "Actions", entries);
-  }
-
   /** What can be done now. */
   actions() {
     return ACTIONS.filter((action) => action.applies(this)).map(({ words, key, act }) => ({
@@ -495,9 +332,8 @@ export class Editor {
 
   putDown() {
     this.canvas.diagram.get("dragging").cancel();
-    this.tool = CHOOSE;
-    this.source = null;
-    this.showTools();
+    this.pen.lay();
+    this.pen.show();
     this.canvas.choose(null);
     this.look(null);
     this.say("");
@@ -537,14 +373,6 @@ export class Editor {
     if (focused === undefined) return;
     event.preventDefault();
     this.canvas.chooseToo(focused);
-  }
-
-  beginArc() {
-    const tool = toolsFor(this.model, this.page).find(({ name }) => name === ARC);
-    const [source] = this.canvas.chosen();
-    if (tool === undefined) return;
-    this.take(tool, false);
-    if (source !== undefined) this.clicked(source, null);
   }
 }
 

@@ -3,32 +3,41 @@
 import { make } from "../elements.js";
 
 /**
- * A node as views/live/steering.py tells of it; one that is blocked tells nothing of its net.
+ * A node as views/live/steering.py tells of it; one that cannot tell now, since it is blocked, say, tells nothing of its net.
  *
  * @typedef {{ node: string, state: string, reason: string | null, signals?: Record<string, boolean>, enabled?: string[] }} NodeState
  */
 
 export class SteeringPanel {
-  section = make("section", { id: "steer", "aria-label": "steering" });
+  section = make("section", { id: "steer", "aria-label": "steering" }, make("h2", {}, "Steering"));
   said = make("p", { role: "alert" });
+  /** @type {Map<string, Row>} */
+  rows = new Map();
 
   /** @param {(message: object) => void} ask says something to Python */
   constructor(ask) {
     this.ask = ask;
+    this.section.append(this.said);
     document.querySelector("aside")?.prepend(this.section);
   }
 
-  /** @type {(nodes: NodeState[]) => void} */
+  /** Rows stay while they are changed: what is replaced while somebody presses it is never clicked. @type {(nodes: NodeState[]) => void} */
   show(nodes) {
-    const focused =
-      document.activeElement instanceof HTMLElement ? document.activeElement.dataset.key : undefined;
-    this.section.replaceChildren(
-      make("h2", {}, "Steering"),
-      this.said,
-      ...nodes.map((each) => this.row(each)),
-    );
-    const same = [...this.section.querySelectorAll("button")].find(({ dataset }) => dataset.key === focused);
-    if (focused !== undefined) same?.focus();
+    const gone = new Set(this.rows.keys());
+    for (const each of nodes) {
+      gone.delete(each.node);
+      let row = this.rows.get(each.node);
+      if (row === undefined) {
+        row = new Row(each.node, (message) => this.tell(message));
+        this.rows.set(each.node, row);
+        this.section.append(row.element);
+      }
+      row.show(each);
+    }
+    for (const node of gone) {
+      this.rows.get(node)?.element.remove();
+      this.rows.delete(node);
+    }
   }
 
   /** @type {(reason: string) => void} */
@@ -41,44 +50,64 @@ export class SteeringPanel {
     this.said.textContent = "";
     this.ask(message);
   }
+}
 
-  /** @type {(node: NodeState) => HTMLElement} */
-  row({ node, state, reason, signals = {}, enabled = [] }) {
-    const isHalted = state === "halted";
-    const turn = make(
-      "button",
-      {
-        "data-key": `${node} pause`,
-        "aria-label": `${isHalted ? "Proceed" : "Pause"} ${node}`,
-        disabled: !["running", "halted"].includes(state),
-        onclick: () => this.tell({ ask: isHalted ? "proceed" : "pause", node }),
-      },
-      isHalted ? "Proceed" : "Pause",
-    );
-    const switches = Object.entries(signals).map(([signal, value]) =>
-      make(
-        "button",
-        {
-          role: "switch",
-          "aria-checked": String(value),
-          "data-key": `${node} ${signal}`,
-          onclick: () => this.tell({ ask: "signal", node, signal, value: !value }),
-        },
-        `${signal}: ${value}`,
-      ),
-    );
-    return make(
+/** What is shown of one node. */
+class Row {
+  state = make("span");
+  turn = make("button", {
+    onclick: () => this.tell({ ask: this.isHalted ? "proceed" : "pause", node: this.node }),
+  });
+  /** A switch for each signal that was ever told. @type {Map<string, HTMLButtonElement>} */
+  signals = new Map();
+  switches = make("div", { class: "switches" });
+  enabled = make("div", { class: "enabled" });
+  isHalted = false;
+
+  /**
+   * @param {string} node
+   * @param {(message: object) => void} tell
+   */
+  constructor(node, tell) {
+    this.node = node;
+    this.tell = tell;
+    const { state, turn, switches, enabled } = this;
+    this.element = make(
       "div",
       { class: "steered", "data-node": node },
-      make("b", {}, node),
-      ` ${state}${reason ? `: ${reason}` : ""} `,
-      turn,
-      switches.length > 0 && make("div", { class: "switches" }, ...switches),
-      make(
-        "div",
-        { class: "enabled" },
-        enabled.length > 0 ? `enabled: ${enabled.join(", ")}` : "nothing is enabled",
-      ),
+      ...[make("b", {}, node), " ", state, " ", turn, switches, enabled],
     );
+  }
+
+  /** @type {(seen: NodeState) => void} */
+  show({ state, reason, signals, enabled }) {
+    this.isHalted = state === "halted";
+    this.state.textContent = `${state}${reason ? `: ${reason}` : ""}`;
+    this.turn.textContent = this.isHalted ? "Proceed" : "Pause";
+    this.turn.setAttribute("aria-label", `${this.turn.textContent} ${this.node}`);
+    this.turn.disabled = !["running", "halted"].includes(state);
+    for (const [signal, value] of Object.entries(signals ?? {})) this.switch(signal, value);
+    this.switches.hidden = signals === undefined || this.signals.size === 0;
+    this.enabled.hidden = enabled === undefined;
+    this.enabled.textContent = enabled?.length ? `enabled: ${enabled.join(", ")}` : "nothing is enabled";
+  }
+
+  /** @type {(signal: string, value: boolean) => void} */
+  switch(signal, value) {
+    let found = this.signals.get(signal);
+    if (found === undefined) {
+      const turned = make("button", {
+        role: "switch",
+        onclick: () => {
+          const isOn = turned.getAttribute("aria-checked") === "true";
+          this.tell({ ask: "signal", node: this.node, signal, value: !isOn });
+        },
+      });
+      this.signals.set(signal, turned);
+      this.switches.append(turned);
+      found = turned;
+    }
+    found.setAttribute("aria-checked", String(value));
+    found.textContent = `${signal}: ${value}`;
   }
 }
