@@ -334,7 +334,7 @@ class TraceBuilder:
             lane = self._queue_lane(channel, record.queue, place or step.node or "")
             if not self._loads and record.queue != "publisher":
                 self._counts[lane.index] = max(0, self._counts[lane.index] - record.count)
-            step.marks.append([lane.index, "d", self._counts[lane.index], record.count])
+            step.marks.append([lane.index, "d", self._waiting(lane), record.count])
             lost = "a message" if record.count == 1 else f"{record.count} messages"
             step.text = (
                 step.text or f"{record.queue} queue of {place or step.node} (topic {name}) loses {lost}"
@@ -347,13 +347,18 @@ class TraceBuilder:
             for other in () if self._loads else self.lanes.all:
                 if other.channel == channel and other.queue == "subscriber":
                     self._counts[other.index] += 1
-                    step.marks.append([other.index, "n", self._counts[other.index]])
+                    step.marks.append([other.index, "n", self._waiting(other)])
         else:
             lane = self._queue_lane(channel, "subscriber", record.place)
             if not self._loads:
                 self._counts[lane.index] = max(0, self._counts[lane.index] - 1)
-            step.marks.append([lane.index, "k", self._counts[lane.index]])
+            step.marks.append([lane.index, "k", self._waiting(lane)])
             step.text = step.text or f"{record.place} takes from topic {name}"
+
+    def _waiting(self, lane: Lane) -> int:
+        """Return how many messages wait in a queue; what a history has lost is told with the next one."""
+        count, most = self._counts[lane.index], lane.capacity if self.facts.has_histories else None
+        return count if most is None or self._loads else min(count, most)
 
     def _service(self, step: Step, record: ServiceStep | rec.Timeout) -> None:
         lane, mark, text = self._calls.mark(record, step.node)

@@ -56,6 +56,8 @@ class Facts:
         The place of the goals of each client of an action, by channel and client.
     managed : list of str
         Node nets that are managed.
+    has_histories : bool
+        Whether queues are histories (ROS 2), which hold no more than their depth: what comes pushes out.
     """
 
     owner: dict[str, str] = field(default_factory=dict)
@@ -70,6 +72,7 @@ class Facts:
     ports: dict[tuple[str, str], str] = field(default_factory=dict)
     goals: dict[tuple[str, str], str] = field(default_factory=dict)
     managed: list[str] = field(default_factory=list)
+    has_histories: bool = False
 
     def owner_of(self, element: str | None) -> str | None:
         """Return the node net of an element; that of its prototype for one of a server instance."""
@@ -83,6 +86,11 @@ class Facts:
     def channel_name(self, channel: str) -> str:
         """Return the topic, service or action of a channel; its id where the model does not say it."""
         return self.channels.get(channel, channel)
+
+    def only_client(self, channel: str) -> str | None:
+        """Return the client of an action; None where it has several."""
+        clients = [client for action, client in self.goals if action == channel]
+        return clients[0] if len(clients) == 1 else None
 
     def client_words(self, client: str) -> str:
         """Return a client: ``client L``, or the server instance that calls from its own page."""
@@ -111,9 +119,10 @@ def prototype(element: str) -> str:
 
 def facts_of(model: pn.Net | None) -> Facts:
     """Read off a model what pictures of its traces need."""
-    facts = Facts()
     if model is None:
-        return facts
+        return Facts()
+    is_of_ros2 = isinstance(model, sym.SystemModel) and model.middleware == sym.Middleware.ros2
+    facts = Facts(has_histories=is_of_ros2)
     counts = instance_counts(model)
     replicas = _replicas(model, counts)
     for node in nodes(model):

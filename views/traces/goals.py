@@ -95,14 +95,15 @@ class GoalBars:
     def _bar(self, record: GoalRecord, node: str | None) -> _Bar:
         channel, goal = record.channel, record.message
         slot = (channel, getattr(record, "instance", None))
-        if isinstance(record, rec.Goal):
-            return self._new(channel, goal, record.client or "?", node)
         bar = self._bars.get((channel, goal)) if goal else None
+        if isinstance(record, rec.Goal):  # of a run that goes on, its server's trace may have been read first
+            return bar or self._new(channel, goal, record.client or "?", node)
         if bar is None and not isinstance(record, rec.Accept):
             bar = self._in_slot.get(slot) if slot[1] is not None else None
         if bar is None:
             bar = self._of_client(record)
-        bar = bar or self._new(channel, goal, record.client or "?", None if slot[1] else node)
+        client = record.client or self._facts.only_client(channel) or "?"
+        bar = bar or self._new(channel, goal, client, None if slot[1] else node)
         if isinstance(record, rec.Accept):
             self._in_slot[slot] = bar
         return bar

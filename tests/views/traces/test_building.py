@@ -139,6 +139,24 @@ def test_messages_under_way_to_a_subscriber_are_counted_from_the_first() -> None
     assert marks(builder, "queue", "c", "subscriber", "s") == [[3, "k", 2], [4, "d", 0, 2]]
 
 
+def test_a_history_holds_no_more_than_its_depth() -> None:
+    """What comes to a full one pushes the oldest message out, of which the subscriber tells later."""
+    node = Scribe("logger")
+    for number in range(1, 7):
+        node.write(Publish, 1, channel="Words", place="Said", message=f"talker/Said/{number}")
+        if number == 1:
+            node.write(Take, 1, channel="Words", place="Heard", message="talker/Said/1")
+    node.write(Drop, 1, channel="Words", queue="subscriber", place="Heard", count=2)
+    node.write(Take, 1, channel="Words", place="Heard", message="talker/Said/4")
+    facts = Facts(limits={("Words", "Heard"): 3}, subscribers={("Words", "Heard")}, has_histories=True)
+    builder = TraceBuilder(facts)
+    for record in node.records:
+        builder.add(record)
+    assert marks(builder, "queue", "Words", "subscriber", "Heard") == [
+        [1, "k", 0], *([2 + n, "n", min(n + 1, 3)] for n in range(5)), [7, "d", 3, 2], [8, "k", 2]
+    ]  # fmt: skip
+
+
 def test_what_is_new_adds_up_to_the_snapshot() -> None:
     records = [record for _, record in merge({name: scribe.records for name, scribe in run().items()})]
     growing, whole = TraceBuilder(facts()), TraceBuilder(facts())

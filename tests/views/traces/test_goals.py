@@ -59,6 +59,18 @@ def test_a_goal_has_a_bar_with_all_that_happens_to_it() -> None:
     assert ENDS[call.end or 0] == "canceled"
 
 
+def test_a_goal_whose_acceptance_is_read_first_is_one_goal() -> None:
+    """Of a run that goes on, the trace of a server may be read before that of its client."""
+    goal, accept, *rest = GOAL
+    for clients, known in ((1, "C office0"), (2, "C ?")):
+        facts = facts_of(deliveries(clients, feedback=True))
+        builder = built([accept, goal, *rest], builder=TraceBuilder(facts))
+        (lane,) = [lane for lane in builder.lanes.all if lane.group == "actions"]
+        assert lane.note == known
+        assert marks(builder)[:2] == [["s", 1, 1], ["q", 1]]
+        assert marks(builder)[-1] == ["a", 1, 2]
+
+
 def test_goals_under_way_at_the_same_time_have_rows_of_their_own() -> None:
     builder = built(GOAL[:2], "g")
     built(GOAL[:2], "h", builder)
