@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,9 +11,10 @@ from dineros.cli.console import say, say_json, summarise, warn
 from dineros.metamodel.errors import DinerosError, Location, counted
 
 if TYPE_CHECKING:
+    from dineros.cli.recordings.evidence import Evidence
     from dineros.metamodel import sym
     from dineros.observation.importing.given import Given
-    from dineros.observation.narrowing import Narrowed, Proposal
+    from dineros.observation.narrowing import Narrowed, Proposal, Traced
     from dineros.observation.recordings import Calls
     from dineros.observation.systems import ObservedSystem
 
@@ -91,7 +92,7 @@ def refuse_given(output: Path) -> None:
         )
 
 
-def write(made: Narrowed, output: Path, bag: Path) -> None:
+def write(made: Narrowed, output: Path, evidence: Evidence) -> None:
     """Write a narrowed model, and then beside it what is given of its system now."""
     from dineros.metamodel.files import save
     from dineros.metamodel.files.atomic import write_atomically
@@ -99,7 +100,9 @@ def write(made: Narrowed, output: Path, bag: Path) -> None:
     from dineros.observation.narrowing.written import given_text
 
     shown = "".join(f"#   {proposal}\n" for proposal in made.accepted)
-    head = f"# What the recording {bag.name} shows of {output.name}, and what was given before.\n{shown}\n"
+    names = dict.fromkeys(path.name for path in (evidence.source, evidence.tracing) if path)
+    seen = f"{' and '.join(names)} {'show' if len(names) > 1 else 'shows'}"
+    head = f"# What {seen} of {output.name}, and what was given before.\n{shown}\n"
     save(made.imported.model, output)
     write_atomically(given_beside(output), (head + given_text(made.given)).encode())
 
@@ -139,17 +142,26 @@ def print_narrowed(made: Narrowed, output: Path, bag: Path) -> None:
     summarise(f"{output}: {counted(len(made.accepted), 'proposal')} accepted; explains {explained} of {bag}")
 
 
+def print_traced(evidence: Evidence) -> None:
+    """Print how many messages tracing files tell of, and how many of them callbacks published."""
+    counts = evidence.traced
+    if counts is not None:
+        callbacks = counted(len(counts.runs), "callback")
+        messages = counted(sum(counts.messages.values()), "message")
+        runs = counted(sum(counts.runs.values()), "run")
+        say(f"{evidence.tracing}: {runs} of {callbacks}; {counts.outside:,} of {messages} from none of them")
+
+
 def print_json(
     subject: Subject,
-    found: Iterable[Proposal],
-    calls: Mapping[str, Calls],
+    evidence: Evidence,
     made: Narrowed | None,
     output: Path | None,
 ) -> None:
     """Print all of it as JSON."""
     report: dict[str, Any] = {
         "model": str(subject.model),
-        "proposals": [asdict(each) for each in found],
+        "proposals": [asdict(each) for each in evidence.proposals],
         "services": {
             service: {
                 "events": dict(told.events),
@@ -158,8 +170,9 @@ def print_json(
                     for end, (count, least, most) in told.answers.items()
                 },
             }
-            for service, told in calls.items()
+            for service, told in evidence.calls.items()
         },
+        "tracing": _tracing(evidence.traced),
         "narrowed": None,
     }
     if made is not None:
@@ -171,3 +184,17 @@ def print_json(
             "messages": made.verdict.messages,
         }
     say_json(report)
+
+
+def _tracing(counts: Traced | None) -> dict[str, Any] | None:
+    if counts is None:
+        return None
+    return {
+        "nodes": sorted(counts.nodes),
+        "runs": sum(counts.runs.values()),
+        "messages": sum(counts.messages.values()),
+        "outside": counts.outside,
+        "unknown": asdict(counts.uncertain),
+        "discarded": counts.discarded,
+        "odd": counts.odd,
+    }

@@ -3,5 +3,16 @@
 from dineros.observation.narrowing.calling import verbs_of
 from dineros.observation.narrowing.narrowing import Narrowed, narrowed
 from dineros.observation.narrowing.proposals import Proposal, proposals
+from dineros.observation.narrowing.traced import Traced, publications, traced, with_traced
 
-__all__ = ["Narrowed", "Proposal", "narrowed", "proposals", "verbs_of"]
+__all__ = [
+    "Narrowed",
+    "Proposal",
+    "Traced",
+    "narrowed",
+    "proposals",
+    "publications",
+    "traced",
+    "verbs_of",
+    "with_traced",
+]

@@ -128,6 +128,9 @@ class _Node:
         self._said = said
         self._about = {(each.callback, _step(each)): each for each in accepted if each.kind != "timer"}
         self._timers = {_step(each): each for each in accepted if each.kind == "timer"}
+        self._traced_timers = {
+            each.callback: each.period for each in accepted if each.period and each.kind != "never"
+        }
         published = sorted({endpoint.topic for endpoint in node.publishers})
         asked = {each.name: verbs.get((node.name, each.name), "call") for each in node.clients}
         self._goes_on = [service for service, verb in asked.items() if verb == "send"]
@@ -154,6 +157,9 @@ class _Node:
             if left or self._goals:
                 timers[TIMER] = USUAL_PERIOD
                 self._add(callbacks, TIMER, self._woven([], left))
+            for name, period in self._traced_timers.items():
+                timers[name] = round(period, 6)
+                self._add(callbacks, name, self._steps(name, self._able))
             for step, proposal in self._timers.items():
                 name = f"{TIMER}_{step.name.strip('/').replace('/', '_')}"
                 while name in timers:
@@ -176,20 +182,26 @@ class _Node:
     def _steps(self, callback: str, able: Iterable[Step]) -> tuple[Step, ...]:
         """Return what a callback does: what is accepted, and at any time the rest of what it is able to."""
         decided = sorted(
-            (proposal.mean, replace(step, times=_TIMES[proposal.kind]))
+            (proposal.mean, times, replace(step, times=times))
             for (name, step), proposal in self._about.items()
             if name == callback and proposal.kind != "never"
+            for times in _times(proposal)
         )
         left = [each for each in able if (callback, each) not in self._about and each not in self._timers]
-        return self._woven([step for _, step in decided], left)
+        return self._woven([step for _, _, step in decided], left)
 
     def _unexplained(self) -> list[Step]:
         """Return the steps that may come from something that no recording shows."""
-        whole = {
-            step
-            for (_, step), each in self._about.items()
-            if each.kind != "never" and each.explained == each.messages
-        }
+        whole, left = set[Step](), dict[Step, int]()
+        for (_, step), each in self._about.items():
+            if each.kind == "never":
+                continue
+            # Times show what all callbacks explain together; traces, what each of them does.
+            if each.source == "tracing":
+                left[step] = left.get(step, each.messages) - each.explained
+            elif each.explained == each.messages:
+                whole.add(step)
+        whole |= {step for step, messages in left.items() if messages <= 0}
         return [step for step in self._able if step not in whole and step not in self._timers]
 
     def _woven(self, decided: list[Step], left: Iterable[Step]) -> tuple[Step, ...]:
@@ -204,7 +216,11 @@ def _step(proposal: Proposal) -> Step:
     return Step(proposal.verb, proposal.topic)
 
 
-_TIMES = {"always": "", "sometimes": "?"}
+def _times(proposal: Proposal) -> tuple[str, ...]:
+    """Return how often a step is taken in a run, as `Step` says it; what is always taken may come again."""
+    if proposal.repeats > 1:
+        return ("", "*") if proposal.kind == "always" else ("*",)
+    return ("",) if proposal.kind == "always" else ("?",)
 
 
 def _weaken(kept: list[Proposal], dropped: list[Proposal], message: str) -> None:

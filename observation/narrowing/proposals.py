@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from dineros.metamodel.errors import counted as in_words
 from dineros.observation.narrowing.counting import SECOND, Delays, Following, Publications
 from dineros.observation.systems import (
     REQUEST_RECEIVED,
@@ -32,6 +33,7 @@ MOSTLY = 0.9
 
 Kind = Literal["always", "sometimes", "never", "timer"]
 Verb = Literal["publish", "call", "send"]
+Source = Literal["times", "tracing"]
 Verbs = Mapping[tuple[str, str], Verb]
 """Whether nodes wait for the answers of services (``call``) or go on (``send``): by node and service."""
 
@@ -63,6 +65,14 @@ class Proposal:
         What it does: publish, call and wait for the answer, or ask and go on.
     trigger : str
         The topic, or the event of a service, that begins the callback; of a timer, nothing.
+    source : {"times", "tracing"}
+        What shows it: that messages follow each other in time, or tracing files. Of these, `triggers` and
+        `followed` count runs of the callback, times are from its beginning to the first message, and
+        `explained` are the messages of this callback alone.
+    period : float
+        Of the callback of a timer, as tracing files tell of it: seconds; else 0.
+    repeats : int
+        The most messages of one run.
     """
 
     node: str
@@ -79,9 +89,15 @@ class Proposal:
     confidence: float
     verb: Verb = "publish"
     trigger: str = ""
+    source: Source = "times"
+    period: float = 0.0
+    repeats: int = 1
 
     def __str__(self) -> str:
         share = f"{self.confidence:.2f}"
+        if self.source == "tracing":
+            leads = f"{self.callback} {self.kind} leads to {self.topic}"
+            return f"{share}  {self.node}: {leads} ({self._traced()})"
         does, effect = _WORDS[self.verb]
         each = "messages" if self.verb == "publish" else "requests"
         effect = f"{effect}{self.topic}"
@@ -101,6 +117,14 @@ class Proposal:
             f"({self.followed:,} of {self.triggers:,} followed, within {_seconds(self.least)} to "
             f"{_seconds(self.most)}; {self.explained:,} of {self.messages:,} {each} explained)"
         )
+
+    def _traced(self) -> str:
+        if self.kind == "never":
+            return f"in none of {in_words(self.triggers, 'run')}; traced"
+        runs = f"in {self.followed:,} of {in_words(self.triggers, 'run')}"
+        each = f", up to {self.repeats:,} each" if self.repeats > 1 else ""
+        times = f"{_seconds(self.least)} to {_seconds(self.most)}"
+        return f"{runs}{each}, after {times}; {self.explained:,} of {self.messages:,} messages; traced"
 
 
 _WORDS = {"publish": ("publishes", ""), "call": ("calls", "a call of "), "send": ("asks", "a request of ")}
@@ -196,7 +220,7 @@ def _proposed(node: str, verb: Verb, topic: str, found: Publications) -> Iterato
     else:
         causes = {each: following for each, following in found.together.items() if following.followed}
         explained = found.attributed
-    share = _expected(explained, found.count)
+    share = expected(explained, found.count)
     for trigger, following in found.alone.items():
         its = causes.get(trigger)
         if its is None and not following.triggers:
@@ -212,7 +236,7 @@ def _proposed(node: str, verb: Verb, topic: str, found: Publications) -> Iterato
             topic,
             kind,
             *(shown.triggers, 0 if its is None else its.followed, found.count, explained),
-            *(_times(Delays() if its is None else its.delays)),
+            *(seconds_of(Delays() if its is None else its.delays)),
             confidence,
             verb,
             trigger,
@@ -230,9 +254,9 @@ def _only_cause(found: Publications) -> str | None:
 
 
 def _timer(node: str, verb: Verb, topic: str, gaps: Delays, messages: int) -> Proposal:
-    confidence = (1 - gaps.variation) * _expected(gaps.count, gaps.count)
+    confidence = (1 - gaps.variation) * expected(gaps.count, gaps.count)
     count = (gaps.count, gaps.count, messages, messages)
-    return Proposal(node, topic, topic, "timer", *count, *_times(gaps), confidence, verb)
+    return Proposal(node, topic, topic, "timer", *count, *seconds_of(gaps), confidence, verb)
 
 
 def _kind(following: Following, share: float) -> tuple[Kind, float]:
@@ -240,14 +264,15 @@ def _kind(following: Following, share: float) -> tuple[Kind, float]:
     # What waits when the recording ends may still be followed.
     if following.triggers - following.followed - following.waits:
         return "sometimes", share * following.promptness
-    return "always", share * _expected(following.followed, following.followed)
+    return "always", share * expected(following.followed, following.followed)
 
 
-def _times(delays: Delays) -> tuple[float, float, float]:
+def seconds_of(delays: Delays) -> tuple[float, float, float]:
+    """Return the least, the mean and the greatest of some times, in seconds."""
     return delays.least / SECOND, delays.mean / SECOND, delays.most / SECOND
 
 
-def _expected(times: int, of: int) -> float:
+def expected(times: int, of: int) -> float:
     """Return the expected share, after it was so some times (Laplace's rule of succession)."""
     return (times + 1) / (of + 2)
 

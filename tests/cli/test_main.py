@@ -25,6 +25,7 @@ from tests.support.layouter import without_line
 from tests.support.managed_systems import camera
 from tests.support.system_packages import require_for
 from tests.support.talker import talker
+from tests.support.traces import Trace
 from tests.support.warm_commands import program
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -81,6 +82,15 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     rounds = range(0, 3_000_000_000, 100_000_000)
     pairs = (("/scans", 0), ("/dones", 20_000_000))
     write_bag(folder / "recording", [(topic, at + late) for at in rounds for topic, late in pairs])
+    trace = Trace()
+    scans, dones = (
+        trace.publisher(trace.node(node), topic)
+        for node, topic in (("/sensor", "/scans"), ("/mapper", "/dones"))
+    )
+    for _ in range(9):
+        trace.publish(scans, thread=2)
+        trace.publish(dones, thread=3)
+    trace.write(folder / "trace")
     (folder / "seen.given.toml").write_text(
         '[topic."/scans"]\npublishers = ["/sensor"]\nsubscribers = ["/mapper"]\n'
         '[topic."/dones"]\npublishers = ["/mapper"]\n'

@@ -18,6 +18,7 @@ from tests.fuzz.editing_targets import editor, editors_journal
 from tests.fuzz.judging import REFUSED, Outcome, refused_or, run_command
 from tests.fuzz.running_targets import announcement, journal, live_page, message, mqtt, payload, rest_request
 from tests.fuzz.steering_targets import answered_by_a_process, asked_of_a_node, said_by_a_page
+from tests.fuzz.tracing_targets import tracing
 
 Attempt = Callable[[bytes], Outcome]
 MEMORY = ("--memory", "600M")
@@ -392,6 +393,7 @@ KINDS = {
     "journal": Kind(journal, mutators.mutate_json_lines),
     "trace": Kind(_trace, mutators.mutate_json_lines),
     "recording": Kind(_recording, mutators.mutate_bytes, share=50),
+    "tracing": Kind(tracing, mutators.mutate_bytes, share=50),
     "orders": Kind(_orders, mutators.mutate_json),
     "sweep journal": Kind(_sweep_journal, mutators.mutate_json_lines),
     "message": Kind(message, mutators.mutate_json, share=200),

@@ -112,6 +112,7 @@ FOLDERS = {
         *(
             "systems",
             "recordings",
+            "tracing",
             "graph",
             "importing",
             "findings",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 
 import click
@@ -11,12 +12,14 @@ from dineros.cli.models import load_system, refuse_invalid
 from dineros.cli.observing import recording_options
 from dineros.cli.options import ModelPath, json_option, model_argument
 from dineros.cli.outputs import refuse_output
+from dineros.cli.recordings.evidence import gathered
 from dineros.cli.recordings.narrowing import (
     chosen,
     print_calls,
     print_json,
     print_narrowed,
     print_proposals,
+    print_traced,
     refuse_given,
     subject_of,
     write,
@@ -29,14 +32,20 @@ from dineros.cli.supervising import search_command
     "dineros narrow seen.sym.xmi --bag recording",
     "dineros narrow seen.sym.xmi --bag recording --threshold 0.95 -o narrowed.sym.xmi",
     "dineros narrow seen.sym.xmi --bag recording --accept 1 -o narrowed.sym.xmi",
+    "dineros narrow seen.sym.xmi --tracing trace --threshold 0.95 -o narrowed.sym.xmi",
 )
 @model_argument()
 @click.option(
     "--bag",
     type=ModelPath(),
     metavar="RECORDING",
-    required=True,
     help="A recording of rosbag2: its folder, or one .mcap or .db3 file.",
+)
+@click.option(
+    "--tracing",
+    type=ModelPath(),
+    metavar="TRACE",
+    help="Tracing files of ros2_tracing: a folder of LTTng, read by babeltrace2, or the text that it writes.",
 )
 @click.option(
     "--within",
@@ -67,7 +76,8 @@ from dineros.cli.supervising import search_command
 @json_option
 def narrow(
     model: Path,
-    bag: Path,
+    bag: Path | None,
+    tracing: Path | None,
     within: float,
     threshold: float | None,
     accept: tuple[int, ...],
@@ -83,7 +93,8 @@ def narrow(
     A proposal says that a message on a topic always, sometimes or never follows another one, or that a timer
     publishes it; with how often and how soon, and the share of times at which it can be expected to hold.
     Where services tell of their calls (service introspection), calls are proposed as well, and what follows
-    requests and answers.
+    requests and answers. Tracing files show which callback was running when a message was published, and
+    stand above times; they may also stand for the recording.
 
     In the narrowed model, what is accepted holds, and the rest stays open. It explains the recording: what it
     could not be explained with is weakened, or taken back, and listed. Beside it stands what is given of the
@@ -97,26 +108,25 @@ def narrow(
     if output is not None:
         refuse_output(output, (".xmi", ".pnml"))
         refuse_given(output)
-    from dineros.observation.narrowing import narrowed, proposals, verbs_of
-    from dineros.observation.recordings import Observed, Recording
+    if bag is None and tracing is None:
+        raise click.UsageError("say what was seen: --bag RECORDING, --tracing TRACE, or both")
+    from dineros.observation.narrowing import narrowed
 
     system = load_system(model)
     refuse_invalid(system, model)
     subject = subject_of(model, system)
     run = search()
-    with Recording(bag) as recording:
-        run.stage(f"reading {bag.name}")
-        observed = Observed(recording)
-        verbs = verbs_of(subject.system, observed.recorded, subject.given)
-        found = proposals(subject.system, observed.messages(), verbs=verbs, within=within)
+    with ExitStack() as open_files:
+        evidence = gathered(subject.system, subject.given, bag, tracing, within, run.stage, open_files)
+        found = evidence.proposals
         made = None
         if output is not None:
             accepted = chosen(found, threshold, accept)
-            run.stage(f"explaining {bag.name}")
+            run.stage(f"explaining {evidence.source.name}")
             made = narrowed(
                 subject.system,
-                observed.recorded,
-                observed.messages,
+                evidence.recorded,
+                evidence.messages,
                 accepted,
                 given=subject.given,
                 id=subject.id,
@@ -125,14 +135,15 @@ def narrow(
                 budget=run.budget(),
             )
             refuse_invalid(made.imported.model, output)
-            write(made, output, bag)
+            write(made, output, evidence)
     with run.answer():
         if as_json:
-            print_json(subject, found, observed.calls, made, output)
+            print_json(subject, evidence, made, output)
         elif made is None:
-            print_proposals(found, bag)
-            print_calls(observed.calls)
+            print_proposals(found, evidence.source)
+            print_calls(evidence.calls)
+            print_traced(evidence)
         elif output is not None:
-            print_narrowed(made, output, bag)
+            print_narrowed(made, output, evidence.source)
     statuses = {"conforms": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}
     return HOLDS if made is None else statuses[made.verdict.status]

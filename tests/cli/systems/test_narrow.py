@@ -10,6 +10,7 @@ import pytest
 from dineros.observation.importing.given import given_beside, read_given
 from tests.cli.conftest import Run
 from tests.support.bags import service_event, write_bag
+from tests.support.traces import Trace
 
 GIVEN = """
 [topic."/scan"]
@@ -180,12 +181,22 @@ def test_wrong_use_is_one_line_and_no_file(
     assert {path: path.read_bytes() for path in seen.parent.iterdir() if path.is_file()} == before
 
 
+def traced() -> Trace:
+    trace = Trace()
+    mapper = trace.node("/mapper")
+    scanned, grid = trace.subscription(mapper, "/scan"), trace.publisher(mapper, "/map")
+    for _ in range(5):
+        trace.run(scanned, [grid])
+    return trace
+
+
 def test_the_examples_of_help_run(seen: Path, bag: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(seen.parent)
     bag.rename("recording")
+    traced().write(Path("trace"))
     text = run("narrow", "--help").stdout
     examples = [line.strip() for line in text.splitlines() if line.strip().startswith("dineros narrow ")]
-    assert len(examples) == 3
+    assert len(examples) == 4
     for example in examples:
         _, *words = example.split()
         result = run(*words)

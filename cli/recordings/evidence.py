@@ -1,0 +1,133 @@
+"""``dineros narrow``: what was seen of a system, in a recording, in tracing files, or in both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dineros.cli.console import warn
+from dineros.metamodel.errors import Location, counted
+
+if TYPE_CHECKING:
+    from dineros.observation.importing.given import Given
+    from dineros.observation.narrowing import Proposal, Traced
+    from dineros.observation.narrowing.narrowing import Messages
+    from dineros.observation.recordings import Calls
+    from dineros.observation.systems import ObservedSystem, RecordedTopic
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What was seen, and what it proposes.
+
+    Attributes
+    ----------
+    source : Path
+        Whose messages are explained: the recording, or else the tracing files.
+    tracing : Path or None
+        The tracing files.
+    proposals : list of Proposal
+        Of both.
+    recorded, messages
+        What is explained.
+    calls : mapping
+        What services tell of their calls in the recording.
+    traced : Traced or None
+        What is counted of tracing files.
+    """
+
+    source: Path
+    tracing: Path | None
+    proposals: list[Proposal]
+    recorded: Collection[RecordedTopic]
+    messages: Messages
+    calls: Mapping[str, Calls]
+    traced: Traced | None
+
+
+def gathered(
+    system: ObservedSystem,
+    given: Given,
+    bag: Path | None,
+    tracing: Path | None,
+    within: float,
+    stage: Callable[[str], None],
+    open_files: ExitStack,
+) -> Evidence:
+    """Read what was seen of a system; warn of what tracing files lack.
+
+    Parameters
+    ----------
+    system : ObservedSystem
+        The system.
+    given : Given
+        What people say of it.
+    bag, tracing : Path or None
+        A recording and tracing files, one of them at least.
+    within : float
+        Seconds after which a message is no consequence of another one any more.
+    stage : callable
+        Is told what is read.
+    open_files : ExitStack
+        Closes the recording.
+
+    Raises
+    ------
+    DinerosError
+        One of them cannot be read.
+    """
+    from dineros.observation.narrowing import proposals, publications, traced, verbs_of, with_traced
+    from dineros.observation.recordings import Observed, Recording
+    from dineros.observation.tracing import Tracing, TracingError
+
+    source = bag or tracing
+    if source is None:
+        raise ValueError("neither a recording nor tracing files")
+    counts = None
+    if tracing is not None:
+        stage(f"reading {tracing.name}")
+        files = Tracing(tracing)
+        counts = traced(system, files)
+        if not counts.nodes:
+            known = f"it tells of {', '.join(sorted(counts.others))[:300]}" if counts.others else None
+            raise TracingError(
+                "nothing in it is of a node of the model", location=Location(tracing), hint=known
+            )
+        _warn(tracing, counts)
+    calls: Mapping[str, Calls] = {}
+    recorded: Collection[RecordedTopic]
+    messages: Messages
+    if bag is not None:
+        recording = open_files.enter_context(Recording(bag))
+        stage(f"reading {bag.name}")
+        observed = Observed(recording)
+        recorded, messages, calls = observed.recorded, observed.messages, observed.calls
+    else:
+        assert tracing is not None and counts is not None
+        recorded, messages = counts.recorded(), lambda: publications(system, files)
+    verbs = verbs_of(system, recorded, given)
+    found = proposals(system, messages(), verbs=verbs, within=within)
+    if counts is not None:
+        found = with_traced(found, counts)
+    return Evidence(source, tracing, found, recorded, messages, calls, counts)
+
+
+def _warn(tracing: Path, counts: Traced) -> None:
+    """Warn of what tracing files do not tell, and of what they lack."""
+    unknown = counts.uncertain
+    if counts.discarded:
+        warn(f"{tracing}: the tracer had no room for {counted(counts.discarded, 'event')}, which are missing")
+    if counts.odd:
+        warn(f"{tracing}: {counted(counts.odd, 'line')} left out: no event, or cut off")
+    if unknown.callbacks or unknown.messages:
+        runs, messages = counted(unknown.callbacks, "run"), counted(unknown.messages, "message")
+        warn(
+            f"{tracing}: does not tell the nodes of {runs} of callbacks and {messages}: they began before it"
+        )
+    missing = [node.name for node in counts.system.nodes if node.name not in counts.nodes]
+    if missing:
+        shown = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
+        warn(f"{tracing}: nothing in it is of {counted(len(missing), 'node')} of the model: {shown}")

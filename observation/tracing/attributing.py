@@ -1,0 +1,347 @@
+"""Which callback of which node was running when a message was published, by the events of ros2_tracing.
+
+A callback publishes on the thread that runs it, between its ``callback_start`` and its ``callback_end``.
+Callbacks nest where one spins an executor of its own. Up to ROS 2 Jazzy, a callback of a service that answers
+later has no ``callback_end`` (https://github.com/ros2/rclcpp/pull/2670): what its thread publishes once the
+executor has gone on is the callback's only if the end comes after all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sized
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+from dineros.metamodel.errors import Location
+from dineros.observation.tracing.errors import TracingError
+from dineros.observation.tracing.reading import TracedEvent, Tracing
+
+MOST = 100_000
+"""Things of a kind that are remembered: handles, callbacks, threads that are in one."""
+
+MOST_NESTED = 100
+"""Callbacks that run within each other on a thread; the outermost of more has lost its end."""
+
+Kind = Literal["subscription", "service", "timer"]
+Effect = tuple[str, str]
+"""A node, and a topic on which it publishes."""
+
+
+class Callback(NamedTuple):
+    """A callback of a node.
+
+    Attributes
+    ----------
+    node : str
+        Full name of the node.
+    kind : {"subscription", "service", "timer"}
+        What begins it.
+    name : str
+        Full name of the topic or service; of a timer, the signature of its function.
+    period : int
+        Of a timer, in nanoseconds.
+    """
+
+    node: str
+    kind: Kind
+    name: str
+    period: int = 0
+
+
+class Publication(NamedTuple):
+    """A message that was published: when (nanoseconds), by which node, on which topic."""
+
+    time: int
+    node: str
+    topic: str
+
+
+@dataclass
+class Sent:
+    """What a run published on a topic: how many messages, the first so many nanoseconds after it began."""
+
+    count: int
+    first: int
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run of a callback.
+
+    Attributes
+    ----------
+    callback : Callback
+        Which.
+    published : dict of (str, str) to Sent
+        What it published: by node, which may be another one, and topic.
+    ended : bool
+        Whether it ended before the trace did, as far as that is known.
+    """
+
+    callback: Callback
+    published: dict[Effect, Sent]
+    ended: bool = True
+
+
+@dataclass
+class Uncertain:
+    """What a trace does not tell.
+
+    Attributes
+    ----------
+    callbacks : int
+        Runs of callbacks of which it does not tell the node: the trace was begun after the node was.
+    messages : int
+        Messages of publishers of which it does not tell the node.
+    """
+
+    callbacks: int = 0
+    messages: int = 0
+
+
+@dataclass
+class _Frame:
+    """A callback that runs on a thread, with what it published; `unsure`: after the executor went on."""
+
+    address: str
+    callback: Callback | None
+    began: int
+    sure: dict[Effect, Sent] = field(default_factory=dict)
+    unsure: dict[Effect, Sent] = field(default_factory=dict)
+    left: bool = False
+
+    def published(self, effect: Effect, time: int) -> None:
+        into = self.unsure if self.left else self.sure
+        if effect in into:
+            into[effect].count += 1
+        else:
+            into[effect] = Sent(1, time - self.began)
+
+    def run(self, *, has_end: bool, ended: bool = True) -> Iterator[Run]:
+        if self.callback is None:
+            return
+        if has_end:
+            for effect, sent in self.unsure.items():
+                if effect in self.sure:
+                    self.sure[effect].count += sent.count
+                else:
+                    self.sure[effect] = sent
+        yield Run(self.callback, self.sure, ended)
+
+
+@dataclass
+class _Thread:
+    """The callbacks that run on a thread, the innermost last, and whose message went within the process."""
+
+    frames: list[_Frame] = field(default_factory=list)
+    within: str | None = None
+
+
+def runs(tracing: Tracing, uncertain: Uncertain | None = None) -> Iterator[Run | Publication]:
+    """Yield the messages of a trace as they are published, and the runs of callbacks as they end.
+
+    Parameters
+    ----------
+    tracing : Tracing
+        The files.
+    uncertain : Uncertain, optional
+        Takes what they do not tell.
+
+    Raises
+    ------
+    TracingError
+        They cannot be read, tell of no node, or of more than anybody has.
+    """
+    found = _Attributing(tracing, uncertain or Uncertain())
+    for event in tracing.events():
+        yield from found.take(event)
+    yield from found.finish()
+
+
+class _Attributing:
+    """Names of what has an address, and what each thread does."""
+
+    def __init__(self, tracing: Tracing, uncertain: Uncertain) -> None:
+        self._tracing = tracing
+        self._uncertain = uncertain
+        self._nodes: dict[tuple[str, str], str] = {}
+        self._publishers: dict[tuple[str, str], Effect] = {}
+        # By handle: node, as an address, and topic or service.
+        self._handles: dict[tuple[str, str], tuple[str, str]] = {}
+        self._subscriptions: dict[tuple[str, str], str] = {}
+        self._callbacks: dict[tuple[str, str], tuple[Kind, str]] = {}
+        self._periods: dict[tuple[str, str], int] = {}
+        self._timer_nodes: dict[tuple[str, str], str] = {}
+        self._symbols: dict[tuple[str, str], str] = {}
+        self._threads: dict[str, _Thread] = {}
+
+    def take(self, event: TracedEvent) -> Iterator[Run | Publication]:
+        """Take an event; yield what it tells."""
+        name = event.name
+        if name == "callback_start":
+            yield from self._started(event)
+        elif name == "callback_end":
+            yield from self._ended(event)
+        elif name in ("rcl_publish", "rclcpp_intra_publish"):
+            yield from self._published(event, within=name == "rclcpp_intra_publish")
+        elif name.startswith("rclcpp_executor"):
+            if event.thread in self._threads:
+                thread = self._threads[event.thread]
+                thread.within = None
+                for frame in thread.frames:
+                    frame.left = True
+        else:
+            self._register(event)
+
+    def finish(self) -> Iterator[Run]:
+        """Yield the runs that had not ended when the trace did.
+
+        Raises
+        ------
+        TracingError
+            No node has been told of.
+        """
+        for thread in self._threads.values():
+            for frame in thread.frames:
+                yield from frame.run(has_end=False, ended=False)
+        if not self._nodes:
+            raise TracingError(
+                "does not tell of any node (rcl_node_init)",
+                location=Location(self._tracing.path),
+                hint="start tracing before the nodes, with all events: `ros2 trace`",
+            )
+
+    def _started(self, event: TracedEvent) -> Iterator[Run]:
+        (address,) = event.fields
+        thread = self._thread(event.thread)
+        thread.within = None
+        # A callback does not begin again before it has ended: its end was not told, nor those within it.
+        yield from self._unwound(thread, address)
+        callback = self._callback(event.process, address)
+        if callback is None:
+            self._uncertain.callbacks += 1
+        thread.frames.append(_Frame(address, callback, event.time))
+        if len(thread.frames) > MOST_NESTED:
+            yield from thread.frames.pop(0).run(has_end=False)
+
+    def _ended(self, event: TracedEvent) -> Iterator[Run]:
+        (address,) = event.fields
+        thread = self._threads.get(event.thread)
+        if thread is None:
+            return
+        thread.within = None
+        place = self._place(thread, address)
+        if place is not None:
+            for frame in reversed(thread.frames[place + 1 :]):
+                yield from frame.run(has_end=False)
+            yield from thread.frames[place].run(has_end=True)
+            del thread.frames[place:]
+        if not thread.frames:
+            del self._threads[event.thread]
+
+    def _thread(self, name: str) -> _Thread:
+        if name not in self._threads and len(self._threads) >= MOST:
+            self._threads = {its: thread for its, thread in self._threads.items() if thread.frames}
+        thread = self._threads.setdefault(name, _Thread())
+        self._bound(self._threads, "threads")
+        return thread
+
+    def _unwound(self, thread: _Thread, address: str) -> Iterator[Run]:
+        place = self._place(thread, address)
+        if place is not None:
+            for frame in reversed(thread.frames[place:]):
+                yield from frame.run(has_end=False)
+            del thread.frames[place:]
+
+    @staticmethod
+    def _place(thread: _Thread, address: str) -> int | None:
+        return next(
+            (
+                place
+                for place in range(len(thread.frames) - 1, -1, -1)
+                if thread.frames[place].address == address
+            ),
+            None,
+        )
+
+    def _published(self, event: TracedEvent, *, within: bool) -> Iterator[Publication]:
+        (handle,) = event.fields
+        thread = self._threads.get(event.thread)
+        # What goes within the process and to others is told twice, right after each other.
+        again = not within and thread is not None and thread.within == handle
+        if within and thread is None:
+            thread = self._thread(event.thread)
+        if thread is not None:
+            thread.within = handle if within else None
+            if not thread.frames and not within:
+                del self._threads[event.thread]
+        if again:
+            return
+        effect = self._publishers.get((event.process, handle))
+        if effect is None:
+            self._uncertain.messages += 1
+            return
+        if thread is not None and thread.frames:
+            thread.frames[-1].published(effect, event.time)
+        yield Publication(event.time, *effect)
+
+    def _register(self, event: TracedEvent) -> None:
+        process, values = event.process, event.fields
+        match event.name:
+            case "rcl_node_init":
+                handle, name, namespace = values
+                self._nodes[process, handle] = f"{namespace.rstrip('/')}/{name}"
+                self._bound(self._nodes, "nodes")
+            case "rcl_publisher_init":
+                handle, node, topic = values
+                known = self._nodes.get((process, node))
+                if known is not None:
+                    self._publishers[process, handle] = known, topic
+                    self._bound(self._publishers, "publishers")
+            case "rcl_subscription_init" | "rcl_service_init":
+                handle, node, name = values
+                self._handles[process, handle] = node, name
+                self._bound(self._handles, "subscriptions and services")
+            case "rclcpp_subscription_init":
+                handle, subscription = values
+                self._subscriptions[process, subscription] = handle
+                self._bound(self._subscriptions, "subscriptions")
+            case "rclcpp_subscription_callback_added":
+                self._add(process, values, "subscription")
+            case "rclcpp_service_callback_added":
+                self._add(process, values, "service")
+            case "rclcpp_timer_callback_added":
+                self._add(process, values, "timer")
+            case "rcl_timer_init":
+                handle, period = values
+                self._periods[process, handle] = int(period, 0)
+                self._bound(self._periods, "timers")
+            case "rclcpp_timer_link_node":
+                handle, node = values
+                self._timer_nodes[process, handle] = node
+                self._bound(self._timer_nodes, "timers")
+            case "rclcpp_callback_register":
+                callback, symbol = values
+                self._symbols[process, callback] = symbol
+                self._bound(self._symbols, "callbacks")
+
+    def _add(self, process: str, values: tuple[str, ...], kind: Kind) -> None:
+        owner, callback = values
+        self._callbacks[process, callback] = kind, owner
+        self._bound(self._callbacks, "callbacks")
+
+    def _callback(self, process: str, address: str) -> Callback | None:
+        kind, owner = self._callbacks.get((process, address), ("timer", ""))
+        if kind == "timer":
+            node = self._nodes.get((process, self._timer_nodes.get((process, owner), "")))
+            symbol = self._symbols.get((process, address), "")
+            period = self._periods.get((process, owner), 0)
+            return Callback(node, kind, symbol, period) if node else None
+        handle = self._subscriptions.get((process, owner), "") if kind == "subscription" else owner
+        at, name = self._handles.get((process, handle), ("", ""))
+        node = self._nodes.get((process, at))
+        return Callback(node, kind, name) if node else None
+
+    def _bound(self, known: Sized, what: str) -> None:
+        if len(known) > MOST:
+            raise TracingError(f"tells of more than {MOST:,} {what}", location=Location(self._tracing.path))
