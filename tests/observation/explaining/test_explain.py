@@ -178,6 +178,52 @@ def test_messages_close_to_each_other_may_have_been_published_in_any_order() -> 
     assert number(explain(model, recorded("/scans", "/dones"), messages, tolerance=0.007)) == 1
 
 
+def greeting() -> sym.SystemModel:
+    """Return two nodes that greet once each; whoever hears the other before it greets may thank for that."""
+    pages, channels = [], []
+    heard: dict[str, sym.Place] = {}
+    for name in ("one", "two"):
+        node = sym.NodeNet(id=name)
+        places = {each: sym.Place(id=f"{name}{each}", page=node) for each in ("Greeting", "Thanks", "Heard")}
+        start = sym.Place(id=f"{name}Start", tokens=1, page=node)
+        flow(start, sym.Transition(id=f"{name}Greet", page=node), places["Greeting"])
+        answer = sym.Transition(id=f"{name}Answer", page=node)
+        flow(start, answer)
+        flow(places["Heard"], answer, places["Greeting"])
+        flow(answer, places["Thanks"])
+        heard[name] = places["Heard"]
+        pages.append(node)
+        channels += [
+            sym.TopicChannel(
+                id=f"{name}{kind}", topic=f"{name}/{kind}", publishers=[sym.PublisherPort(place=out)]
+            )
+            for kind, out in (("greets", places["Greeting"]), ("thanks", places["Thanks"]))
+        ]
+    for channel, hearer in ((channels[0], "two"), (channels[2], "one")):
+        channel.subscribers = [sym.SubscriberPort(place=heard[hearer])]
+    return sym.SystemModel(id="greeting", middleware="ros2", pages=pages, channels=channels)
+
+
+@pytest.mark.parametrize(("late", "other"), [("one", "two"), ("two", "one")])
+@pytest.mark.parametrize("first", ["one", "two"])
+def test_what_came_later_may_fit_to_another_order_than_the_one_that_is_remembered(
+    late: str, other: str, first: str
+) -> None:
+    """Both greetings came at once, and one order only lets a node thank: what is drawn fits."""
+    second = "two" if first == "one" else "one"
+    model = greeting()
+    topics = [f"/{node}/{kind}" for node in ("one", "two") for kind in ("greets", "thanks")]
+    messages = [(f"/{first}/greets", 0), (f"/{second}/greets", MILLISECOND), (f"/{late}/thanks", 10**9)]
+    assert number(explain(model, recorded(*topics), messages, tolerance=0.01)) is None
+    assert number(explain(model, recorded(*topics), messages, tolerance=0)) == (3 if first == late else None)
+    for wrong in (f"/{late}/thanks", f"/{other}/thanks"):  # nobody thanks twice, and not both do
+        verdict = explain(model, recorded(*topics), [*messages, (wrong, 2 * 10**9)], tolerance=0.01)
+        assert number(verdict) == 4
+        drawn = shown(verdict, model)
+        assert drawn
+        assert drawn == [f"/{other}/greets", f"/{late}/greets", f"/{late}/thanks"][-len(drawn) :]
+
+
 def test_what_was_not_recorded_may_come_at_any_time_and_what_the_model_lacks_is_left_out() -> None:
     model, _ = sensor()
     messages = [("/dones", n) for n in range(30)] + [("/elsewhere", 5)]
