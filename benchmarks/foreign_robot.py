@@ -16,7 +16,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from dineros.metamodel import sym
-from dineros.observation.explaining import Explainer
+from dineros.observation.explaining import Explainer, explain
 from dineros.observation.importing.building import to_model
 from dineros.observation.systems import RecordedTopic
 from dineros.runtime.ros.process.domains import claimed_domain
@@ -52,12 +52,16 @@ def recorded(path: Path, seconds: float) -> list[tuple[str, int]]:
 def explained(name: str, model: sym.SystemModel, messages: list[tuple[str, int]], tolerance: float) -> None:
     """Explain what was recorded, and print how fast that is."""
     topics = [RecordedTopic(topic, "") for topic in sorted({topic for topic, _ in messages})]
-    explainer = Explainer(model, topics, tolerance=tolerance, midway=True)
-    began = time.process_time()
-    for topic, at in messages:
-        if (first := explainer.add(topic, at)) is not None:
-            raise SystemExit(f"{name}: {first}")
-    assert explainer.finish() is None
+    began = 0.0
+
+    def read() -> Iterator[tuple[str, int]]:
+        nonlocal began
+        began = time.process_time()  # the model is ready
+        yield from messages
+
+    verdict = explain(model, topics, read(), tolerance=tolerance, midway=True)
+    if verdict.status != "conforms":
+        raise SystemExit(f"{name}: {verdict.unexplained or verdict.reason}")
     seconds = time.process_time() - began
     print(f"{name:>8} {tolerance:10} {len(messages):10,} {len(messages) / seconds:12,.0f}", flush=True)
 

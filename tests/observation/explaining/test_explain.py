@@ -14,6 +14,7 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.elements import transitions
 from dineros.metamodel.files import load
 from dineros.observation.explaining import Explainer, RecordingVerdict, explain
+from dineros.observation.explaining.commuting import Commuting
 from dineros.observation.importing.building import to_model
 from dineros.observation.importing.given import Given, GivenNode
 from dineros.observation.systems import (
@@ -182,7 +183,8 @@ def greeting() -> sym.SystemModel:
     """Return two nodes that greet once each; whoever hears the other before it greets may thank for that."""
     pages, channels = [], []
     heard: dict[str, sym.Place] = {}
-    for name in ("one", "two"):
+    said: list[tuple[str, str, sym.Place]] = []
+    for name, other in (("one", "two"), ("two", "one")):
         node = sym.NodeNet(id=name)
         places = {each: sym.Place(id=f"{name}{each}", page=node) for each in ("Greeting", "Thanks", "Heard")}
         start = sym.Place(id=f"{name}Start", tokens=1, page=node)
@@ -191,16 +193,19 @@ def greeting() -> sym.SystemModel:
         flow(start, answer)
         flow(places["Heard"], answer, places["Greeting"])
         flow(answer, places["Thanks"])
-        heard[name] = places["Heard"]
+        heard[f"{other}/greets"] = places["Heard"]
         pages.append(node)
-        channels += [
+        said += [(name, "greets", places["Greeting"]), (name, "thanks", places["Thanks"])]
+    for name, kind, place in said:
+        hearer = heard.get(f"{name}/{kind}")
+        channels.append(
             sym.TopicChannel(
-                id=f"{name}{kind}", topic=f"{name}/{kind}", publishers=[sym.PublisherPort(place=out)]
+                id=f"{name}{kind}",
+                topic=f"{name}/{kind}",
+                publishers=[sym.PublisherPort(place=place)],
+                subscribers=[sym.SubscriberPort(place=hearer)] if hearer is not None else [],
             )
-            for kind, out in (("greets", places["Greeting"]), ("thanks", places["Thanks"]))
-        ]
-    for channel, hearer in ((channels[0], "two"), (channels[2], "one")):
-        channel.subscribers = [sym.SubscriberPort(place=heard[hearer])]
+        )
     return sym.SystemModel(id="greeting", middleware="ros2", pages=pages, channels=channels)
 
 
@@ -293,3 +298,31 @@ def test_what_was_forgotten_is_found_again(monkeypatch: pytest.MonkeyPatch) -> N
     assert number(explain(model, recorded("/scans", "/dones"), messages)) is None
     messages[100:100] = [("/dones", messages[99][1])]
     assert number(explain(model, recorded("/scans", "/dones"), messages)) == 101
+
+
+def test_what_was_forgotten_of_orders_is_found_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    model, messages = sensor()
+    messages[100:100] = [("/dones", messages[99][1])]
+    expected = number(explain(model, recorded("/scans", "/dones"), messages, tolerance=0.15))
+    assert expected is not None and expected > 101
+    monkeypatch.setattr("dineros.observation.explaining.following.MOST_STATES", 1)
+    monkeypatch.setattr("dineros.observation.explaining.marking_sets.MOST_ANSWERS", 1)
+    monkeypatch.setattr("dineros.observation.explaining.commuting.MOST_KNOWN", 1)
+    assert number(explain(model, recorded("/scans", "/dones"), messages, tolerance=0.15)) == expected
+
+
+def test_orders_that_allow_no_more_are_not_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where nothing is to be done yet, a scan comes first; else the order that was seen will do."""
+    model, _ = sensor()
+    follower = Explainer(model, recorded("/scans", "/dones"))._follower
+    commuting = Commuting(follower)
+    start = follower.start()
+    assert commuting.needed(start, "/dones", (("/scans", 1),)) == (
+        "/dones",
+        "/scans",
+    )  # nothing is to be done
+    assert commuting.needed(start, "/scans", (("/dones", 1),)) == ("/scans",)
+    begun = follower.step(start, "/scans")
+    assert commuting.needed(begun, "/scans", (("/dones", 1),)) == ("/scans",)
+    monkeypatch.setattr("dineros.observation.explaining.commuting.FREE_LOOKS", -1)
+    assert Commuting(follower).needed(begun, "/scans", (("/dones", 1),)) == ("/scans", "/dones")
