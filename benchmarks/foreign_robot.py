@@ -1,17 +1,22 @@
 """The robot of `examples/foreign`, recorded and explained: ``python -m benchmarks.foreign_robot``.
 
 Its twelve nodes, mended, run as processes of their own; the recorder comes later, as `ros2 bag record` does.
-Then the model that is imported explains the recording, with several tolerances.
+Then the model that is imported explains the recording, with several tolerances. With ``--messages`` it
+explains so many, of the recording again and again, each time with other times within a millisecond: so they
+come in orders that were not there before.
 """
 
 import argparse
+import random
+import resource
 import tempfile
 import time
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
 from dineros.metamodel import sym
-from dineros.observation.explaining import Explainer
+from dineros.observation.explaining import Explainer, explain
 from dineros.observation.importing.building import to_model
 from dineros.observation.systems import RecordedTopic
 from dineros.runtime.ros.process.domains import claimed_domain
@@ -21,6 +26,11 @@ from tests.support.foreign import given, heard, record, robot, running
 
 STARTING = 15.0
 """Seconds until all nodes run, also where a machine is busy."""
+
+PAUSE = 1_000_000_000
+"""Nanoseconds between a recording and its repetition."""
+JITTER = 1_000_000
+"""Nanoseconds by which messages are later at most."""
 
 TOLERANCES = (0.0, 0.001, 0.002, 0.01)
 """Seconds."""
@@ -42,14 +52,49 @@ def recorded(path: Path, seconds: float) -> list[tuple[str, int]]:
 def explained(name: str, model: sym.SystemModel, messages: list[tuple[str, int]], tolerance: float) -> None:
     """Explain what was recorded, and print how fast that is."""
     topics = [RecordedTopic(topic, "") for topic in sorted({topic for topic, _ in messages})]
-    explainer = Explainer(model, topics, tolerance=tolerance, midway=True)
-    began = time.process_time()
-    for topic, at in messages:
-        if (first := explainer.add(topic, at)) is not None:
-            raise SystemExit(f"{name}: {first}")
-    assert explainer.finish() is None
+    began = 0.0
+
+    def read() -> Iterator[tuple[str, int]]:
+        nonlocal began
+        began = time.process_time()  # the model is ready
+        yield from messages
+
+    verdict = explain(model, topics, read(), tolerance=tolerance, midway=True)
+    if verdict.status != "conforms":
+        raise SystemExit(f"{name}: {verdict.unexplained or verdict.reason}")
     seconds = time.process_time() - began
     print(f"{name:>8} {tolerance:10} {len(messages):10,} {len(messages) / seconds:12,.0f}", flush=True)
+
+
+def again(messages: list[tuple[str, int]], count: int) -> Iterator[tuple[str, int]]:
+    """Yield so many messages: those of a recording again and again, a little earlier or later each time."""
+    drawn = random.Random(1)
+    length = messages[-1][1] - messages[0][1] + PAUSE
+    last: dict[str, int] = {}
+    for turn in range(-(-count // len(messages))):
+        moved = []
+        for topic, at in messages[: count - turn * len(messages)]:
+            last[topic] = max(last.get(topic, 0) + 1, at + turn * length + drawn.randrange(JITTER))
+            moved.append((last[topic], topic))
+        yield from ((topic, at) for at, topic in sorted(moved))
+
+
+def followed(messages: list[tuple[str, int]], count: int, tolerance: float) -> None:
+    """Explain many messages by the open model, and print speed and memory now and then."""
+    model = to_model(robot(mended=True)).model
+    topics = [RecordedTopic(topic, "") for topic in sorted({topic for topic, _ in messages})]
+    explainer = Explainer(model, topics, tolerance=tolerance, midway=True)
+    began, before = time.process_time(), 0
+    print(f"{'messages':>12} {'per second':>12} {'MiB':>8}")
+    for number, (topic, at) in enumerate(again(messages, count), 1):
+        if (first := explainer.add(topic, at)) is not None:
+            raise SystemExit(str(first))
+        if number in (1000, 10_000, 100_000) or not number % max(1, count // 10):
+            rate = (number - before) / max(time.process_time() - began, 1e-9)
+            pages = int(Path("/proc/self/statm").read_text().split()[1])
+            print(f"{number:12,} {rate:12,.0f} {pages * resource.getpagesize() / 2**20:8.1f}", flush=True)
+            began, before = time.process_time(), number
+    assert explainer.finish() is None
 
 
 def main() -> None:
@@ -57,9 +102,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=180.0, help="how long is recorded")
     parser.add_argument("--bag", type=Path, help="a recording made before")
+    parser.add_argument("--messages", type=int, help="explain so many, and look at the memory")
+    parser.add_argument("--tolerance", type=float, default=0.01, help="with --messages")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         messages = heard(options.bag) if options.bag else recorded(Path(folder, "bag"), options.seconds)
+        if options.messages:
+            followed(messages, options.messages, options.tolerance)
+            return
         print(f"{'model':>8} {'tolerance':>10} {'messages':>10} {'per second':>12}")
         for tolerance in TOLERANCES:
             explained("given", to_model(robot(mended=True), given(mended=True)).model, messages, tolerance)

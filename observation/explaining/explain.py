@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 
@@ -20,6 +21,9 @@ from dineros.observation.systems import RecordedTopic, is_house_topic, is_of_act
 
 TOLERANCE = 0.001
 """Seconds within which a recorder may have received messages of different topics in another order."""
+
+COLLECT_EVERY = 200_000
+"""Objects made between two collections of garbage: what is remembered is much, and hardly ever garbage."""
 
 TELL_EVERY = 1 << 14
 """Messages between two calls of `progress`."""
@@ -176,6 +180,8 @@ def explain(
     """
     names = {topic.name for topic in recorded}
     explainer = None
+    thresholds = gc.get_threshold()
+    gc.set_threshold(COLLECT_EVERY, *thresholds[1:])
     try:
         explainer = Explainer(model, recorded, tolerance=tolerance, midway=midway, budget=budget)
         counted, add = explainer.topics, explainer.add
@@ -192,6 +198,8 @@ def explain(
         if explainer is None:
             return RecordingVerdict("unknown", reason=reason, hidden=_hidden(model, names))
         return replace(explainer.verdict(), status="unknown", reason=reason)
+    finally:
+        gc.set_threshold(*thresholds)
 
 
 def _hidden(model: sym.SystemModel, recorded: Collection[str]) -> tuple[str, ...]:

@@ -7,7 +7,8 @@ about, and ways that differ in one factor are put together again.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import ParamSpec
 from weakref import WeakValueDictionary
 
 from dineros.analysis.answers.budget import Budget
@@ -16,7 +17,10 @@ from dineros.observation.explaining.marking_sets import NOTHING, MarkingSets, Se
 from dineros.observation.explaining.parts import parts_of
 from dineros.observation.explaining.shown import ShownNet
 
+P = ParamSpec("P")
 Product = tuple[int, ...]
+
+FULL = "memory ran out: too many markings are possible at once"
 
 MOST_PRODUCTS = 2_000
 """Products of one union."""
@@ -33,9 +37,9 @@ class State:
     ----------
     products : tuple of tuple of int
         The union; empty: nothing is possible.
-    following : dict of str to State
+    following : dict of str to State, or None
         What is known of the next messages, by topic.
-    joined : dict of State to State
+    joined : dict of State to State, or None
         What is known to be possible in this one or another.
     """
 
@@ -43,8 +47,9 @@ class State:
 
     def __init__(self, products: tuple[Product, ...]) -> None:
         self.products = products
-        self.following: dict[str, State] = {}
-        self.joined: dict[State, State] = {}
+        # Many are looked at once only, and the fewer objects there are, the less has to be collected.
+        self.following: dict[str, State] | None = None
+        self.joined: dict[State, State] | None = None
 
     def __bool__(self) -> bool:
         return bool(self.products)
@@ -64,6 +69,12 @@ class Follower:
     ----------
     parts : list of MarkingSets
         The parts of the net.
+    touched : dict of int to list of int
+        By transition that shows a message: numbers of the parts that it changes or looks at.
+    parts_of : dict of str to frozenset of int
+        By topic: those that its messages have to do with.
+    forgotten : int
+        How many times sets of markings were forgotten, so that their numbers mean others since.
     """
 
     def __init__(self, net: ShownNet, budget: Budget) -> None:
@@ -72,16 +83,17 @@ class Follower:
         parts = parts_of(net.subject.net, seen)
         most = max(LEAST_MEMORY, budget.memory // max(1, len(parts)))
         self.parts = [MarkingSets(part, budget.share(most_bytes=most)) for part in parts]
-        self._touched: dict[int, list[int]] = {
+        self.touched = {
             transition: [
                 number for number, sets in enumerate(self.parts) if transition in sets.part.transitions
             ]
             for transition in seen
         }
-        self._parts_of = {
-            topic: frozenset(number for transition in found for number in self._touched[transition])
+        self.parts_of = {
+            topic: frozenset(number for transition in found for number in self.touched[transition])
             for topic, found in net.shown.items()
         }
+        self.forgotten = 0
         self._states: WeakValueDictionary[tuple[Product, ...], State] = WeakValueDictionary()
 
     @property
@@ -107,28 +119,29 @@ class Follower:
         BudgetError
             There are too many ways in which the messages may have come about.
         """
-        known = state.following.get(topic)
+        following = state.following
+        known = following.get(topic) if following is not None else None
         if known is None:
-            try:
-                known = self._step(state, topic)
-            except SetsFullError:
-                self.forget()
-                try:
-                    known = self._step(state, topic)
-                except SetsFullError:
-                    raise BudgetError("memory ran out: too many markings are possible at once") from None
+            known = self._found(self._step, state, topic)
+            if state.following is None:
+                state.following = {}
             state.following[topic] = known
             if len(self._states) > MOST_STATES:
-                self.forget()
+                self._forget_states()
+                if any(sets.is_full for sets in self.parts):
+                    self.forget()
         return known
 
     def union(self, one: State, other: State) -> State:
         """Return what is possible in one of two states."""
         if one is other:
             return one
-        known = one.joined.get(other)
+        known = one.joined.get(other) if one.joined is not None else None
         if known is None:
-            known = one.joined[other] = self._union(one, other)
+            known = self._found(self._union, one, other)
+            if one.joined is None:
+                one.joined = {}
+            one.joined[other] = known
         return known
 
     def _union(self, one: State, other: State) -> State:
@@ -145,33 +158,48 @@ class Follower:
             for its in other.products
         )
 
-    def are_independent(self, one: str, other: str) -> bool:
-        """Tell whether it makes no difference which of two messages, by their topics, was published first."""
-        return self._parts_of[one].isdisjoint(self._parts_of[other])
-
     def possible(self, state: State) -> list[str]:
         """Return the topics on which a message may come next."""
         return [topic for topic in self.net.shown if self.step(state, topic)]
 
     def forget(self) -> None:
         """Forget what follows what, and so all states but those that somebody holds."""
-        for state in list(self._states.values()):
-            state.following.clear()
-            state.joined.clear()
+        self.forgotten += 1
+        self._forget_states()
         used = list(self._states.values())
         for number, sets in enumerate(self.parts):
             sets.forget({product[number] for state in used for product in state.products})
 
+    def _forget_states(self) -> None:
+        """Forget what follows what. Sets of markings, and the steps between them, are fewer, and dearer."""
+        for state in list(self._states.values()):
+            state.following = state.joined = None
+
     def fired(self, product: Product, transition: int) -> Product | None:
         """Return a product after a shown transition; None where it is not enabled in any of its markings."""
         factors = list(product)
-        for number in self._touched[transition]:
+        for number in self.touched[transition]:
             factors[number] = self.parts[number].step(factors[number], transition)
             if factors[number] == NOTHING:
                 return None
         return tuple(factors)
 
+    def _found(self, operation: Callable[P, State], *arguments: P.args, **named: P.kwargs) -> State:
+        """Return what an operation finds; where there is no room, forget, and try once more."""
+        try:
+            return operation(*arguments, **named)
+        except SetsFullError:
+            self.forget()
+            try:
+                return operation(*arguments, **named)
+            except SetsFullError:
+                raise BudgetError(FULL) from None
+
     def _step(self, state: State, topic: str) -> State:
+        shown = self.net.shown[topic]
+        if len(shown) == len(state.products) == 1:
+            product = self.fired(state.products[0], shown[0])
+            return self._state(() if product is None else (product,))
         return self._state(self._compact(set(self._ways(state.products, topic))))
 
     def _ways(self, products: Sequence[Product], topic: str) -> Iterator[Product]:
@@ -201,7 +229,11 @@ class Follower:
             if len(products) in (0, 1, before):
                 break
         if len(products) > 1:
-            products = {one for one in products if not any(self._holds(other, one) for other in products)}
+            products = {
+                one
+                for one in products
+                if not any(other is not one and self._holds(other, one) for other in products)
+            }
         if len(products) > MOST_PRODUCTS:
             raise BudgetError(f"there are more than {MOST_PRODUCTS:,} ways in which the messages came about")
         return tuple(sorted(products))
@@ -217,9 +249,8 @@ class Follower:
         return {(*others[:number], factor, *others[number:]) for others, factor in found.items()}
 
     def _holds(self, one: Product, other: Product) -> bool:
-        if one == other:
-            return False
-        for number, (factor, its) in enumerate(zip(one, other, strict=True)):
-            if factor != its and not self.parts[number].covers(factor, its):
+        """Tell whether all of a product is in another."""
+        for sets, factor, its in zip(self.parts, one, other, strict=True):
+            if factor != its and not sets.covers(factor, its):
                 return False
         return True

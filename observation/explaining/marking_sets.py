@@ -25,6 +25,9 @@ NOTHING = 0
 MOST_KEPT = 100_000
 """Sets of a part that are kept; when there are more, all but those in use are made anew when needed."""
 
+MOST_ANSWERS = 500_000
+"""Answers about sets of a part that are remembered."""
+
 
 class SetsFullError(Exception):
     """There is no room for another set, as long as those that are kept are kept."""
@@ -77,6 +80,7 @@ class MarkingSets:
         }
         self._steps: dict[tuple[int, int], int] = {}
         self._unions: dict[tuple[int, int], int] = {}
+        self._covers: dict[tuple[int, int], bool] = {}
         self._kept: set[int] = set()
         self.reached_edge = False
         self.anywhere = self._hold(space.diagram.root) if self._anything else 1
@@ -111,12 +115,21 @@ class MarkingSets:
 
     def covers(self, one: int, other: int) -> bool:
         """Tell whether a set holds all of another."""
-        return self.union(one, other) == one
+        found = self._covers.get((one, other))
+        if found is None:
+            found = self._covers[one, other] = self.union(one, other) == one
+        return found
+
+    @property
+    def is_full(self) -> bool:
+        """Whether so much is remembered that it is time to forget."""
+        return len(self._steps) + len(self._unions) + len(self._covers) > MOST_ANSWERS
 
     def forget(self, used: Iterable[int]) -> None:
         """Forget all sets but those that are in use."""
         self._steps.clear()
         self._unions.clear()
+        self._covers.clear()
         del self.space.diagram.pinned[self._fixed :]
         self._kept.clear()
         for states in used:

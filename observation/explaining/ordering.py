@@ -11,48 +11,38 @@ from collections import deque
 from dataclasses import dataclass
 
 from dineros.metamodel.errors import BudgetError
+from dineros.observation.explaining.commuting import Commuting
 from dineros.observation.explaining.following import Follower, State
 
 MOST_ORDERS = 5_000
 """Sets of messages at once that may have been published before the others."""
 
-Early = frozenset[int]
-"""Numbers of messages that were published before some that came before them."""
+Early = int
+"""Messages published before some that came before them: bit `n` stands for the `n`-th of the open ones."""
 
-NONE: Early = frozenset()
+NONE: Early = 0
 
 TRAIL = 64
 """Messages, at least, of which the order is remembered in which they were published."""
 
 
-@dataclass(frozen=True, slots=True)
-class Published:
-    """A message in one of the orders, and those before it.
+@dataclass(slots=True)
+class Way:
+    """What is possible after some messages, and one of the orders in which they may have been published.
 
     Attributes
     ----------
-    before : Published or None
-        The message before it; None: it is the first that is remembered.
-    topic : str
-        Its topic.
     state : State
-        What was possible before it.
-    count : int
-        How many messages are remembered.
+        What is possible.
+    topic : str
+        The topic of the last message.
+    before : Way or None
+        The way up to that message; None: nothing before is remembered.
     """
 
-    before: Published | None
-    topic: str
     state: State
-    count: int
-
-
-@dataclass(frozen=True, slots=True)
-class Way:
-    """What is possible after some messages, and one of the orders in which they may have been published."""
-
-    state: State
-    trail: Published | None = None
+    topic: str = ""
+    before: Way | None = None
 
 
 @dataclass(frozen=True)
@@ -95,6 +85,7 @@ class Ordering:
     def __init__(self, follower: Follower, start: State, tolerance: int) -> None:
         self._follower = follower
         self._tolerance = tolerance
+        self._commuting = Commuting(follower)
         self.open: deque[Seen] = deque()
         self._ways: dict[Early, Way] = {NONE: Way(start)}
         self._is_whole = True
@@ -121,8 +112,21 @@ class Ordering:
         return None
 
     def possible(self) -> set[str]:
-        """Return the topics on which a message may have been published next, in one of the orders."""
-        return {topic for way in self._ways.values() for topic in self._follower.possible(way.state)}
+        """Return the topics on which a message may have come instead of one that no run shows."""
+        found: set[str] = set()
+        masks = self._masks()
+        pending = dict(self._ways)
+        for _ in range(MOST_ORDERS):
+            if not pending:
+                break
+            early = min(pending, key=int.bit_count)
+            way = pending.pop(early)
+            found.update(self._follower.possible(way.state))
+            for topic, mask in masks.items():
+                left = mask & ~early
+                if left and not left & 1:
+                    self._join(pending, early | (left & -left), self._step(way, topic))
+        return found
 
     def trail(self) -> tuple[State, list[str], bool]:
         """Return the state before the last messages, their topics in one order, and whether they are all.
@@ -130,13 +134,13 @@ class Ordering:
         Of several orders of the same messages one is remembered. Where what came later fits to another of
         them only, the messages before that are left out.
         """
-        way = self._ways[min(self._ways, key=len)]
-        last = _remembered(way.trail)
-        for first, published in enumerate(last):
-            topics = [each.topic for each in last[first:]]
+        way = self._ways[min(self._ways, key=int.bit_count)]
+        last = _remembered(way)
+        for first, published in enumerate(last[:-1]):
+            topics = [each.topic for each in last[first + 1 :]]
             if self._leads_on(published.state, topics):
                 return published.state, topics, self._is_whole and first == 0
-        return way.state, [], self._is_whole and not last
+        return way.state, [], self._is_whole and len(last) == 1
 
     def _leads_on(self, state: State, topics: list[str]) -> bool:
         for topic in topics:
@@ -156,79 +160,75 @@ class Ordering:
         if found:
             self._ways = found
             self.open.popleft()
+            if not first.number % TRAIL:
+                self._cut_trails()
         return bool(found)
 
     def _settled(self, first: Seen) -> dict[Early, Way]:
         found: dict[Early, Way] = {}
-        pending = dict(self._ways)
-        near = self._near(first.topic)
-        for early in [early for early in pending if first.number in early]:
-            found[early - {first.number}] = pending.pop(early)
-        while pending:
-            if len(pending) + len(found) > MOST_ORDERS:
+        # By how many messages were published early: when a set's turn comes, all ways to it are known.
+        pending: list[dict[Early, Way]] = [{} for _ in self.open]
+        for early, way in self._ways.items():
+            if early & 1:
+                found[early >> 1] = way
+            else:
+                pending[early.bit_count()][early] = way
+        # What has nothing to do with the first can as well be published after it, and after all that has.
+        masks = self._masks()
+        near = self._commuting.near(first.topic, tuple(sorted(masks)))
+        orders = 0
+        for count, ways in enumerate(pending):
+            orders += len(ways)
+            if orders > MOST_ORDERS:
                 raise BudgetError(
                     f"messages may have been published in too many orders at message {first.number:,}",
                     hint="a smaller --tolerance leaves fewer",
                 )
-            # Fewest first: when a set's turn comes, all ways to it are known.
-            early = min(pending, key=len)
-            way = pending.pop(early)
-            self._join(found, early, self._step(way, first.topic))
-            for message in self._next(early, near - {first.topic}):
-                self._join(pending, early | {message.number}, self._step(way, message.topic))
+            for early, way in ways.items():
+                self._join(found, early >> 1, self._step(way, first.topic))
+                left = {topic: masks[topic] & ~early for topic in near if masks[topic] & ~early}
+                if not left:
+                    continue
+                waiting = tuple([(topic, mask.bit_count()) for topic, mask in left.items()])
+                for topic in self._commuting.needed(way.state, first.topic, waiting)[1:]:
+                    following = early | (left[topic] & -left[topic])
+                    self._join(pending[count + 1], following, self._step(way, topic))
         return found
 
-    def _near(self, topic: str) -> set[str]:
-        """Return the topics of open messages that make a difference if they are published before one.
-
-        The others can as well be published after it: no order of theirs has to do with any order of these.
-        """
-        left = {message.topic for message in self.open}
-        found, reached = {topic}, [topic]
-        while reached:
-            one = reached.pop()
-            met = {other for other in left - found if not self._follower.are_independent(one, other)}
-            found |= met
-            reached += met
-        return found
-
-    def _next(self, early: Early, topics: set[str]) -> list[Seen]:
-        """Return the first open message of each of some topics that was not published early."""
-        found: dict[str, Seen] = {}
+    def _masks(self) -> dict[str, int]:
+        """Return which of the open messages are of each topic."""
+        masks: dict[str, int] = {}
+        bit = 1
         for message in self.open:
-            if message.topic in topics and message.number not in early:
-                found.setdefault(message.topic, message)
-        return list(found.values())
+            masks[message.topic] = masks.get(message.topic, 0) | bit
+            bit <<= 1
+        return masks
 
     def _step(self, way: Way, topic: str) -> Way:
-        trail = way.trail
-        if trail is not None and trail.count >= 2 * TRAIL:
-            trail, self._is_whole = _shortened(trail), False
-        count = 1 if trail is None else trail.count + 1
-        return Way(self._follower.step(way.state, topic), Published(trail, topic, way.state, count))
+        return Way(self._follower.step(way.state, topic), topic, way)
 
     def _join(self, ways: dict[Early, Way], early: Early, way: Way) -> None:
         """Add a way; of those to the same messages, one order is remembered and all markings are."""
         if way.state:
             known = ways.get(early)
             if known is not None:
-                way = Way(self._follower.union(known.state, way.state), known.trail)
+                way = Way(self._follower.union(known.state, way.state), known.topic, known.before)
             ways[early] = way
 
+    def _cut_trails(self) -> None:
+        """Forget the beginnings of all orders."""
+        for way in self._ways.values():
+            last: Way | None = way
+            for _ in range(TRAIL):
+                last = last.before if last is not None else None
+            if last is not None and last.before is not None:
+                last.before, self._is_whole = None, False
 
-def _remembered(last: Published | None) -> list[Published]:
-    """Return the messages of a trail, from the first on."""
+
+def _remembered(last: Way | None) -> list[Way]:
+    """Return the ways to a message, from the first that is remembered on."""
     found = []
     while last is not None:
         found.append(last)
         last = last.before
     return found[::-1]
-
-
-def _shortened(last: Published) -> Published:
-    """Return the end of a trail."""
-    trail = None
-    for count, published in enumerate(_remembered(last)[-TRAIL:], 1):
-        trail = Published(trail, published.topic, published.state, count)
-    assert trail is not None
-    return trail

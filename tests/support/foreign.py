@@ -10,6 +10,13 @@ from dataclasses import replace
 from pathlib import Path
 from time import sleep
 
+from dineros.analysis.answers.budget import Budget
+from dineros.analysis.callbacks.searching import Search, searched
+from dineros.analysis.callbacks.waiting import Waiting
+from dineros.analysis.model.subject import base_subject
+from dineros.analysis.nets.witness import replay
+from dineros.metamodel import sym
+from dineros.metamodel.constraints import validate
 from dineros.metamodel.matching import Quality
 from dineros.observation.importing.given import Given, GivenCallback, read_given
 from dineros.observation.recordings import Recording, RecordingError
@@ -20,6 +27,13 @@ SENSOR = USUAL._replace(reliability="bestEffort")
 LATCHED = USUAL._replace(durability="transientLocal")
 SECOND = 1_000_000_000
 TEXT, NUMBER, TRIGGER = "std_msgs/msg/String", "std_msgs/msg/Float64", "std_srvs/srv/Trigger"
+
+NESTED = (
+    "callback planner.serves_plan of server instance 1 waits for the response of service /where to instance "
+    "1 of service /plan, which waits for the thread of node net planner, which callback planner.serves_plan "
+    "of server instance 1 has"
+)
+"""Why the robot's planner waits for ever."""
 
 
 def port(topic: str, type: str = TEXT, quality: Quality = USUAL, depth: int | None = None) -> TopicEndpoint:
@@ -153,3 +167,14 @@ def heard(path: Path) -> list[tuple[str, int]]:
         firsts.setdefault(topic, time)
     begins, ends = max(firsts.values()), messages[-1][1] - SECOND // 2
     return [(topic, time) for topic, time in messages if begins <= time <= ends]
+
+
+def search(model: sym.SystemModel) -> Search:
+    """Return which callbacks wait for ever; the run to each, replayed on the whole net, closes its circle."""
+    assert [each for each in validate(model) if each.severity == "error"] == []
+    subject = base_subject(model)
+    waiting = Waiting(subject)
+    found = searched(subject.net, waiting, Budget(seconds=300).begun())
+    for each in found.blocked:
+        assert waiting.circle(replay(subject.net, each.trace)[-1]) == each.circle
+    return found

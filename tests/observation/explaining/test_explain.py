@@ -14,6 +14,7 @@ from dineros.metamodel.build import flow
 from dineros.metamodel.elements import transitions
 from dineros.metamodel.files import load
 from dineros.observation.explaining import Explainer, RecordingVerdict, explain
+from dineros.observation.explaining.commuting import Commuting
 from dineros.observation.importing.building import to_model
 from dineros.observation.importing.given import Given, GivenNode
 from dineros.observation.systems import (
@@ -178,6 +179,56 @@ def test_messages_close_to_each_other_may_have_been_published_in_any_order() -> 
     assert number(explain(model, recorded("/scans", "/dones"), messages, tolerance=0.007)) == 1
 
 
+def greeting() -> sym.SystemModel:
+    """Return two nodes that greet once each; whoever hears the other before it greets may thank for that."""
+    pages, channels = [], []
+    heard: dict[str, sym.Place] = {}
+    said: list[tuple[str, str, sym.Place]] = []
+    for name, other in (("one", "two"), ("two", "one")):
+        node = sym.NodeNet(id=name)
+        places = {each: sym.Place(id=f"{name}{each}", page=node) for each in ("Greeting", "Thanks", "Heard")}
+        start = sym.Place(id=f"{name}Start", tokens=1, page=node)
+        flow(start, sym.Transition(id=f"{name}Greet", page=node), places["Greeting"])
+        answer = sym.Transition(id=f"{name}Answer", page=node)
+        flow(start, answer)
+        flow(places["Heard"], answer, places["Greeting"])
+        flow(answer, places["Thanks"])
+        heard[f"{other}/greets"] = places["Heard"]
+        pages.append(node)
+        said += [(name, "greets", places["Greeting"]), (name, "thanks", places["Thanks"])]
+    for name, kind, place in said:
+        hearer = heard.get(f"{name}/{kind}")
+        channels.append(
+            sym.TopicChannel(
+                id=f"{name}{kind}",
+                topic=f"{name}/{kind}",
+                publishers=[sym.PublisherPort(place=place)],
+                subscribers=[sym.SubscriberPort(place=hearer)] if hearer is not None else [],
+            )
+        )
+    return sym.SystemModel(id="greeting", middleware="ros2", pages=pages, channels=channels)
+
+
+@pytest.mark.parametrize(("late", "other"), [("one", "two"), ("two", "one")])
+@pytest.mark.parametrize("first", ["one", "two"])
+def test_what_came_later_may_fit_to_another_order_than_the_one_that_is_remembered(
+    late: str, other: str, first: str
+) -> None:
+    """Both greetings came at once, and one order only lets a node thank: what is drawn fits."""
+    second = "two" if first == "one" else "one"
+    model = greeting()
+    topics = [f"/{node}/{kind}" for node in ("one", "two") for kind in ("greets", "thanks")]
+    messages = [(f"/{first}/greets", 0), (f"/{second}/greets", MILLISECOND), (f"/{late}/thanks", 10**9)]
+    assert number(explain(model, recorded(*topics), messages, tolerance=0.01)) is None
+    assert number(explain(model, recorded(*topics), messages, tolerance=0)) == (3 if first == late else None)
+    for wrong in (f"/{late}/thanks", f"/{other}/thanks"):  # nobody thanks twice, and not both do
+        verdict = explain(model, recorded(*topics), [*messages, (wrong, 2 * 10**9)], tolerance=0.01)
+        assert number(verdict) == 4
+        drawn = shown(verdict, model)
+        assert drawn
+        assert drawn == [f"/{other}/greets", f"/{late}/greets", f"/{late}/thanks"][-len(drawn) :]
+
+
 def test_what_was_not_recorded_may_come_at_any_time_and_what_the_model_lacks_is_left_out() -> None:
     model, _ = sensor()
     messages = [("/dones", n) for n in range(30)] + [("/elsewhere", 5)]
@@ -247,3 +298,31 @@ def test_what_was_forgotten_is_found_again(monkeypatch: pytest.MonkeyPatch) -> N
     assert number(explain(model, recorded("/scans", "/dones"), messages)) is None
     messages[100:100] = [("/dones", messages[99][1])]
     assert number(explain(model, recorded("/scans", "/dones"), messages)) == 101
+
+
+def test_what_was_forgotten_of_orders_is_found_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    model, messages = sensor()
+    messages[100:100] = [("/dones", messages[99][1])]
+    expected = number(explain(model, recorded("/scans", "/dones"), messages, tolerance=0.15))
+    assert expected is not None and expected > 101
+    monkeypatch.setattr("dineros.observation.explaining.following.MOST_STATES", 1)
+    monkeypatch.setattr("dineros.observation.explaining.marking_sets.MOST_ANSWERS", 1)
+    monkeypatch.setattr("dineros.observation.explaining.commuting.MOST_KNOWN", 1)
+    assert number(explain(model, recorded("/scans", "/dones"), messages, tolerance=0.15)) == expected
+
+
+def test_orders_that_allow_no_more_are_not_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where nothing is to be done yet, a scan comes first; else the order that was seen will do."""
+    model, _ = sensor()
+    follower = Explainer(model, recorded("/scans", "/dones"))._follower
+    commuting = Commuting(follower)
+    start = follower.start()
+    assert commuting.needed(start, "/dones", (("/scans", 1),)) == (
+        "/dones",
+        "/scans",
+    )  # nothing is to be done
+    assert commuting.needed(start, "/scans", (("/dones", 1),)) == ("/scans",)
+    begun = follower.step(start, "/scans")
+    assert commuting.needed(begun, "/scans", (("/dones", 1),)) == ("/scans",)
+    monkeypatch.setattr("dineros.observation.explaining.commuting.FREE_LOOKS", -1)
+    assert Commuting(follower).needed(begun, "/scans", (("/dones", 1),)) == ("/scans", "/dones")

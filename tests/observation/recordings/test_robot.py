@@ -1,4 +1,4 @@
-"""The robot of `examples/foreign`, mended, is recorded, and conforms to the model that is imported of it."""
+"""The robot of `examples/foreign`, recorded: its model explains that, and narrowed by it shows the fault."""
 
 from __future__ import annotations
 
@@ -8,38 +8,75 @@ import pytest
 
 from dineros.observation.explaining import explain
 from dineros.observation.importing.building import to_model
+from dineros.observation.importing.given import Given
+from dineros.observation.narrowing import Narrowed, narrowed, proposals, verbs_of
 from dineros.observation.systems import RecordedTopic
 from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.process.environment import ros_environment
 from dineros.runtime.ros.process.memory import remove_abandoned
-from tests.support.foreign import SECOND, given, record, robot, running
+from tests.support.foreign import NESTED, SECOND, given, record, robot, running, search
 
 pytest.importorskip("rclpy")
 
-TOPICS = len({port.topic for node in robot().nodes for port in node.publishers})
+TOPICS = {port.topic for node in robot().nodes for port in node.publishers}
+SILENT = {"/obstacles", "/path", "/mission", "/speed", "/odometry"}
+"""What the robot does not say before it is mended: no picture comes, and the first path is waited for."""
+
+Messages = list[tuple[str, int]]
 
 
-def test_the_mended_robot_conforms(tmp_path: Path) -> None:
-    """Some seconds of it; `benchmarks/foreign_robot.py` has over 10,000 messages."""
+def recorded(path: Path, topics: set[str], *arguments: str) -> Messages:
+    """Run the robot, and record it until these topics are heard."""
+    messages: Messages = []
     with claimed_domain() as domain:
-        environment = ros_environment(tmp_path / "ros", domain)
-        with running(environment, "--mended"):
+        environment = ros_environment(path / "ros", domain)
+        with running(environment, *arguments):
             for attempt in range(6):  # a busy machine starts slowly
-                messages = record(tmp_path / f"bag{attempt}", environment, 7.0)
-                topics = {topic for topic, _ in messages}
-                if len(topics) == TOPICS and len(messages) > 100:
+                messages = record(path / f"bag{attempt}", environment, 7.0)
+                if {topic for topic, _ in messages} >= topics and len(messages) > 100:
                     break
     remove_abandoned()
-    assert len(topics) == TOPICS
+    assert {topic for topic, _ in messages} >= topics
     assert len(messages) > 100
+    return messages
+
+
+def narrow(messages: Messages, mended: bool) -> Narrowed:
+    """Narrow the model of the robot by what it said; of nodes that call services, people say what they do."""
+    known, system = given(mended), robot(mended)
+    callers = [node.name for node in system.nodes if node.clients]
+    said = Given({name: known.node(name) for name in [*callers, "/battery"]})
+    topics = [RecordedTopic(topic, "") for topic in sorted({topic for topic, _ in messages})]
+    found = proposals(system, messages, verbs=verbs_of(system, topics, said))
+    accepted = [proposal for proposal in found if proposal.confidence >= 0.9]
+    return narrowed(system, topics, lambda: messages, accepted, given=said, midway=True)
+
+
+def test_the_mended_robot_conforms_and_every_callback_ends(tmp_path: Path) -> None:
+    """Some seconds of it; `benchmarks/foreign_robot.py` has over 10,000 messages."""
+    messages = recorded(tmp_path, TOPICS, "--mended")
     model = to_model(robot(mended=True), given(mended=True)).model
-    recorded = [RecordedTopic(topic, "") for topic in sorted(topics)]
-    verdict = explain(model, recorded, messages, midway=True)
+    topics = [RecordedTopic(topic, "") for topic in sorted(TOPICS)]
+    verdict = explain(model, topics, messages, midway=True)
     assert (verdict.status, verdict.messages) == ("conforms", len(messages))
 
     # More paths than there can be requests for: nobody asked for them.
     late = messages[-1][1] + SECOND
-    verdict = explain(model, recorded, [*messages, *[("/path", late)] * 20], midway=True)
+    verdict = explain(model, topics, [*messages, *[("/path", late)] * 20], midway=True)
     assert verdict.status == "violated" and verdict.unexplained is not None
     assert verdict.unexplained.number > len(messages)
     assert "/path" not in verdict.unexplained.possible
+
+    made = narrow(messages, mended=True)
+    assert made.verdict.status == "conforms" and made.accepted
+    found = search(made.imported.model)
+    assert (found.blocked, found.is_complete) == ((), True)
+
+
+def test_narrowed_by_what_it_says_the_robot_is_found_to_wait_for_ever(tmp_path: Path) -> None:
+    messages = recorded(tmp_path, TOPICS - SILENT)
+    made = narrow(messages, mended=False)
+    assert made.verdict.status == "conforms" and made.accepted
+    found = search(made.imported.model)
+    assert [str(each.circle) for each in found.blocked] == [NESTED]
+    assert found.is_complete
