@@ -8,6 +8,10 @@ import signal
 import time
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import subprocess
 
 PROCESSES = Path("/proc")
 LOOK_SECONDS = 0.25
@@ -21,6 +25,16 @@ def die_with(parent: int) -> None:
     ctypes.CDLL(None).prctl(_SET_PARENT_DEATH_SIGNAL, int(signal.SIGKILL), 0, 0, 0)
     if os.getppid() != parent:  # it ended before
         os._exit(1)
+
+
+def end_group(process: subprocess.Popen[Any]) -> None:
+    """End a program that leads a process group, and what it started there, if any of it still runs."""
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    for stream in (process.stdout, process.stderr):
+        if stream is not None:
+            stream.close()
 
 
 class Tree:

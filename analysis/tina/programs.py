@@ -6,7 +6,6 @@ import os
 import re
 import resource
 import shutil
-import signal
 import subprocess
 import tempfile
 from collections.abc import Iterator
@@ -15,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dineros.analysis.answers.budget import RAN_OUT, UNLIMITED, Budget
+from dineros.analysis.answers.processes import end_group
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel.errors import DinerosError
 
@@ -147,7 +147,7 @@ class Workplace:
                 hint="give it more time, or use another engine",
             ) from None
         finally:
-            _end(process)
+            end_group(process)
         if process.returncode and self.budget.memory_bytes is not None and _NO_MEMORY.search(errors + output):
             raise TinaMemoryError(f"{name}: {RAN_OUT['memory']}", hint="give it more, or use another engine")
         if process.returncode:
@@ -179,16 +179,6 @@ def workplace(net: CompiledNet, budget: Budget = UNLIMITED) -> Iterator[Workplac
         place = Workplace(Path(folder), budget.begun())
         place.save(net, "net.net")
         yield place
-
-
-def _end(process: subprocess.Popen[str]) -> None:
-    """End a program and what it started, if any of it still runs."""
-    with suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-    for stream in (process.stdout, process.stderr):
-        if stream is not None:
-            stream.close()
 
 
 def _last_line(output: str, errors: str) -> str:

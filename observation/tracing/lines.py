@@ -10,14 +10,13 @@ import os
 import re
 import selectors
 import shutil
-import signal
 import subprocess
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
+from dineros.analysis.answers.processes import end_group
 from dineros.metamodel.errors import Location, ModelFileError
 from dineros.metamodel.files.reading import read_pieces
 from dineros.observation.tracing.errors import TracingError
@@ -139,7 +138,7 @@ def _printed(folder: Path, said: Said, stalled: float) -> Iterator[bytes]:
     except subprocess.TimeoutExpired:
         raise _silent(folder, stalled) from None
     finally:
-        _end(process)
+        end_group(process)
     if status:
         raise TracingError(
             f"{PROGRAM} cannot read it: {said.reason(folder.resolve())}",
@@ -176,13 +175,3 @@ def _silent(folder: Path, stalled: float) -> TracingError:
     return TracingError(
         f"{PROGRAM} has said nothing for {stalled:g} s: the trace is damaged", location=Location(folder)
     )
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """End the program, if it still runs, as where nobody wants more of it."""
-    with suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-    for stream in (process.stdout, process.stderr):
-        if stream is not None:
-            stream.close()
