@@ -45,7 +45,8 @@ class TinaMemoryError(TinaBudgetError):
 
 
 _NO_MEMORY = re.compile(
-    "failed to map segment|allocate memory|out of memory|bad_alloc|Out_of_memory|MemoryError"
+    "failed to map segment|allocate memory|memory allocation failed|out of memory|bad_alloc|Out_of_memory"
+    "|MemoryError"
 )
 """What loaders, the C library and run-time systems say."""
 

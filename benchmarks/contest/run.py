@@ -14,7 +14,6 @@ import json
 import os
 import subprocess
 import sys
-import tarfile
 import tempfile
 import threading
 import time
@@ -22,6 +21,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from benchmarks.contest.archives import unpack
 from benchmarks.contest.tables import print_tables
 from dineros.analysis.properties.property import GLOBAL_PROPERTIES
 
@@ -91,8 +91,7 @@ def run(
     """Run some examinations of a net; return a record for every verdict that is known."""
     questions = sum(len(expected[e]) if e != "StateSpace" else 1 for e in examinations)
     with tempfile.TemporaryDirectory() as place:
-        with tarfile.open(folder / "nets" / f"{name}.tgz") as archive:
-            archive.extractall(place, filter="data")
+        unpack(folder / "nets" / f"{name}.tgz", Path(place))
         program = str(Path(__file__).with_name("answer_one.py"))
         command = [sys.executable, "-P", program, f"{place}/{name}"]
         command += ["--examinations", *examinations, "--seconds", str(seconds), "--memory", str(memory)]

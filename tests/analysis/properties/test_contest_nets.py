@@ -9,6 +9,7 @@ from random import Random
 
 import pytest
 
+from benchmarks.contest.archives import unpack
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.nets.models import compile_net
@@ -47,8 +48,7 @@ def test_a_tenth_of_the_nets(tmp_path: Path) -> None:
     expected = json.loads((FOLDER / "expected.json").read_text())
     wrong, unknown, right = [], [], 0
     for name in chosen_nets():
-        with tarfile.open(FOLDER / "nets" / f"{name}.tgz") as archive:
-            archive.extractall(tmp_path, filter="data")
+        unpack(FOLDER / "nets" / f"{name}.tgz", tmp_path)
         net = compile_net(load(tmp_path / name / "model.pnml"))
         names = GroupedNames(NetNames(net))
         asked = [one for file in FILES for one in read_properties(tmp_path / name / f"{file}.xml", names)]
@@ -67,3 +67,19 @@ def test_a_tenth_of_the_nets(tmp_path: Path) -> None:
     assert wrong == []
     assert right >= 1_000
     assert len(unknown) <= right // 50, "nets this small leave next to nothing open"
+
+
+def test_an_archive_is_unpacked_in_its_folder_only(tmp_path: Path) -> None:
+    (tmp_path / "here").write_text("a net")
+    for name, is_within in (("net/model.pnml", True), ("../model.pnml", False)):
+        archive = tmp_path / "net.tgz"
+        with tarfile.open(archive, "w:gz") as files:
+            files.add(tmp_path / "here", name)
+        folder = tmp_path / "folder"
+        if is_within:
+            unpack(archive, folder)
+            assert (folder / name).read_text() == "a net"
+        else:
+            with pytest.raises(tarfile.TarError):
+                unpack(archive, folder)
+            assert not (tmp_path / "model.pnml").exists()

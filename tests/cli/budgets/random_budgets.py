@@ -17,12 +17,13 @@ import os
 import random
 import subprocess
 import sys
-import tarfile
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from benchmarks.contest.archives import unpack
 
 ROOT = Path(__file__).resolve().parents[3]
 MIB = 1 << 20
@@ -129,8 +130,7 @@ def commands(draw: random.Random, folder: Path, contest: Path | None = None) -> 
                 continue
             case 6:
                 archive = draw.choice(archives)
-                with tarfile.open(archive) as files:
-                    files.extractall(folder, filter="data")
+                unpack(archive, folder)
                 net = folder / archive.stem / "model.pnml"
                 deadlock = ("verify", str(net), "--properties", "ReachabilityDeadlock")
                 yield draw.choice([("check", str(net)), ("statespace", str(net)), deadlock])

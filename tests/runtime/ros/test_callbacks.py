@@ -88,13 +88,18 @@ def test_they_block_until_mended(logs: Logs) -> None:
         asked, served = logs.count(program, "asks"), logs.count(program, "served")
         return asked == served == logs.count(program, "answered") + waiting
 
+    def wait_for_others() -> None:
+        goals = {program: logs.count(program, "answered") + ENOUGH for program in RUN}
+        logs.wait(
+            lambda: all(logs.count(program, "answered") >= goal for program, goal in goals.items()),
+            "not all run that should",
+        )
+
+    wait_for_others()  # an answer that is just under way is none that never comes
     logs.wait(lambda: all(blocks(*each) for each in BLOCK.items()), "not all block that should")
+    wait_for_others()
     before = {program: logs.count(program, "answered") for program in BLOCK}
-    goals = {program: logs.count(program, "answered") + ENOUGH for program in RUN}
-    logs.wait(
-        lambda: all(logs.count(program, "answered") >= goal for program, goal in goals.items()),
-        "not all run that should",
-    )
+    wait_for_others()
     assert all(blocks(*each) for each in BLOCK.items())
     assert before == {program: logs.count(program, "answered") for program in BLOCK}
 
