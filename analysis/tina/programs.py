@@ -6,6 +6,7 @@ import os
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import tempfile
 from collections.abc import Iterator
@@ -149,7 +150,7 @@ class Workplace:
             ) from None
         finally:
             end_group(process)
-        if process.returncode and self.budget.memory_bytes is not None and _NO_MEMORY.search(errors + output):
+        if self.budget.memory_bytes is not None and _ran_out_of_memory(process.returncode, errors + output):
             raise TinaMemoryError(f"{name}: {RAN_OUT['memory']}", hint="give it more, or use another engine")
         if process.returncode:
             raise TinaError(
@@ -180,6 +181,11 @@ def workplace(net: CompiledNet, budget: Budget = UNLIMITED) -> Iterator[Workplac
         place = Workplace(Path(folder), budget.begun())
         place.save(net, "net.net")
         yield place
+
+
+def _ran_out_of_memory(status: int, said: str) -> bool:
+    """Tell whether a program that had a limit failed by it; some use what they did not get, and crash."""
+    return status in (-signal.SIGSEGV, -signal.SIGBUS) or (status != 0 and bool(_NO_MEMORY.search(said)))
 
 
 def _last_line(output: str, errors: str) -> str:

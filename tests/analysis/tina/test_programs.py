@@ -65,11 +65,19 @@ def test_memory_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.parametrize("limit", [1 << 30, None])
+@pytest.mark.parametrize(
+    "ending",
+    [
+        "echo 'libc.so.6: failed to map segment from shared object' >&2; exit 127",
+        "echo 'Fatal Python error: _PyRuntimeState_Init: memory allocation failed' >&2; exit 1",
+        "kill -SEGV $$",
+    ],
+)
 def test_too_little_memory_is_no_failure(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limit: int | None
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limit: int | None, ending: str
 ) -> None:
     """It is the end of a budget; without a limit of ours, it is a failure."""
-    program(tmp_path, monkeypatch, "echo 'libc.so.6: failed to map segment from shared object' >&2; exit 127")
+    program(tmp_path, monkeypatch, ending)
     with workplace(NET, Budget(limit)) as place, pytest.raises(TinaError) as caught:
         place.run("sift")
     assert isinstance(caught.value, TinaMemoryError) == (limit is not None)
