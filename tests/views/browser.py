@@ -92,18 +92,22 @@ class Visit:
         Errors of scripts and of the console.
     requested : list of str
         Addresses that the page asked for.
+    loses_its_server : bool
+        Whether the test stops the server, so that a connection which is refused is no problem.
     """
 
     def __init__(self, browser: Browser, **options: Any) -> None:
         self.page: Page = browser.new_page(**{"viewport": {"width": 1300, "height": 800}, **options})
         self.problems: list[str] = []
         self.requested: list[str] = []
+        self.loses_its_server = False
         self.page.on("pageerror", lambda error: self.problems.append(str(error)))
         self.page.on("console", self._said)
         self.page.on("request", lambda request: self.requested.append(request.url))
 
     def _said(self, message: ConsoleMessage) -> None:
-        if message.type == "error":
+        is_expected = self.loses_its_server and "ERR_CONNECTION_REFUSED" in message.text
+        if message.type == "error" and not is_expected:
             self.problems.append(message.text)
 
     def open(self, file: Path, fragment: str = "") -> Page:

@@ -58,6 +58,7 @@ def test_a_page_follows_and_catches_up_after_the_server_restarts(
     append(folder, first)
     handle = serve(folder, load(CASE_STUDY))
     one = visit()
+    one.loses_its_server = True
     page = one.page
     page.goto(handle.url)
     wait_for_steps(page, 3)
@@ -87,7 +88,6 @@ def test_a_page_follows_and_catches_up_after_the_server_restarts(
     # The marking on the net is that after the last step.
     assert page.query_selector("#net [data-id=StateEnd] .tokens circle")
     assert not page.query_selector("#net [data-id=StateGet] .tokens circle")
-    one.problems[:] = [problem for problem in one.problems if "ERR_CONNECTION_REFUSED" not in problem]
 
 
 def test_a_run_that_ends_stays_to_be_read(tmp_path: Path, visit: NewVisit, serve: Serve) -> None:
@@ -100,6 +100,7 @@ def test_a_run_that_ends_stays_to_be_read(tmp_path: Path, visit: NewVisit, serve
     append(folder, records)
     handle = serve(folder)
     one = visit()
+    one.loses_its_server = True
     one.page.goto(handle.url)
     wait_for_steps(one.page, 15)
     assert one.page.get_attribute("#connection", "data-state") == "live"
@@ -116,7 +117,6 @@ def test_a_run_that_ends_stays_to_be_read(tmp_path: Path, visit: NewVisit, serve
     assert "step 1 of" in one.page.inner_text("#detail")
     one.page.wait_for_timeout(1000)
     assert "lost" not in one.page.inner_text("#head")
-    one.problems[:] = [problem for problem in one.problems if "ERR_CONNECTION_REFUSED" not in problem]
 
 
 def test_a_server_that_leaves_a_run_that_goes_on_says_so(
@@ -124,23 +124,23 @@ def test_a_server_that_leaves_a_run_that_goes_on_says_so(
 ) -> None:
     handle = serve(save_run(tmp_path / "run"))
     one = visit()
+    one.loses_its_server = True
     one.page.goto(handle.url)
     wait_for_steps(one.page, 15)
     handle.stop()
     one.page.wait_for_selector("#connection[data-state=ended]", timeout=20_000)
     assert one.page.inner_text("#connection").startswith("no longer followed · ")
-    one.problems[:] = [problem for problem in one.problems if "ERR_CONNECTION_REFUSED" not in problem]
 
 
 def test_a_connection_that_is_lost_is_called_so(tmp_path: Path, visit: NewVisit, serve: Serve) -> None:
     handle = serve(save_run(tmp_path / "run"))
     handle._leave = None  # as where its process was killed
     one = visit()
+    one.loses_its_server = True
     one.page.goto(handle.url)
     wait_for_steps(one.page, 15)
     handle.stop()
     one.page.wait_for_selector("#connection[data-state=lost]", timeout=20_000)
-    one.problems[:] = [problem for problem in one.problems if "ERR_CONNECTION_REFUSED" not in problem]
 
 
 def test_a_run_that_begins_after_the_page(tmp_path: Path, visit: NewVisit, serve: Serve) -> None:
