@@ -62,6 +62,7 @@ def test_a_client_gives_up_and_the_late_response_is_dropped(ros: Ros) -> None:
     ros.wait(lambda: ros.records("desk", "giveUp"), "giving up")
     requests = {record["message"] for record in ros.records("desk", "request")}
     assert len(requests) == 4  # three of client A at once
+    ros.wait(lambda: ros.records("scale", "serve"), "serving one")
     assert len(ros.records("scale", "serve")) == 1  # the others stay in the middleware
     (ros.folder / "open").touch()
     ros.wait(lambda: len(ros.records("scale", "reply")) == 4, "answering all")
