@@ -286,10 +286,11 @@ class LocalNetwork:
             action()
             self._changed.notify()
 
-    def take_request(self, port: ServerPort) -> tuple[Message, Answer] | None:
-        """Return the oldest request that waits for a server, and what sends its response."""
+    def take_request(self, port: ServerPort) -> tuple[list[str], tuple[Message, Answer] | None]:
+        """Return what a full history lost before, and the oldest request that waits for a server then."""
         with self._changed:
-            return self._service(port.channel).take()
+            service = self._service(port.channel)
+            return service.lost(), service.take()
 
     def lost_requests(self, port: ServerPort) -> list[str]:
         """Return the ids of the requests that a full history has lost since this was asked last."""
@@ -365,8 +366,8 @@ class LocalTransport:
         action = self._network.action(port.channel)
         self._network.change(lambda: action.finish(goal, outcome, data))
 
-    def take_request(self, port: ServerPort) -> tuple[Message, Answer] | None:
-        """Return the oldest request that waits for a server of the node, and what sends its response."""
+    def take_request(self, port: ServerPort) -> tuple[list[str], tuple[Message, Answer] | None]:
+        """Return what a full history lost before, and the oldest request that waits for a server then."""
         return self._network.take_request(port)
 
     def lost_requests(self, port: ServerPort) -> list[str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 from collections import deque
+from collections.abc import Iterable
 
 from dineros.metamodel.message_ids import Senders, parse_id
 from dineros.runtime.channels.traffic import SendError, Traffic
@@ -88,7 +89,7 @@ class Server:
         self._arrived(message, answer)
         self.serve()
         if self._depth is not None and len(self.waiting) > self._depth:
-            self._lose(self.waiting.popleft()[0].id)
+            self._lose([self.waiting.popleft()[0].id])
 
     def _arrived(self, message: Message, answer: Answer) -> None:
         if not self._traffic.plausible(self.port.channel, self.port.service, message.id):
@@ -133,24 +134,28 @@ class Server:
 
     def _fetch(self, transport: Keeping) -> None:
         """Take requests from a transport that keeps them, until one is new."""
-        while not self.waiting and (taken := transport.take_request(self.port)) is not None:
+        while not self.waiting:
+            lost, taken = transport.take_request(self.port)
+            self._lose(lost)
+            if taken is None:
+                break
             self._arrived(*taken)
 
-    def _lose(self, message: str) -> None:
-        """Count and record a request that the full history has forgotten; its client may ask again."""
+    def _lose(self, messages: Iterable[str]) -> None:
+        """Count and record requests that the full history has forgotten; their clients may ask again."""
         traffic, port = self._traffic, self.port
-        traffic.drops[port.channel, "request"] += 1
-        traffic.observer.emit(
-            "drop", channel=port.channel, queue="request", message=message, count=1, change={}
-        )
+        for message in messages:
+            traffic.drops[port.channel, "request"] += 1
+            traffic.observer.emit(
+                "drop", channel=port.channel, queue="request", message=message, count=1, change={}
+            )
 
     def serve(self) -> None:
         """Give waiting requests to inactive instances that have room, the oldest first."""
         traffic, port = self._traffic, self.port
         keeping = self._keeping()
         if keeping is not None:
-            for lost in keeping.lost_requests(port):
-                self._lose(lost)
+            self._lose(keeping.lost_requests(port))
         for instance in self.instances:
             while self._is_free(instance):
                 if not self.waiting and keeping is not None:

@@ -151,8 +151,13 @@ class Ticking(Protocol):
 class Keeping(Protocol):
     """A transport that keeps requests until the node takes them: on the thread of the node's loop."""
 
-    def take_request(self, port: ServerPort) -> tuple[Message, Answer] | None:
-        """Return the oldest request of a service, and what sends its response; None: there is none."""
+    def take_request(self, port: ServerPort) -> tuple[list[str], tuple[Message, Answer] | None]:
+        """Return what was lost before, as `lost_requests` does, and the oldest request that waits then.
+
+        Both at one moment: a request may arrive at any time, and what it pushes out of the history is
+        recorded before the request itself is served. With the request comes what sends its response; None:
+        none waits.
+        """
 
     def lost_requests(self, port: ServerPort) -> list[str]:
         """Return the ids of the requests that the full history has lost since this was asked last."""

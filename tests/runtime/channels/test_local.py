@@ -16,7 +16,7 @@ from dineros.runtime import Firing, Net, Node
 from dineros.runtime.application.simulation import LocalApplication
 from dineros.runtime.channels.local import LocalNetwork
 from dineros.runtime.journal.recording import ListRecorder
-from dineros.runtime.nets.ports import Message
+from dineros.runtime.nets.ports import ClientPort, Message, ServerPort
 from dineros.transformations.flattening.split import split
 from tests.runtime.nets.reference_rule import references
 from tests.runtime.tiny import case_study, events
@@ -360,5 +360,35 @@ def test_a_request_that_the_server_has_takes_no_room_when_it_comes_again(is_late
         network.step()
     assert server.came == ["baker0/Ask0/1"]
     assert network.lost_requests(ports.servers[0]) == []
-    taken = network.take_request(ports.servers[0])
-    assert taken is not None and taken[0].id == "baker1/Ask1/1"
+    lost, taken = network.take_request(ports.servers[0])
+    assert lost == [] and taken is not None and taken[0].id == "baker1/Ask1/1"
+
+
+class Hasty(LocalNetwork):
+    """Requests of two clients arrive in the moment in which the server has just looked what was lost."""
+
+    asking: tuple[ClientPort, ...] = ()
+
+    def lost_requests(self, port: ServerPort) -> list[str]:
+        """Look, and have the requests arrive."""
+        lost = super().lost_requests(port)
+        asking, self.asking = self.asking, ()
+        for client in asking:
+            self.request(client, Message(f"{client.client}/1", {}))
+        return lost
+
+
+def test_a_request_is_lost_before_the_one_is_served_that_pushed_it_out() -> None:
+    parts = list(split(oven(2, depth=1)))
+    network, recorder = Hasty(seed=1), ListRecorder()
+    clients = [port for part in parts for port in Net(part).structure.ports.clients]
+    part = next(part for part in parts if part.node.id == "oven")
+    server = Node(Net(part, seed=1), network.transport(), recorder)
+    network.asking = tuple(clients)
+    server.open()
+    server.run_until_idle()
+    network.step()
+    server.run_until_idle()
+    said = [(e["event"], e["message"]) for e in recorder.records if e["event"] in ("drop", "serve")]
+    assert said == [("drop", f"{clients[0].client}/1"), ("serve", f"{clients[1].client}/1")]
+    server.close()
