@@ -52,6 +52,11 @@ class _Row(NamedTuple):
     support: int
 
     @property
+    def lowest(self) -> int:
+        """Its lowest place."""
+        return (self.support & -self.support).bit_length() - 1
+
+    @property
     def entries(self) -> int:
         """What combining it with another row costs."""
         return len(self.residual) + len(self.weights)
@@ -72,6 +77,8 @@ class _Rows:
         self._by_lowest_place: defaultdict[int, set[int]] = defaultdict(set)
         #: (rows that elimination adds, transition); an entry is stale when the number is another one by now.
         self._costs: list[tuple[int, int]] = []
+        #: Transitions whose number is not among the costs.
+        self._changed: set[int] = set()
 
     def __iter__(self) -> Iterator[_Row]:
         return iter(self._rows.values())
@@ -81,13 +88,16 @@ class _Rows:
         number = self._made
         self._made += 1
         self._rows[number] = row
-        self._by_lowest_place[min(row.weights)].add(number)
+        self._by_lowest_place[row.lowest].add(number)
         for t, tokens in row.residual.items():
             (self._raised if tokens > 0 else self._lowered)[t].add(number)
-            heappush(self._costs, (self._cost(t), t))
+        self._changed.update(row.residual)
 
     def cheapest(self) -> int | None:
         """Return the transition whose elimination adds the fewest rows; None when none is left."""
+        for t in self._changed:
+            heappush(self._costs, (self._cost(t), t))
+        self._changed.clear()
         while self._costs:
             cost, t = heappop(self._costs)
             if (self._raised[t] or self._lowered[t]) and cost == self._cost(t):
@@ -135,10 +145,10 @@ class _Rows:
 
     def _take(self, number: int) -> _Row:
         row = self._rows.pop(number)
-        self._by_lowest_place[min(row.weights)].discard(number)
+        self._by_lowest_place[row.lowest].discard(number)
         for t, tokens in row.residual.items():
             (self._raised if tokens > 0 else self._lowered)[t].discard(number)
-            heappush(self._costs, (self._cost(t), t))
+        self._changed.update(row.residual)
         return row
 
     def _cost(self, t: int) -> int:

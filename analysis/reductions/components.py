@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import add
+from weakref import WeakKeyDictionary
 
 from dineros.analysis.nets.graph_parts import ends, has_cycle
 from dineros.analysis.reductions.net import Arcs, Change, MutableNet
@@ -23,6 +24,12 @@ from dineros.analysis.reductions.transitions import DEAD_PRESERVES
 LARGEST_COMPONENT = 1_024
 
 Local = tuple[int, ...]
+Graph = dict[Local, dict[str, Local]]
+
+#: By net: what was found of its components; with the arcs, since their identities are part of the key.
+_GRAPHS: WeakKeyDictionary[MutableNet, dict[object, tuple[tuple[Arcs, ...], Graph | None]]] = (
+    WeakKeyDictionary()
+)
 
 
 @dataclass
@@ -43,7 +50,7 @@ class Component:
     places: tuple[str, ...]
     members: dict[str, Arcs]
     initial: Local
-    successors: dict[Local, dict[str, Local]] = field(default_factory=dict)
+    successors: Graph = field(default_factory=dict)
 
     def explore(self) -> bool:
         """Fill the component graph; False when it has too many markings."""
@@ -156,6 +163,21 @@ def independent_components(net: MutableNet) -> list[Component]:
     return [Component(tuple(g), members[r], tuple(net.places[p] for p in g)) for r, g in found]
 
 
+def explored(net: MutableNet, component: Component) -> bool:
+    """Fill the graph of a component of a net; False when it has too many markings.
+
+    Rules look at the same components again and again while other parts of the net change.
+    """
+    known = _GRAPHS.setdefault(net, {})
+    arcs = tuple(component.members.values())
+    key = component.places, component.initial, tuple(component.members), tuple(map(id, arcs))
+    if key not in known:
+        known[key] = arcs, component.successors if component.explore() else None
+    graph = known[key][1]
+    component.successors = graph or {}
+    return graph is not None
+
+
 def readers(net: MutableNet, component: Component) -> dict[str, Arcs]:
     """The transitions outside a component that test its places."""
     names = dict.fromkeys(t for place in component.places for t in net.neighbours(place))
@@ -174,7 +196,7 @@ class UnreadableTransition(Rule):
         """Offer every transition that an independent component keeps from firing."""
         for component in independent_components(net):
             tests = readers(net, component)
-            if tests and component.explore():
+            if tests and explored(net, component):
                 for t, arcs in tests.items():
                     if t not in question.observed_transitions and not any(
                         component.holds(arcs, local) for local in component.successors
@@ -219,7 +241,9 @@ class IndependentComponent(Rule):
             # To remove all there is would be to explore the state space, which is not for a reduction to do.
             if len(component.places) == len(net.places):
                 continue
-            if not question.observed_transitions.isdisjoint(component.members) or not component.explore():
+            if not question.observed_transitions.isdisjoint(component.members):
+                continue
+            if not explored(net, component):
                 continue
             tests = readers(net, component)
             # Every run can be continued into an end, so being satisfiable in each end is being so from

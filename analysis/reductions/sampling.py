@@ -7,6 +7,7 @@ or an inhibitor arc that has been seen to disable a transition alone is not impl
 from __future__ import annotations
 
 import random
+from collections.abc import Iterable
 
 from dineros.analysis.reductions.net import MutableNet
 
@@ -31,29 +32,39 @@ class Sample:
         self.enabled: set[str] = set()
         self.deciding_places: set[str] = set()
         self.deciding_inhibitors: set[tuple[str, str]] = set()
+        self._transitions = list(net.transitions.items())
+        number = {t: n for n, (t, _) in enumerate(self._transitions)}
+        concerned = {p: [number[t] for t in (*net.consumers[p], *net.inhibited[p])] for p in net.places}
+        gains: dict[int, dict[str, int]] = {}
         chance = random.Random(0)
-        marking = dict(net.places)
-        for _ in range(STEPS):
-            ready = self._look(net, marking)
+        marking, ready = dict(net.places), set[int]()
+        self._look(range(len(number)), marking, ready)
+        at_first = set(ready)
+        for _ in range(STEPS - 1):
             if ready:
-                net.fire(chance.choice(ready), marking)
+                fired = chance.choice(sorted(ready))
+                if fired not in gains:
+                    gains[fired] = self._transitions[fired][1].delta
+                for place, tokens in gains[fired].items():
+                    marking[place] += tokens
+                self._look({n for place in gains[fired] for n in concerned[place]}, marking, ready)
             elif marking == net.places:
                 break
             else:
-                marking = dict(net.places)
+                marking, ready = dict(net.places), set(at_first)
 
-    def _look(self, net: MutableNet, marking: dict[str, int]) -> list[str]:
-        ready = []
-        for t, arcs in net.transitions.items():
+    def _look(self, numbers: Iterable[int], marking: dict[str, int], ready: set[int]) -> None:
+        """Note what may have changed of some transitions, and which of them are enabled."""
+        for number in numbers:
+            name, arcs = self._transitions[number]
             missing = [p for p, weight in arcs.inputs.items() if marking[p] < weight]
-            if len(missing) > 1:
-                continue
             blocking = [p for p, weight in arcs.inhibitors.items() if marking[p] >= weight]
             if not missing and not blocking:
-                ready.append(t)
-            elif not blocking:
+                ready.add(number)
+                self.enabled.add(name)
+                continue
+            ready.discard(number)
+            if len(missing) == 1 and not blocking:
                 self.deciding_places.add(missing[0])
             elif not missing and len(blocking) == 1:
-                self.deciding_inhibitors.add((blocking[0], t))
-        self.enabled.update(ready)
-        return ready
+                self.deciding_inhibitors.add((blocking[0], name))

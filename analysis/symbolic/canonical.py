@@ -135,18 +135,18 @@ class _Refinement:
 
     def _refine(self) -> None:
         """Split cells until all elements of one have the same arcs to each other cell."""
-        arcs, cell_of = self._arcs, self._cell
+        arcs, cell_of, size = self._arcs, self._cell, self._size
         while self._queue:
             start = self._queue.popleft()
             self._queued.discard(start)
             found: defaultdict[int, list[int]] = defaultdict(list)
             for element in self._order[start : start + self._size[start]]:
                 for other, kind in arcs[element]:
-                    found[other].append(kind)
+                    if size[cell_of[other]] > 1:
+                        found[other].append(kind)
             touched: defaultdict[int, dict[int, tuple[int, ...]]] = defaultdict(dict)
             for other, kinds in found.items():
-                if self._size[cell_of[other]] > 1:
-                    touched[cell_of[other]][other] = tuple(sorted(kinds))
+                touched[cell_of[other]][other] = tuple(sorted(kinds)) if len(kinds) > 1 else (kinds[0],)
             for cell in sorted(touched):
                 self._split(cell, touched[cell])
 

@@ -225,11 +225,16 @@ class SymbolicStateSpace:
 
     def event_masks(self, transition: int | None = None) -> list[dict[int, Sequence[bool]]]:
         """Markings that enable a transition, or any, as disjoint products (level -> flags)."""
-        return [
-            {k: [j >= 0 for j in table] for k, table in event.tables.items() if min(table) < 0}
-            for event in self.encoding.events
-            if transition is None or event.transition == transition
-        ]
+        flags: dict[tuple[int, ...], tuple[bool, ...]] = {}  # many events share their tables
+        masks: list[dict[int, Sequence[bool]]] = []
+        for event in self.encoding.events:
+            if transition is None or event.transition == transition:
+                for table in event.tables.values():
+                    if table not in flags:
+                        flags[table] = tuple(j >= 0 for j in table)
+                enabled = {k: flags[table] for k, table in event.tables.items()}
+                masks.append({k: each for k, each in enabled.items() if not all(each)})
+        return masks
 
 
 def symbolic_state_space(

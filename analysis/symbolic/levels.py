@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from heapq import heapify, heappop, heappush
 from operator import add
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,8 @@ from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.semiflows import semiflows
 from dineros.analysis.nets.state_machines import state_machines
 from dineros.analysis.nets.structure import PlaceInvariant, place_invariants, proportional_places
-from dineros.analysis.symbolic.boxes import LARGEST_PRODUCT, Box, BoxNet, Event, box_net, drop_determined
+from dineros.analysis.symbolic.boxes import LARGEST_PRODUCT, Box, BoxNet
+from dineros.analysis.symbolic.dropping import GuardedNet
 from dineros.metamodel.errors import BudgetError
 
 Int32Array = NDArray[np.int32]
@@ -102,7 +102,7 @@ class Encoding:
                     renumbered[id(bound.weights)] = weights
                 bounds[place] = Bound(bound.value, weights)
         return Encoding(
-            self.boxes.renumbered(net, places, transitions),
+            self.boxes.renumbered(net, places),
             tuple(replace(level, places=tuple(places[p] for p in level.places)) for level in self.levels),
             tuple(LocalEvent(transitions[event.transition], event.tables) for event in self.events),
             tuple(bounds),
@@ -159,21 +159,22 @@ def encode(
         raise UnknownBoundError([net.places[p] for p, value in enumerate(values) if value is None])
     exact = [*proportional_places(net), *place_invariants(net)] if flows is None else flows
     droppable = set(range(len(net.places))).difference(keep)
-    boxes = drop_determined(box_net(net, known), (y for y in exact if len(y.weights) == 2), 0, droppable)
+    guarded = GuardedNet(net, known)
+    guarded.drop_determined((y for y in exact if len(y.weights) == 2), 0, droppable)
     if flows is None:
-        groups = state_machines(net, (p for p in boxes.kept if known[p] == 1))
+        groups = state_machines(net, (p for p in guarded.kept if known[p] == 1))
     else:
-        groups = _groups(boxes, [flow for flow in flows if flow.constant == 1])
-    alone = set(boxes.kept) - {place for group in groups for place in group}
-    boxes = drop_determined(boxes, exact, LARGEST_GROWTH, alone & droppable)
-    groups += [(place,) for place in boxes.kept if place in alone]
+        groups = _groups(guarded.kept, [flow for flow in flows if flow.constant == 1])
+    alone = set(guarded.kept) - {place for group in groups for place in group}
+    guarded.drop_determined(exact, LARGEST_GROWTH, alone & droppable)
+    groups += [(place,) for place in guarded.kept if place in alone]
     if memory is not None:
         _require_few_states(net, known, [group[0] for group in groups if len(group) == 1], memory)
     levels = tuple(_level(net, known, group) for group in groups)
     home = {place: k for k, level in enumerate(levels) for place in level.places}
-    spans = (tuple(sorted({home[p] for p in boxes.over_kept(flow).weights})) for flow in exact)
+    spans = (tuple(sorted({home[p] for p in guarded.over_kept(flow).weights})) for flow in exact)
     shared = tuple(span for span in spans if len(span) > 1)
-    return Encoding(boxes, levels, tuple(_local_events(boxes, levels)), tuple(bounds), shared)
+    return Encoding(guarded.boxes(), levels, _local_events(guarded, levels), tuple(bounds), shared)
 
 
 def encode_like(encoding: Encoding, net: CompiledNet) -> Encoding:
@@ -185,16 +186,14 @@ def encode_like(encoding: Encoding, net: CompiledNet) -> Encoding:
     known = [value for value in bounds_like(net, encoding.bounds) if value is not None]
     if len(known) < len(net.places):
         raise ValueError("the weightings that bound the net do not bound the other one")
-    boxes = box_net(net, known)
+    guarded = GuardedNet(net, known)
     for place, rule in encoding.boxes.determined.items():
         weights = {place: 1, **{p: -factor for p, factor in rule.factors.items()}}
         constant = sum(int(net.initial[p]) * weight for p, weight in weights.items())
-        smaller = boxes.drop(PlaceInvariant(weights, constant), place, LARGEST_PRODUCT)
-        if smaller is None:
+        if not guarded.drop(PlaceInvariant(weights, constant), place, LARGEST_PRODUCT):
             raise ValueError(f"place {net.places[place]!r} cannot be dropped in the other net")
-        boxes = smaller
     levels = tuple(_level(net, known, level.places) for level in encoding.levels)
-    return Encoding(boxes, levels, tuple(_local_events(boxes, levels)), encoding.bounds, encoding.flows)
+    return Encoding(guarded.boxes(), levels, _local_events(guarded, levels), encoding.bounds, encoding.flows)
 
 
 def _require_few_states(net: CompiledNet, bounds: Sequence[int], alone: Sequence[int], memory: int) -> None:
@@ -208,9 +207,9 @@ def _require_few_states(net: CompiledNet, bounds: Sequence[int], alone: Sequence
         )
 
 
-def _groups(boxes: BoxNet, flows: Sequence[PlaceInvariant]) -> list[tuple[int, ...]]:
-    """Disjoint groups of places with at most one token together, largest first."""
-    free = set(boxes.kept)
+def _groups(kept: Iterable[int], flows: Sequence[PlaceInvariant]) -> list[tuple[int, ...]]:
+    """Disjoint groups of kept places with at most one token together, largest first."""
+    free = set(kept)
     groups: list[tuple[int, ...]] = []
     # What is free of a flow only shrinks: a size that still holds when it comes up is the largest.
     sizes = [(-len(flow.weights), number) for number, flow in enumerate(flows)]
@@ -242,41 +241,49 @@ def _holds(state: tuple[int, ...], asked: Iterable[tuple[int, int, int]]) -> boo
     return all(low <= state[at] <= high for at, low, high in asked)
 
 
-def _local_events(boxes: BoxNet, levels: Sequence[Level]) -> list[LocalEvent]:
+def _local_events(guarded: GuardedNet, levels: Sequence[Level]) -> tuple[LocalEvent, ...]:
     home = {place: k for k, level in enumerate(levels) for place in level.places}
-    position = [{state: i for i, state in enumerate(level.states)} for level in levels]
-    tables: dict[_Local, tuple[int, ...]] = {}
+    # Tables hang on the states of a level, not on its places: many levels share theirs.
+    shapes: dict[tuple[tuple[int, ...], ...], _Shape] = {}
+    shape_of = [shapes.setdefault(level.states, _Shape(level.states)) for level in levels]
     events = []
-    for event in boxes.events:
-        touched = sorted({home[p] for p in (*event.guard, *event.change)})
-        parts = {k: _Local(k, *_part_of(event, levels[k])) for k in touched}
-        for part in parts.values():
-            if part not in tables:
-                tables[part] = _table(levels[part.level], position[part.level], part)
-        if all(max(tables[part]) >= 0 for part in parts.values()):
-            events.append(LocalEvent(event.transition, {k: tables[part] for k, part in parts.items()}))
-    return events
+    for event in guarded.events:
+        guard, change = event.guard, event.change
+        tables: dict[int, tuple[int, ...]] = {}
+        for k in sorted({home[p] for p in (*guard, *change)}):
+            places = levels[k].places
+            table = shape_of[k].table(tuple(map(guard.get, places)), tuple(map(change.get, places)))
+            if table is None:
+                break
+            tables[k] = table
+        else:
+            events.append(LocalEvent(event.transition, tables))
+    return tuple(events)
 
 
-class _Local(NamedTuple):
-    """What an event asks of a level, and what it changes there: (fewest, most) and gain by place."""
+class _Shape:
+    """The local states of a level, and the tables of all that events ask of such levels."""
 
-    level: int
-    guard: tuple[tuple[int, int] | None, ...]
-    gain: tuple[int, ...]
+    def __init__(self, states: tuple[tuple[int, ...], ...]) -> None:
+        self._states = states
+        self._position = {state: i for i, state in enumerate(states)}
+        self._tables: dict[tuple[object, object], tuple[int, ...] | None] = {}
 
-
-def _part_of(event: Event, level: Level) -> tuple[tuple[tuple[int, int] | None, ...], tuple[int, ...]]:
-    return tuple(map(event.guard.get, level.places)), tuple(event.change.get(p, 0) for p in level.places)
-
-
-def _table(level: Level, position: dict[tuple[int, ...], int], part: _Local) -> tuple[int, ...]:
-    asked = [(at, *interval) for at, interval in enumerate(part.guard) if interval is not None]
-    # A target outside the local states breaks a proved bound, so the guard elsewhere forbids it.
-    return tuple(
-        position.get(tuple(map(add, state, part.gain)), -1) if _holds(state, asked) else -1
-        for state in level.states
-    )
+    def table(
+        self, guard: tuple[tuple[int, int] | None, ...], gain: tuple[int | None, ...]
+    ) -> tuple[int, ...] | None:
+        """Return where an event leads: (fewest, most) and gain by place; None: it is never enabled."""
+        key = guard, gain
+        if key not in self._tables:
+            asked = [(at, *interval) for at, interval in enumerate(guard) if interval is not None]
+            gained = [tokens or 0 for tokens in gain]
+            # A target outside the local states breaks a proved bound, so the guard elsewhere forbids it.
+            table = tuple(
+                self._position.get(tuple(map(add, state, gained)), -1) if _holds(state, asked) else -1
+                for state in self._states
+            )
+            self._tables[key] = table if max(table) >= 0 else None
+        return self._tables[key]
 
 
 class LevelSizeError(BudgetError):

@@ -10,6 +10,7 @@ another would walk the upper levels once for each.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,14 +55,15 @@ class OpenBoxes:
         self.following: Int32Array = np.zeros(FIRST_ROOM, dtype=np.int32)
         self._used = 0
         positions = [sorted(int(diagram.position[level]) for level in box) for box in boxes]
-        self._bottom = [touched[0] for touched in positions]
-        #: By level: boxes that begin there, boxes that touch it, and by class those that allow it.
+        #: By level: boxes that begin and end there, boxes that touch it, and by class those that allow it.
         self._begin: list[list[int]] = [[] for _ in range(top + 1)]
+        self._end: list[list[int]] = [[] for _ in range(top + 1)]
         self._touch: list[frozenset[int]] = [frozenset()] * (top + 1)
         self._allow: list[list[frozenset[int]]] = [[frozenset()] for _ in range(top + 1)]
         touching: dict[int, list[int]] = {}
         for number, touched in enumerate(positions):
             self._begin[touched[-1]].append(number)
+            self._end[touched[0]].append(number)
             for level in touched:
                 touching.setdefault(level, []).append(number)
         for level, numbers in touching.items():
@@ -84,7 +86,7 @@ class OpenBoxes:
         entries = []
         for allowed in self._allow[level]:
             left = untouched | (begun & allowed)
-            if any(self._bottom[box] == level for box in left):
+            if not left.isdisjoint(self._end[level]):
                 entries.append(HELD)
             elif not left and level <= self._lowest_top:
                 entries.append(NONE_LEFT)
@@ -111,9 +113,10 @@ class OpenBoxes:
     ) -> list[frozenset[int]]:
         """Number the local states of a level by the boxes that allow them; return these boxes by class."""
         encoding_level = diagram.order[level - 1]
-        numbers: dict[frozenset[int], int] = {}
+        numbers: dict[tuple[bool, ...], int] = {}
+        columns = zip(*(box[encoding_level] for _, box in boxes), strict=True)
+        classes = [numbers.setdefault(column, len(numbers)) for column in columns]
         start = int(diagram.base[level])
-        for state in range(int(diagram.width[level])):
-            allowed = frozenset(number for number, box in boxes if box[encoding_level][state])
-            self.state_class[start + state] = numbers.setdefault(allowed, len(numbers))
-        return list(numbers)
+        self.state_class[start : start + len(classes)] = classes
+        names = [number for number, _ in boxes]
+        return [frozenset(compress(names, column)) for column in numbers]
