@@ -111,6 +111,7 @@ def _diagrams() -> None:
     from dineros.analysis.symbolic.level_starts import starts
     from dineros.analysis.symbolic.relations import EventTables
     from dineros.analysis.symbolic.saturation import Diagram
+    from dineros.analysis.symbolic.vector_sets import VectorSets
 
     space = symbolic_state_space(rings(3), Budget(MEMORY))
     space.arcs(), space.deadlocks(), space.largest_place(), space.largest_total()
@@ -119,6 +120,10 @@ def _diagrams() -> None:
     diagram = Diagram(space.encoding, levels, MEMORY, first_cache=4, first_buckets=1)
     diagram.run()
     diagram.collect([])
+    sets = VectorSets(space.diagram)
+    at, everything = [level.initial for level in space.encoding.levels], space.diagram.root
+    sets.contains(everything, at)
+    sets.descent(at, [sets.image(sets.single(at), everything, backwards=False), everything])
 
 
 def _formulas() -> None:

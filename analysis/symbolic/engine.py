@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,7 +16,7 @@ from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.symbolic.canonical import arranged
 from dineros.analysis.symbolic.counting import DiagramCounts, Weights
 from dineros.analysis.symbolic.level_order import OrderSearch
-from dineros.analysis.symbolic.levels import Encoding, UnknownBoundError, encode
+from dineros.analysis.symbolic.levels import Encoding, LocalEvent, UnknownBoundError, encode
 from dineros.analysis.symbolic.order_cache import OrderCache
 from dineros.analysis.symbolic.saturation import Diagram, DiagramMemoryError
 from dineros.analysis.symbolic.vector_sets import VectorSets
@@ -227,14 +228,21 @@ class SymbolicStateSpace:
         """Markings that enable a transition, or any, as disjoint products (level -> flags)."""
         flags: dict[tuple[int, ...], tuple[bool, ...]] = {}  # many events share their tables
         masks: list[dict[int, Sequence[bool]]] = []
-        for event in self.encoding.events:
-            if transition is None or event.transition == transition:
-                for table in event.tables.values():
-                    if table not in flags:
-                        flags[table] = tuple(j >= 0 for j in table)
-                enabled = {k: flags[table] for k, table in event.tables.items()}
-                masks.append({k: each for k, each in enabled.items() if not all(each)})
+        for event in self.encoding.events if transition is None else self._events_of.get(transition, ()):
+            for table in event.tables.values():
+                if table not in flags:
+                    flags[table] = tuple(j >= 0 for j in table)
+            enabled = {k: flags[table] for k, table in event.tables.items()}
+            masks.append({k: each for k, each in enabled.items() if not all(each)})
         return masks
+
+    @cached_property
+    def _events_of(self) -> dict[int, list[LocalEvent]]:
+        """By transition, in the numbers of the net."""
+        found: defaultdict[int, list[LocalEvent]] = defaultdict(list)
+        for event in self.encoding.events:
+            found[event.transition].append(event)
+        return found
 
 
 def symbolic_state_space(

@@ -18,9 +18,10 @@ import numpy as np
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.symbolic.counting import Weights
 from dineros.analysis.symbolic.kernels import diagrams as store
+from dineros.analysis.symbolic.kernels import membership
 from dineros.analysis.symbolic.kernels import saturation as machine
 from dineros.analysis.symbolic.open_boxes import Masks, OpenBoxes
-from dineros.analysis.symbolic.relations import EventTables, Relations
+from dineros.analysis.symbolic.relations import EventTables, Int64Array, Relations
 from dineros.analysis.symbolic.saturation import FIRST_CLOSED_KEY, Diagram, DiagramMemoryError
 
 #: Most seconds between two calls of a callback, as far as single operations allow.
@@ -208,13 +209,47 @@ class VectorSets:
     def contains(self, states: int, vector: Sequence[int]) -> bool:
         """Whether a set has a vector (local states in the order of the encoding's levels)."""
         self._tell()
-        mem = self.diagram.mem
-        for at in range(self.diagram.top, 0, -1):
-            if states == 0:
-                return False
-            child = vector[self.diagram.order[at - 1]] - int(mem[states + 2])
-            states = int(mem[states + store.HEADER + child]) if 0 <= child < int(mem[states + 3]) else 0
-        return states != 0
+        at = np.array(vector, dtype=np.int64)
+        return bool(membership.holds(self.diagram.mem, states, self._order, at))
+
+    def descent(self, vector: Sequence[int], growing: Sequence[int]) -> list[int]:
+        """Return events of the encoding, by number, that lead from a vector into the first of growing sets.
+
+        Each step leads to the earliest set that any does, and always to an earlier one, as it must be
+        possible from each of them; the last one has the vector.
+        """
+        mem, order, sets = self.diagram.mem, self._order, np.array(growing, dtype=np.int64)
+        here = np.array(vector, dtype=np.int64)
+        at = int(membership.first_with(mem, sets, sets.size, order, here))
+        route: list[int] = []
+        while at:
+            self._tell()
+            event, at = membership.earliest_step(mem, sets, at, order, here, *self._flat_events)
+            if event < 0:
+                raise ValueError("no step leads to an earlier set")
+            for level, table in self.diagram.encoding.events[event].tables.items():
+                here[level] = table[here[level]]
+            route.append(int(event))
+        return route
+
+    @cached_property
+    def _order(self) -> Int64Array:
+        return np.array(self.diagram.order, dtype=np.int64)
+
+    @cached_property
+    def _flat_events(self) -> tuple[Int64Array, Int64Array, Int64Array, Int64Array]:
+        """All events as `membership.earliest_step` wants them; those of one shape share their tables."""
+        events = [event.tables for event in self.diagram.encoding.events]
+        begins: dict[tuple[int, ...], int] = {}
+        flat: list[int] = []
+        for table in (table for tables in events for table in tables.values()):
+            if table not in begins:
+                begins[table] = len(flat)
+                flat += table
+        start = np.concatenate([[0], np.cumsum([len(tables) for tables in events])]).astype(np.int64)
+        level = np.array([k for tables in events for k in tables], dtype=np.int64)
+        table_begin = np.array([begins[t] for tables in events for t in tables.values()], dtype=np.int64)
+        return start, level, table_begin, np.array(flat, dtype=np.int64)
 
     def closure(self, states: int, within: int, backwards: bool) -> int:
         """Return what can be reached from a set, or can reach it, without leaving another one."""

@@ -11,7 +11,6 @@ Y. Zhao, G. Ciardo, *Symbolic CTL model checking of asynchronous systems using c
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, cached_property, partial
@@ -322,7 +321,8 @@ class SymbolicSets:
             layers = [sets.intersection(goal, within)]
             near = sets.neighbours
             queue: dict[int, None] = {}
-            while not self.contains(layers[-1], start):
+            vector = self._vector(start)
+            while not self.sets.contains(layers[-1], vector):
                 # An event that added markings makes its neighbours worth trying; when they are done, all are.
                 queue = queue or dict.fromkeys(range(sets.events))
                 event = next(iter(queue))
@@ -334,15 +334,5 @@ class SymbolicSets:
                     layers.append(larger)
                     queue.update(dict.fromkeys(near[event]))
             scope.hold(*layers)
-            return self._descend(start, layers)
-
-    def _descend(self, marking: Marking, layers: list[int]) -> tuple[int, ...]:
-        def first_layer(marking: Marking) -> int:
-            return bisect_left(layers, True, key=lambda layer: self.contains(layer, marking))
-
-        route = []
-        at = first_layer(marking)
-        while at:
-            at, transition, marking = min((first_layer(after), t, after) for t, after in self._moves(marking))
-            route.append(transition)
-        return tuple(route)
+            events = self.space.encoding.events
+            return tuple(events[n].transition for n in self.sets.descent(vector, layers))
