@@ -277,12 +277,16 @@ class _Shape:
         if key not in self._tables:
             asked = [(at, *interval) for at, interval in enumerate(guard) if interval is not None]
             gained = [tokens or 0 for tokens in gain]
-            # A target outside the local states breaks a proved bound, so the guard elsewhere forbids it.
-            table = tuple(
-                self._position.get(tuple(map(add, state, gained)), -1) if _holds(state, asked) else -1
-                for state in self._states
-            )
-            self._tables[key] = table if max(table) >= 0 else None
+            table = []
+            for state in self._states:
+                for at, low, high in asked:
+                    if not low <= state[at] <= high:
+                        table.append(-1)
+                        break
+                else:
+                    # A target outside the local states breaks a proved bound: the guard elsewhere forbids it.
+                    table.append(self._position.get(tuple(map(add, state, gained)), -1))
+            self._tables[key] = tuple(table) if max(table) >= 0 else None
         return self._tables[key]
 
 

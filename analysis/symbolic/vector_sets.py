@@ -67,7 +67,6 @@ class VectorSets:
         self.budget = budget.begun()
         self._told = time.perf_counter()
         self._restriction = 0
-        self._relations = _kinds(diagram.relations, diagram.events, diagram)
         self._free = [1]
         for level in range(1, diagram.top + 1):
             self._free.append(diagram.node(level, [self._free[-1]] * int(diagram.width[level])))
@@ -80,10 +79,16 @@ class VectorSets:
         tables = EventTables.of(replace(diagram.encoding, events=events))
         numbers = _RESTRICTIONS.setdefault(diagram, {})
         part = copy(self)
-        part.__dict__.pop("neighbours", None)
+        for hangs_on_steps in ("neighbours", "_relations"):
+            part.__dict__.pop(hangs_on_steps, None)
         part._restriction = numbers.setdefault(transitions, len(numbers) + 1)
         part._relations = _kinds(Relations.under(tables, diagram.position), tables, diagram)
         return part
+
+    @cached_property
+    def _relations(self) -> dict[tuple[bool, bool], Relations]:
+        """Events by (backwards, one event only)."""
+        return _kinds(self.diagram.relations, self.diagram.events, self.diagram)
 
     def union(self, *sets: int) -> int:
         """Return what is in some of the sets."""
