@@ -48,8 +48,9 @@ GOOD_EFFORT = 8
 LEAST_GOOD_EFFORT = 50_000
 #: A net whose local states are more than so many times those of its smallest instance is tried there first.
 WIDE = 4
-#: But where there are so few of them, the first order is tried with what a race costs.
-FEW_STATES = 200
+#: But where levels have so few of them on average, so that misses are cheap, the first order is tried with
+#: what a race costs.
+NARROW = 20
 RACE_EFFORT = 16_000
 #: Work of a climb after which another one begins, how many there are, and how many times the largest marking
 #: is larger in the instance that decides between them.
@@ -126,7 +127,7 @@ class OrderSearch:
         levels, events = self._encoding.levels, self._events
         states = sum(len(level.states) for level in levels)
         if states > WIDE * sum(len(level.places) + 1 for level in levels):
-            return RACE_EFFORT if states <= FEW_STATES else None
+            return RACE_EFFORT if states <= NARROW * len(levels) else None
         entries = int(np.diff(events.pair_start)[events.event_table].sum())
         return LEAST_GOOD_EFFORT + GOOD_EFFORT * entries
 
