@@ -71,20 +71,34 @@ class Tree:
         """End all of them at once; the root stays to be waited for."""
         with suppress(ProcessLookupError):
             os.kill(self.root, signal.SIGSTOP)  # starts no others meanwhile
-        self._look()
+        self._look(is_exact=True)
         for process in reversed(self._known):
             with suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
 
-    def _look(self) -> None:
+    def _look(self, is_exact: bool = False) -> None:
         self._looked = time.monotonic()
         self._known = [self.root]
-        children = _children()
+        # The kernel's own lists cost little, but may miss one while others end.
+        all_children = _all_children() if is_exact or not _lists_children(self.root) else None
         for process in self._known:  # grows meanwhile
-            self._known += children.get(process, ())
+            more = _children(process) if all_children is None else all_children.get(process, ())
+            self._known += more
 
 
-def _children() -> dict[int, list[int]]:
+def _lists_children(process: int) -> bool:
+    return (PROCESSES / f"{process}/task/{process}/children").is_file()
+
+
+def _children(process: int) -> list[int]:
+    found: list[int] = []
+    with suppress(OSError, ValueError):
+        for thread in (PROCESSES / f"{process}/task").iterdir():
+            found += map(int, (thread / "children").read_bytes().split())
+    return found
+
+
+def _all_children() -> dict[int, list[int]]:
     found: dict[int, list[int]] = {}
     for folder in PROCESSES.iterdir() if PROCESSES.is_dir() else ():
         if folder.name.isdigit():
