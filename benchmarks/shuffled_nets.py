@@ -24,6 +24,7 @@ from tests.support.shuffled_nets import shuffled
 
 SHUFFLES = 10
 SECONDS = 120.0
+REPEATED, SHORT = 5, 0.1
 
 
 def measure(net: CompiledNet) -> tuple[float, float, int, tuple[int, int, int]]:
@@ -44,6 +45,14 @@ def measure(net: CompiledNet) -> tuple[float, float, int, tuple[int, int, int]]:
     return middle - began, time.process_time() - asked, nodes, said
 
 
+def least(net: CompiledNet) -> tuple[float, float, int, tuple[int, int, int]]:
+    """As `measure`; of nets that take milliseconds, which a machine's noise can double, the least of some."""
+    times = [measure(net)]
+    while len(times) < REPEATED and min(times[0][:2]) < SHORT:
+        times.append(measure(net))
+    return min(row[0] for row in times), min(row[1] for row in times), *times[0][2:]
+
+
 def main(words: list[str]) -> None:
     """Print the table."""
     # Budgets look at this clock: what else the machine does costs a shuffle nothing.
@@ -56,7 +65,7 @@ def main(words: list[str]) -> None:
         if not all(word in name for word in words):
             continue
         try:
-            found = [measure(shuffled(make(), seed)) for seed in range(SHUFFLES)]
+            found = [least(shuffled(make(), seed)) for seed in range(SHUFFLES)]
         except BudgetExceededError:
             print(f"| {name} | not in {SECONDS:.0f} s |", flush=True)
             continue
