@@ -23,7 +23,9 @@ def main(name: str) -> None:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     with suppress(ExternalShutdownException):
-        executor.spin()
+        while node.context.ok():  # a signal wakes a wait without an end not always
+            executor.spin_once(timeout_sec=0.2)
+    node.destroy_node()  # the interpreter alone may end before the others are told
 
 
 if __name__ == "__main__":
