@@ -124,10 +124,13 @@ parts["levels"] = [[each.successful, each.reason] for each in map(set_level, ("l
 
 
 def test_a_queue_that_fills_names_its_place(ros: Ros) -> None:
-    """The house reads slowly: what waits in the middleware's history is seen, which rclpy cannot tell."""
+    """The house reads slowly: what waits in the middleware's history is seen, which rclpy cannot tell.
+
+    It reads so slowly that who listens is there before the queue is shorter again.
+    """
     for part in split(post(letters=9)):
         save(part, ros.folder / f"{part.node.id}.rtm.xmi")
-    slow = "import time\ndef configure(net):\n    net.handler('TRead')(lambda firing: time.sleep(0.1))\n"
+    slow = "import time\ndef configure(net):\n    net.handler('TRead')(lambda firing: time.sleep(2))\n"
     house = ros.node("house", {"diagnostics_period": 0.1}, slow)
     ros.wait(lambda: ros.records("house", "start"), "the start")
     ros.node("office", {**OPEN, "expected_subscribers.Letters": 1})
