@@ -12,7 +12,7 @@ from dineros.analysis.reductions.certificates import StateEquation
 from dineros.analysis.reductions.net import Arcs, Change, MutableNet
 from dineros.analysis.reductions.places import LARGEST_PROGRAM, affine_relation, proportional_places
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Question, Rule, Step
-from dineros.analysis.reductions.sampling import Sample
+from dineros.analysis.reductions.sampling import sampled
 
 
 class ComplementaryInhibitor(Rule):
@@ -64,7 +64,7 @@ class ImpliedInhibitor(Rule):
         if not any(net.inhibited.values()):
             return
         equation = StateEquation(net)
-        sample = Sample(net)
+        sample = sampled(net)
         for t in list(net.transitions):
             for place, weight in net.transitions[t].inhibitors.items():
                 if (place, t) in sample.deciding_inhibitors:

@@ -83,6 +83,8 @@ class MutableNet:
     consumers, producers, inhibited : dict
         Name of place -> names of the transitions with an input, output or inhibitor arc with it, as the keys
         of a dictionary, because sets of text have no reproducible order.
+    changes : int
+        How many changes were carried out.
     """
 
     def __init__(self) -> None:
@@ -91,6 +93,7 @@ class MutableNet:
         self.consumers: dict[str, dict[str, None]] = {}
         self.producers: dict[str, dict[str, None]] = {}
         self.inhibited: dict[str, dict[str, None]] = {}
+        self.changes = 0
 
     @classmethod
     def of(cls, net: CompiledNet) -> MutableNet:
@@ -127,6 +130,7 @@ class MutableNet:
 
     def apply(self, change: Change) -> None:
         """Carry out a change."""
+        self.changes += 1
         for name, arcs in change.removed_transitions.items():
             self._unlink(name, arcs)
             if name not in change.added_transitions:

@@ -27,7 +27,7 @@ from dineros.analysis.reductions.rule import (
     Rule,
     Step,
 )
-from dineros.analysis.reductions.sampling import Sample
+from dineros.analysis.reductions.sampling import sampled
 
 #: Nets with more places, or more transitions, are not given to linear programming.
 LARGEST_PROGRAM = 600
@@ -122,7 +122,7 @@ class ImpliedPlace(Rule):
             return
         equation = StateEquation(net)
         relations = _Relations(net)
-        sample = Sample(net)
+        sample = sampled(net)
         for place in list(net.places):
             if place in question.observed_places or net.inhibited[place] or place in sample.deciding_places:
                 continue

@@ -8,11 +8,23 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterable
+from weakref import WeakKeyDictionary
 
 from dineros.analysis.reductions.net import MutableNet
 
 #: Markings that a walk visits.
 STEPS = 200
+
+_SAMPLES: WeakKeyDictionary[MutableNet, tuple[int, Sample]] = WeakKeyDictionary()
+
+
+def sampled(net: MutableNet) -> Sample:
+    """Return the sample of a net as it is now, taken once until the net changes."""
+    changes, sample = _SAMPLES.get(net, (-1, None))
+    if sample is None or changes != net.changes:
+        sample = Sample(net)
+        _SAMPLES[net] = net.changes, sample
+    return sample
 
 
 class Sample:
@@ -34,6 +46,8 @@ class Sample:
         self.deciding_inhibitors: set[tuple[str, str]] = set()
         self._transitions = list(net.transitions.items())
         number = {t: n for n, (t, _) in enumerate(self._transitions)}
+        arcs = net.transitions.values()
+        most = len(arcs), sum(map(bool, net.consumers.values())), sum(len(each.inhibitors) for each in arcs)
         concerned = {p: [number[t] for t in (*net.consumers[p], *net.inhibited[p])] for p in net.places}
         gains: dict[int, dict[str, int]] = {}
         chance = random.Random(0)
@@ -41,6 +55,8 @@ class Sample:
         self._look(range(len(number)), marking, ready)
         at_first = set(ready)
         for _ in range(STEPS - 1):
+            if (len(self.enabled), len(self.deciding_places), len(self.deciding_inhibitors)) == most:
+                break
             if ready:
                 fired = chance.choice(sorted(ready))
                 if fired not in gains:

@@ -17,7 +17,7 @@ from dineros.analysis.reductions.certificates import StateEquation
 from dineros.analysis.reductions.net import Arcs, MutableNet
 from dineros.analysis.reductions.places import LARGEST_PROGRAM
 from dineros.analysis.reductions.rule import ALL_PROPERTIES, Property, Question, Rule, Step
-from dineros.analysis.reductions.sampling import Sample
+from dineros.analysis.reductions.sampling import sampled
 
 #: A net with a transition that can never fire is not live; without it, it may be.
 DEAD_PRESERVES = ALL_PROPERTIES - {Property.LIVENESS}
@@ -77,7 +77,7 @@ class ExcludedTransition(Rule):
         if max(len(net.places), len(net.transitions)) > LARGEST_PROGRAM:
             return
         equation = StateEquation(net)
-        kept = question.observed_transitions | Sample(net).enabled
+        kept = question.observed_transitions | sampled(net).enabled
         for t, arcs in list(net.transitions.items()):
             if t not in kept and _is_excluded(net, arcs, equation):
                 yield Step(self.name, (), (t,), self.preserves, net.removing_transitions([t]))
