@@ -30,7 +30,8 @@ from dineros.transformations.rules.callbacks import (
 )
 from dineros.transformations.rules.histories import R3
 from dineros.transformations.rules.notation import arc, place, read
-from dineros.transformations.rules.services import S1, S2, S4, instances
+from dineros.transformations.rules.requests import GiveUp
+from dineros.transformations.rules.services import S1, S4, Serving, instances
 
 
 class Lock(Fragment):
@@ -153,18 +154,18 @@ class E3Tick(Rule):
 
 
 class E3Serve(Rule):
-    """A server's callback begins when its instance takes a request."""
+    """A server's callback begins when its instance takes a request, a late one too."""
 
     service = Node(sym.ServiceChannel)
     instance = Index(upto=instances(service))
     copy = Made(S4.page, of=[service, instance])
     page = Node(sym.CallbackPage, of=copy)
     node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    t_call = Made(S2.t_call, of=[service, instance])
+    serving = Made(Serving, of=[service, instance])
     threads = Made(E1.threads, of=node)
     running = Made(E3.running, of=page)
 
-    beginning = Beginning(t_call, threads, running)
+    beginning = Beginning(serving.t_call, threads, running)
 
 
 class E3Once(Rule):
@@ -210,18 +211,18 @@ class E4(Rule):
 
 
 class E4Reply(Rule):
-    """A server's callback ends with its response."""
+    """A server's callback ends with its response, be it to nobody."""
 
     service = Node(sym.ServiceChannel)
     instance = Index(upto=instances(service))
     copy = Made(S4.page, of=[service, instance])
     page = Node(sym.CallbackPage, of=copy)
     node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
-    t_return = Made(S2.t_return, of=[service, instance])
+    serving = Made(Serving, of=[service, instance])
     threads = Made(E1.threads, of=node)
     running = Made(E3.running, of=page)
 
-    ending = Ending(t_return, threads, running)
+    ending = Ending(serving.t_return, threads, running)
 
 
 class E5(Rule):
@@ -300,6 +301,22 @@ class E7Call(Rule):
 
     asks = [arc(running, t_req), arc(t_req, threads), arc(t_req, awaiting)]
     goes_on = [arc(awaiting, t_res), arc(threads, t_res), arc(t_res, running)]
+
+    where = [Awaited(client)]
+
+
+class E7GiveUp(Rule):
+    """A callback that awaits takes a thread when it gives up, too, and goes on."""
+
+    client = Node(sym.ClientPort)
+    page = Node(sym.CallbackPage, of=Callback(client.request))
+    given = Made(GiveUp, of=client)
+    node = Node(sym.NodeNet, of=ancestor(page, sym.NodeNet))
+    threads = Made(E1.threads, of=node)
+    running = Made(E3.running, of=page)
+    awaiting = Made(E7.awaiting, of=page)
+
+    goes_on = [arc(awaiting, given.give_up), arc(threads, given.give_up), arc(given.give_up, running)]
 
     where = [Awaited(client)]
 

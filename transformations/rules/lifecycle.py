@@ -24,8 +24,8 @@ from dineros.transformations.rules.callbacks import Beginnings, Callback
 from dineros.transformations.rules.executors import E1, Lock
 from dineros.transformations.rules.histories import R3, Publication
 from dineros.transformations.rules.notation import arc, place, read, transition
-from dineros.transformations.rules.requests import GiveUp, R6Instance
-from dineros.transformations.rules.services import S1, S2, S4, instances
+from dineros.transformations.rules.requests import GiveUp
+from dineros.transformations.rules.services import S1, S4, Serving, instances
 from dineros.transformations.rules.timers import C1
 
 LANGUAGE.add(__name__)
@@ -399,29 +399,13 @@ class L3Serve(Rule):
     """It serves no request: the client waits for its service."""
 
     service = Node(sym.ServiceChannel)
-    client = Node(sym.ClientPort, channel=service)
     instance = Index(upto=instances(service))
     copy = Made(S4.page, of=[service, instance])
     node = Node(sym.NodeNet, of=ancestor(copy, sym.NodeNet))
-    t_call = Made(S2.t_call, of=[client, instance])
-    t_return = Made(S2.t_return, of=[client, instance])
+    serving = Made(Serving, of=[service, instance])
     configured = Made(L1.configured, of=node)
 
-    waits = [read(configured, t_call), read(configured, t_return)]
-
-
-class L3Late(Rule):
-    """Nor one whose client has given up."""
-
-    service = Node(sym.ServiceChannel)
-    instance = Index(upto=instances(service))
-    copy = Made(S4.page, of=[service, instance])
-    node = Node(sym.NodeNet, of=ancestor(copy, sym.NodeNet))
-    t_call = Made(R6Instance.t_call, of=[service, instance])
-    t_return = Made(R6Instance.t_return, of=[service, instance])
-    configured = Made(L1.configured, of=node)
-
-    waits = [read(configured, t_call), read(configured, t_return)]
+    waits = [read(configured, serving.t_call), read(configured, serving.t_return)]
 
 
 class L3Ask(Rule):

@@ -26,7 +26,7 @@ from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.notation import OverflowQueue, arc, place, transition
-from dineros.transformations.rules.services import S1, S2, S3, S4, instances
+from dineros.transformations.rules.services import S1, S2, S3, S4, Serving, instances
 
 LANGUAGE.add(__name__)
 
@@ -263,6 +263,7 @@ class R6Instance(Rule):
         arc(in_use, t_return),
         arc(t_return, inactive),
     ]
+    serving = Serving(t_call, t_return)
 
 
 class GiveUp(Fragment):

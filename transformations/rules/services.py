@@ -7,9 +7,12 @@ is called counts them all.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
 from dineros.metamodel.records import Reply, Request, Response, Serve
-from dineros.transformations.language.creation import Copy, New, image
+from dineros.transformations.language.creation import Copy, Fragment, New, image
 from dineros.transformations.language.expressions import Expression
 from dineros.transformations.language.functions import count, either, enclosing
 from dineros.transformations.language.meaning import Meaning
@@ -21,6 +24,15 @@ from dineros.transformations.rules.notation import arc, place, transition
 def instances(service: Node) -> Expression:
     """Return the number of server instances: by default one per client."""
     return either(service.instances, count(service.clients))
+
+
+class Serving(Fragment):
+    """An instance takes a request, and answers it: the transitions, whoever asked."""
+
+    roles: Mapping[str, type[EObject]] = {"t_call": pn.Transition, "t_return": pn.Transition}
+
+    def __init__(self, t_call: Expression, t_return: Expression) -> None:
+        super().__init__(t_call=t_call, t_return=t_return)
 
 
 class S4(Rule):
@@ -169,3 +181,4 @@ class S2(Rule):
         arc(t_return, responses),
         arc(t_return, inactive),
     ]
+    serving = Serving(t_call, t_return)
