@@ -89,8 +89,6 @@ _KINDS = {"bool": "boolean", "float32": "number", "float64": "number", "string":
 _WIDTHS = {"byte": (0, 8), "char": (0, 8)}
 _WIDTHS |= {f"{sign}int{size}": (sign == "", size) for sign in ("", "u") for size in (8, 16, 32, 64)}
 _KINDS |= dict.fromkeys(_WIDTHS, "integer")
-ROS_SCALARS = tuple(sorted(_KINDS))
-"""ROS types that a field may name; texts also with a bound, such as ``string<=20``."""
 _LARGEST_SINGLE = 3.4028234663852886e38
 
 

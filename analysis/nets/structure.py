@@ -41,11 +41,6 @@ class PlaceInvariant:
         constant = sum(int(net.initial[p]) * weight for p, weight in weights.items())
         return cls(dict(sorted(weights.items())), constant, exact)
 
-    @property
-    def is_semiflow(self) -> bool:
-        """Whether no weight is negative."""
-        return min(self.weights.values()) > 0
-
 
 def place_invariants(net: CompiledNet, work: int = ELIMINATION_WORK) -> list[PlaceInvariant]:
     """A generating set of all integer place invariants of a net.

@@ -97,11 +97,6 @@ def way_to_firing(space: SymbolicStateSpace, names: Names, transition: int) -> t
     return (*_to_goal(space.net, Goal.enabled(space.net, transition), way), transition)
 
 
-def find_deadlock(net: CompiledNet, budget: Budget = UNLIMITED, order: Order = "breadth-first") -> Outcome:
-    """Find a trace to a marking that enables nothing; stubborn sets leave out needless interleavings."""
-    return search(net, Goal.deadlock(), budget.begun(), order)
-
-
 def search(net: CompiledNet, goal: Goal, budget: Budget, order: Order) -> Outcome:
     """Search for a goal explicitly: for a shortest trace first, on an unbounded net also for a proof."""
 

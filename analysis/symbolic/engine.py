@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -74,8 +73,6 @@ class SymbolicStateSpace:
         Bytes touched by node store, hash table and cache.
     search_work : int
         What the order search cost, in cache misses of saturation.
-    search_seconds, saturation_seconds : float
-        Time of the order search and of the successful saturation run.
     """
 
     net: CompiledNet
@@ -84,8 +81,6 @@ class SymbolicStateSpace:
     encoding: Encoding
     diagram: Diagram
     search_work: int
-    search_seconds: float
-    saturation_seconds: float
     markings: int = 0
     nodes: int = 0
     _counts: DiagramCounts | None = field(default=None, repr=False)
@@ -354,23 +349,17 @@ def _with_encoding(
     known: Sequence[Sequence[str]] | None,
     between: Between | None,
 ) -> SymbolicStateSpace:
-    began = time.perf_counter()
     budget.stage("the order of levels")
     budget.check_time()
     diagram = Diagram(encoding, range(len(encoding.levels)), budget.memory)
     search = OrderSearch(encoding, diagram.events, seed, budget.memory // 8, budget.report)
-    searched = seconds = 0.0
     failures = work = 0
     if between is not None:
         between(work)
     for order, limit in _attempts(search, _known_order(net, encoding, known)):
-        started = time.perf_counter()
-        searched += started - began
         diagram.restart(order)
         budget.stage("saturation")
         is_complete = diagram.run(budget.report, limit)
-        began = time.perf_counter()
-        seconds = began - started
         budget.stage("the order of levels")
         failures += diagram.out_of_memory
         if is_complete or failures == MEMORY_TRIES:
@@ -380,9 +369,7 @@ def _with_encoding(
             between(search.work + work)
     reason = "" if diagram.complete else "memory"
     budget.stage("counting markings")
-    return SymbolicStateSpace(
-        net, diagram.complete, reason, encoding, diagram, search.work, searched, seconds
-    )
+    return SymbolicStateSpace(net, diagram.complete, reason, encoding, diagram, search.work)
 
 
 def _attempts(search: OrderSearch, known: list[int] | None) -> Iterator[tuple[list[int], int | None]]:

@@ -183,11 +183,6 @@ def _distinct(ids: Iterable[str], case: Callable[[str], str], taken: Container[s
     return names
 
 
-def function_of(name: str, taken: frozenset[str]) -> Name:
-    """Return the name of the function that is called like a class, and hides none that is `taken`."""
-    return _distinct([name], snake_case, taken | _BUILTINS)[name]
-
-
 def require_short_paths(paths: Iterable[str]) -> None:
     """Refuse files whose names are too long to be written.
 

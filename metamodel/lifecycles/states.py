@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal, get_args
 
-from dineros.metamodel import sym
-
 State = Literal["unconfigured", "inactive", "active", "finalized"]
 STATES: tuple[State, ...] = get_args(State)
 """In the order in which a node goes through them."""
@@ -29,9 +27,3 @@ STATES_BEFORE: Mapping[str, tuple[State, ...]] = {
     "shutdown": ("unconfigured", "inactive", "active"),
 }
 """The states in which a node can be asked for it; it keeps that state when it fails."""
-
-
-def may_happen(life: sym.Lifecycle, label: str) -> bool:
-    """Tell whether a model says that a node may be asked for something."""
-    allowed = {"deactivate": life.deactivates, "cleanup": life.cleansUp, "shutdown": life.shutsDown}
-    return allowed.get(label, label in STATE_AFTER)

@@ -6,7 +6,7 @@ between them are a deterministic automaton, of which only what a recording needs
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from typing import ParamSpec
 
 from dineros.analysis.answers.budget import Budget
@@ -145,12 +145,6 @@ class MarkingSets:
         if states and self._edge and not self.reached_edge and self._anything:
             self.reached_edge = self._sets.intersection(states, self._edge) != NOTHING
         return states
-
-    def enabled_after(self, states: int) -> Iterator[int]:
-        """Yield the shown transitions, of the whole net, that are possible in a set."""
-        for transition in self._firing:
-            if self.step(states, transition):
-                yield transition
 
     # single markings, as local states of the diagram's levels
 

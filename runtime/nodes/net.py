@@ -145,11 +145,6 @@ class Net:
         """Places, transitions and ports, as plain values."""
         return self.core.structure
 
-    @property
-    def token_fields(self) -> tuple[str, ...]:
-        """Names of the fields of the first token type."""
-        return tuple(field.name for field in self.core.structure.ports.token_type.fields)
-
     # Handlers.
 
     def handler(

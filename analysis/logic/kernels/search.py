@@ -25,8 +25,8 @@ Int32Array = NDArray[np.int32]
 Int64Array = NDArray[np.int64]
 
 EMPTY, FOUND, CANDIDATE, STORE_FULL, SEARCH_FULL, OVERFLOW, PAUSED = range(7)
-#: control: sizes of the stacks, number given last, whether the candidate on top was looked at, edges seen.
-FRAMES, POOL, LIVE, ROOTS, NUMBERED, IS_REJECTED, EDGES_SEEN = range(7)
+#: control: sizes of the stacks, number given last, whether the candidate on top was looked at.
+FRAMES, POOL, LIVE, ROOTS, NUMBERED, IS_REJECTED = range(6)
 DEAD = -1
 
 
@@ -150,7 +150,6 @@ def explore(steps, conditions, edges, store, scratch, search, visits):  # type: 
             return OVERFLOW
         visits -= 1
         control[NUMBERED] += 1
-        control[EDGES_SEEN] += end - top
         number[state] = control[NUMBERED]
         search.live[control[LIVE]] = state
         control[LIVE] += 1

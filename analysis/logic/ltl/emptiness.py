@@ -10,7 +10,6 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.logic.graphs.product import Product
 from dineros.analysis.logic.kernels.search import (
     CANDIDATE,
-    EDGES_SEEN,
     EMPTY,
     FOUND,
     IS_REJECTED,
@@ -48,11 +47,6 @@ class Emptiness:
 
     def __post_init__(self) -> None:
         self.search = _new_search(self.product)
-
-    @property
-    def edges_seen(self) -> int:
-        """Edges of the product followed so far."""
-        return int(self.search.control[EDGES_SEEN])
 
     def run(self) -> ProductRun | None:
         """Return an accepting run, or None if there is none.
@@ -146,7 +140,7 @@ def _new_search(product: Product) -> Search:
         np.zeros((size, marks), dtype=np.int64),
         np.zeros((size, marks), dtype=np.int64),
         np.zeros((size, marks), dtype=np.int64),
-        np.zeros(7, dtype=np.int64),
+        np.zeros(6, dtype=np.int64),
     )
     # The first state is reached by no edge.
     search.pool_target[0], search.pool_label[0] = 0, -1

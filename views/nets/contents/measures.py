@@ -9,9 +9,6 @@ from __future__ import annotations
 import textwrap
 import unicodedata
 
-FONT = "'Liberation Sans', Arial, Helvetica, sans-serif"
-"""Value of ``font-family`` in every picture."""
-
 _FIRST = 32
 # Advance widths of the characters from the space to the tilde, in thousandths of the font size.
 _REGULAR = (
