@@ -2,7 +2,8 @@
 
 ``python examples/sorting_actions/cell.py`` runs beside the nodes until it is told to end. It hears the
 commands of `/cell/arm` and `/cell/gate`, and tells the nodes what is so by their signals, latched, so that a
-node that is started again hears what holds.
+node that is started again hears what holds. The arm hears nothing before its first command has come: "at rest"
+would be taken for the end of a motion that the cell, if it starts later, does not know of yet.
 """
 
 from __future__ import annotations
@@ -52,12 +53,14 @@ class Cell:
     _motion: tuple[str, str] | None = None
     _left: float = 0.0
     _held: str | None = None
+    _is_commanded: bool = False
     _comes_at: float | None = None
     _goes_at: float | None = None
     _told: dict[str, dict[str, bool]] = field(default_factory=dict)
 
     def command(self, motion: str, piece: str) -> None:
         """Move, or brake; a command that comes again while the arm moves changes nothing."""
+        self._is_commanded = True
         if motion == "brake":
             if self._motion is not None and self._motion[0] != "brake":
                 self.stopped += 1
@@ -101,8 +104,9 @@ class Cell:
     def tell_all(self) -> None:
         """Tell each node its signals, where they have changed."""
         pressed = int(self._now / 0.3) % (2 * len(COLORS))  # the buttons in turn: down, up, the next one
+        arm = {"AtRest": self._motion is None, "Holding": self._held is not None}
         signals = {
-            "arm": {"AtRest": self._motion is None, "Holding": self._held is not None},
+            **({"arm": arm} if self._is_commanded else {}),
             "guard": {"PersonNear": self._goes_at is not None, "GateShut": not self.is_gate_open},
             "selector": {color: 2 * number == pressed for number, color in enumerate(COLORS)},
         }

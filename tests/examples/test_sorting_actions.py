@@ -85,6 +85,16 @@ def test_the_world_notices_an_accident() -> None:
     assert cell.accidents == 1
 
 
+def test_an_arm_hears_of_rest_only_after_a_command() -> None:
+    told: dict[str, dict[str, bool]] = {}
+    cell = Cell(told.__setitem__)
+    cell.tell_all()
+    cell.advance(0.1)
+    assert sorted(told) == ["guard", "selector"]
+    cell.command("pick", "red-1")
+    assert told["arm"] == {"AtRest": False, "Holding": False}
+
+
 def test_an_arm_that_is_stopped_holds_what_it_held() -> None:
     told: dict[str, dict[str, bool]] = {}
     cell = Cell(told.__setitem__, motion_time=0.4, brake_time=0.1)
@@ -101,7 +111,8 @@ def test_an_arm_that_is_stopped_holds_what_it_held() -> None:
 
 
 def test_it_runs_on_ros_while_a_person_comes(cell_workspace: Path, tmp_path: Path) -> None:
-    world = f"{HOME / 'cell.py'} --visit-every 2 --stay 0.5"
+    # A motion is long enough for a cancel to come while it is under way, also on a busy machine.
+    world = f"{HOME / 'cell.py'} --motion-time 1 --visit-every 2 --stay 0.5"
     runs_and_conforms(cell_workspace, world, "Shown >= 1", tmp_path / "run")
     replayed = dineros("conform", cell_workspace, tmp_path / "run", "--invariant", APART, cwd=tmp_path)
     assert f"{APART}: holds throughout\n" in replayed.stdout, replayed.stdout + replayed.stderr
