@@ -18,6 +18,8 @@ ifeq ($(origin PYTHON),command line)
 .PHONY: $(stamp)
 endif
 export PYTHON
+# Hundreds of short processes are started here: none shall compile all modules anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help
 help: ## Show this list
