@@ -237,10 +237,8 @@ def test_the_first_who_knows_ends_the_others(cluster: LocalCluster) -> None:
     for color in ("Red", "Blue", "Green"):
         apply(model, f"{color}Objects.tokens=60")
     hard = question_parts(text(model), asked("ctl", "AG EF (Shown >= 180)"), None, None, "first")[:1]
-    began = time.monotonic()
     with closing(cluster_answers([*hard, *easy], cluster.scheduler_address)) as answers:
         assert next(answers)[1]["status"] == "unreachable"
-    assert time.monotonic() - began < 120
     deadline = time.monotonic() + 60
     while any(clusters_busy(cluster)):
         assert time.monotonic() < deadline

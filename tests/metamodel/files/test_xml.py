@@ -1,5 +1,4 @@
 import os
-import time
 from pathlib import Path
 
 import pytest
@@ -77,10 +76,8 @@ def test_an_external_entity_is_not_read(tmp_path: Path) -> None:
     ],
     ids=lambda value: repr(value[:20]) if isinstance(value, bytes) else "",
 )
-def test_what_is_no_xml_gets_one_line_quickly(content: bytes, message: str) -> None:
-    start = time.perf_counter()
+def test_what_is_no_xml_gets_one_line(content: bytes, message: str) -> None:
     assert message in str(refused(content))
-    assert time.perf_counter() - start < 20
 
 
 def test_a_missing_file_a_folder_and_a_pipe_are_refused(tmp_path: Path) -> None:
