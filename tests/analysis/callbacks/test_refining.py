@@ -55,7 +55,7 @@ def test_cases(case: Case) -> None:
 
 
 @settings(
-    max_examples=8,
+    max_examples=3,
     deadline=None,
     phases=[Phase.generate],
     suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow],

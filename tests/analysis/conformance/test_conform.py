@@ -71,7 +71,7 @@ def skewed(traces: Traces, seed: int) -> dict[str, list[Record]]:
 
 
 @given(MODELS, SEEDS, st.integers(5, 80))
-@settings(COMMON, max_examples=40)
+@settings(COMMON, max_examples=15)
 def test_behaviours_conform(model: sym.SystemModel, seed: int, steps: int) -> None:
     run = ReferenceRun(without_priorities(model), seed).run(steps).stop()
     traces = skewed(run.records, seed)
@@ -108,7 +108,7 @@ def mutated(traces: Traces, draw: random.Random) -> dict[str, list[Record]] | No
 
 
 @given(MODELS, SEEDS, st.integers(5, 40))
-@settings(COMMON, max_examples=40)
+@settings(COMMON, max_examples=12)
 def test_mutated_traces_against_all_orders(model: sym.SystemModel, seed: int, steps: int) -> None:
     run = ReferenceRun(without_priorities(model), seed).run(steps).stop()
     draw = random.Random(seed)
@@ -144,7 +144,7 @@ class TestTheEngine:
         assert verdict.silent > 10
 
     @given(st.one_of(chatty_systems(), calling_systems(circles=True)), SEEDS)
-    @settings(COMMON, max_examples=50)
+    @settings(COMMON, max_examples=20)
     def test_small_queues_and_calls(self, model: sym.SystemModel, seed: int) -> None:
         verdict = verdict_on(model, recorded(model, seed, 120))
         assert (verdict.status, verdict.violations, verdict.unknown) == ("conforms", [], [])

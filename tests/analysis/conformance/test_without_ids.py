@@ -131,7 +131,7 @@ def test_behaviours_are_never_refused(model: sym.SystemModel, seed: int, steps: 
 
 
 @given(busy_services(), SEEDS, st.integers(5, 30))
-@settings(COMMON, max_examples=40)
+@settings(COMMON, max_examples=12)
 def test_mutated_traces_against_all_orders(model: sym.SystemModel, seed: int, steps: int) -> None:
     run = ReferenceRun(model, seed).run(steps).stop()
     draw = random.Random(seed)

@@ -17,7 +17,7 @@ from tests.analysis.strategies import nets
 from tests.support.unbounded_systems import timer_and_logger, unbounded_systems
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(unbounded_systems())
 def test_nothing_stays_unknown_that_plain_searches_find(model: sym.SystemModel) -> None:
     compare(model, check(model), 3_000)

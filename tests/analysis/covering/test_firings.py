@@ -44,13 +44,13 @@ def agrees(net: CompiledNet, found: Firings, most: int = MOST) -> None:
         assert not found.has_no_deadlock
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(nets())
 def test_all_stages_agree_with_the_plain_ones(net: CompiledNet) -> None:
     agrees(net, firings(net, Budget(seconds=20)))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(nets())
 def test_the_stages_behind_the_first_agree_too(net: CompiledNet) -> None:
     search = stages._Search(net, Budget(seconds=20).begun(), range(len(net.transitions)), True)
@@ -89,7 +89,7 @@ def test_what_the_state_equation_excludes_never_fires(net: CompiledNet) -> None:
     assert not any(directed.is_excluded(t) for t in seen.enabled)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(nets())
 def test_distances_are_lower_bounds(net: CompiledNet) -> None:
     equation = StateEquation(net)
@@ -105,7 +105,7 @@ def test_distances_are_lower_bounds(net: CompiledNet) -> None:
             )
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(unbounded_systems())
 def test_models_with_timers(model: sym.SystemModel) -> None:
     net = base_subject(model).net

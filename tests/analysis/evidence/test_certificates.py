@@ -252,7 +252,7 @@ def goals(draw: st.DrawFn, places: tuple[str, ...]) -> str:
     return draw(st.sampled_from([" & ", " | "])).join(parts)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.data())
 def test_what_is_proved_is_true_and_certified(data: st.DataObject) -> None:
     net = data.draw(nets())

@@ -32,7 +32,7 @@ def capped_search(net: CompiledNet, caps: dict[int, int]) -> tuple[int, int, int
     return len(seen), arcs, deadlocks
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.data(), nets(), st.integers(0, 3))
 def test_the_rest_is_counted_without_what_nothing_takes_from(
     data: st.DataObject, net: CompiledNet, needed: int
