@@ -17,7 +17,7 @@ import pytest
 from dineros.generators.workspace.building import remember
 from dineros.runtime.ros.process.domains import claimed_domain
 from dineros.runtime.ros.wheels import prefix_of_wheels
-from tests.support.on_ros import require_tools
+from tests.support.on_ros import keep_for_others, require_tools
 
 ROOT = Path(__file__).resolve().parents[2]
 WORKSPACE = ROOT / "case_study" / "workspace"
@@ -74,6 +74,7 @@ def workspace() -> Path:
             done = in_fresh_shell(commands[: commands.index("colcon build") + 1], BUILT)
             assert done.returncode == 0, done.stdout + done.stderr
             remember(BUILT)
+            keep_for_others(BUILT)
             stamp.write_text(wanted, encoding="utf-8")
     return BUILT
 

@@ -15,7 +15,12 @@ from tests.support.on_ros import on_ros
 
 @pytest.mark.parametrize(("name", "pieces", "messages"), [("sorting", 2, 12), ("fleet", 8, 16)])
 def test_nothing_is_lost_when_it_is_stopped_and_killed(
-    name: str, pieces: int, messages: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str,
+    pieces: int,
+    messages: int,
+    workspace: Path,  # its interfaces are built once
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Each piece of work is published to where it is done, and comes back."""
     monkeypatch.setattr(stops_and_kills, "KINDS", ("SIGINT", "SIGKILL", "node SIGKILL"))

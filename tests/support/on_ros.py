@@ -35,13 +35,7 @@ def on_ros() -> Iterator[int]:
     applications that benchmarks stop, kill and flood.
     """
     require_tools()
-    CACHE.mkdir(parents=True, exist_ok=True)
-    with (
-        (CACHE / "lock").open("w") as lock,
-        claimed_domain() as domain,
-        pytest.MonkeyPatch.context() as patch,
-    ):
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with _alone(), claimed_domain() as domain, pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(CACHE))
         patch.setenv("ROS_DOMAIN_ID", str(domain))
         patch.setattr(Application, "workspace", partialmethod(_workspace_as_before, Application.workspace))
@@ -68,5 +62,25 @@ def build_as_before(workspace: Path) -> None:
     if kept.is_dir() and not installed.exists():
         shutil.copytree(kept, installed, symlinks=True)
     build_interfaces(workspace)
+    _keep(installed, kept)
+
+
+def keep_for_others(workspace: Path) -> None:
+    """Let other tests have the interfaces that were built in a workspace."""
+    package = manifest_of(workspace).interfaces
+    with _alone():
+        _keep(workspace / "install" / package, CACHE / "interfaces" / package)
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """Be the only test that builds interfaces, in all test processes."""
+    CACHE.mkdir(parents=True, exist_ok=True)
+    with (CACHE / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def _keep(installed: Path, kept: Path) -> None:
     shutil.rmtree(kept, ignore_errors=True)
     shutil.copytree(installed, kept, symlinks=True)
