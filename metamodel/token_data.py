@@ -165,13 +165,12 @@ def check_length(field: FieldType, count: int) -> None:
 
 
 def field_type(field: sym.TokenField) -> FieldType:
-    """Return a declared field with the empty value of its kind as default."""
+    """Return a declared field with the empty value of its kind as default, of a list one without elements.
+
+    Nothing is filled up to a length here, which may be anything until somebody has looked at it.
+    """
     kind, element = str(field.kind), str(field.elementKind)
-    default: Value = EMPTY.get(kind, "")
-    if kind == "list":
-        default = [EMPTY.get(element, "")] * (field.length or 0)
-    elif kind == "map":
-        default = {}
+    default: Value = [] if kind == "list" else {} if kind == "map" else EMPTY.get(kind, "")
     return FieldType(field.name, kind, element, field.length, default, field.ros, field.bound)
 
 

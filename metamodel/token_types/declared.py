@@ -8,7 +8,7 @@ from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.elements import label
 from dineros.metamodel.limits import exceeds
 from dineros.metamodel.positions import location_of
-from dineros.metamodel.token_data import FieldType, TokenType, field_type, field_value, read_json
+from dineros.metamodel.token_data import EMPTY, FieldType, TokenType, field_type, field_value, read_json
 from dineros.metamodel.token_types.installed import UnknownInterfaceError, installed_fields
 
 
@@ -48,6 +48,8 @@ def _field_type(field: sym.TokenField) -> FieldType:
     if too_long is not None:
         raise too_long
     made = field_type(field)
-    if field.default is None:
-        return made
-    return replace(made, default=field_value(made, read_json(field.default)))
+    if field.default is not None:
+        return replace(made, default=field_value(made, read_json(field.default)))
+    if made.kind == "list" and made.length:
+        return replace(made, default=[EMPTY.get(made.element_kind, "")] * made.length)
+    return made
