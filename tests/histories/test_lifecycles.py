@@ -49,7 +49,7 @@ def test_generated_models_are_valid(model: sym.SystemModel) -> None:
 @given(
     lifecycle_models(), st.sampled_from(get_args(SignalVariant)), st.sampled_from(get_args(OverflowVariant))
 )
-@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_generated_models(model: sym.SystemModel, signals: SignalVariant, overflow: OverflowVariant) -> None:
     for _, _, found in variants(model, 200, [signals], [overflow]):
         assert found.difference == ""

@@ -98,7 +98,7 @@ def check_sequence(model: sym.SystemModel, verdict: Verdict) -> None:
 
 
 @given(busy_services(), SEEDS, st.integers(5, 150))
-@settings(COMMON, max_examples=40)
+@settings(COMMON, max_examples=15)
 def test_calls_are_never_refused(model: sym.SystemModel, seed: int, steps: int) -> None:
     traces = skewed(without_ids(ReferenceRun(model, seed).run(steps).stop().records), seed)
     verdict = verdict_on(model, traces)
@@ -118,7 +118,7 @@ def test_calls_are_never_refused(model: sym.SystemModel, seed: int, steps: int) 
 @given(
     st.one_of(small_system_models(clients=2), chatty_systems(), calling_systems()), SEEDS, st.integers(5, 80)
 )
-@settings(COMMON, max_examples=40)
+@settings(COMMON, max_examples=15)
 def test_behaviours_are_never_refused(model: sym.SystemModel, seed: int, steps: int) -> None:
     for transition in transitions(model):
         transition.overrides.clear()

@@ -59,7 +59,7 @@ def test_one_place_that_grows_needs_a_capacity() -> None:
     assert (remedy.weights, remedy.waiting, remedy.acknowledging) == ({1: 1}, (0,), (1,))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(nets())
 def test_a_remedy_makes_the_net_bounded(net: CompiledNet) -> None:
     remedy = remedy_of(net)
@@ -74,7 +74,7 @@ def test_a_remedy_makes_the_net_bounded(net: CompiledNet) -> None:
     assert growth_of(mended, Budget(seconds=5)) is None
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(nets())
 def test_growth_is_found_where_it_is(net: CompiledNet) -> None:
     pumping = growth_of(net, Budget(seconds=10))

@@ -41,7 +41,7 @@ def _cut(net: CompiledNet, seen: Seen, limits: dict[int, int]) -> set[tuple[int,
     }
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(nets_that_count(), st.integers(0, 4))
 def test_nobody_can_tell_that_a_place_stops(net: CompiledNet, compared: int) -> None:
     growing = growing_places(net)
@@ -60,7 +60,7 @@ def test_nobody_can_tell_that_a_place_stops(net: CompiledNet, compared: int) -> 
     assert after.has_deadlock == before.has_deadlock
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(nets_that_count())
 def test_what_loses_tokens_shows_runs_of_the_net(net: CompiledNet) -> None:
     weights = largest_weights(net)

@@ -266,7 +266,7 @@ def test_what_is_proved_is_true_and_certified(data: st.DataObject) -> None:
         assert is_true(found, net) and facts_hold(found, net)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.data())
 def test_whatever_is_claimed_only_what_is_true_is_accepted(data: st.DataObject) -> None:
     net = data.draw(nets())
@@ -289,7 +289,7 @@ def test_whatever_is_claimed_only_what_is_true_is_accepted(data: st.DataObject) 
         assert not found["steps"] or facts_hold(found, net)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     st.lists(
         st.lists(

@@ -70,7 +70,7 @@ def test_without_time_nothing_is_confirmed(seconds: float) -> None:
     assert said.agrees is None and "time" in said.reason
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(nets(), st.integers(0, 3), st.sampled_from(["AG", "EF", "AF", "EG"]))
 def test_right_answers_are_never_contradicted(net: CompiledNet, least: int, operator: str) -> None:
     few = Budget(states=2_000, memory_bytes=64 << 20)

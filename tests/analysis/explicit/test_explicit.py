@@ -30,7 +30,7 @@ from tests.analysis.strategies import nets
 
 REFERENCE_LIMIT = 2_000
 SLOW = settings(
-    max_examples=150,
+    max_examples=25,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )

@@ -97,7 +97,7 @@ FORMULAS = [
 ]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(nets(), st.sampled_from(FORMULAS), st.booleans())
 def test_answers_agree_with_the_product(net: CompiledNet, formula: str, fair: bool) -> None:
     tree, names = parse(formula), NetNames(net)
@@ -122,7 +122,7 @@ def test_what_a_lasso_of_a_plain_search_refutes_is_refuted(model: sym.SystemMode
     compare(model, most=300, formulas=4)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(nets(), st.lists(st.integers(0, 5), max_size=6), st.lists(st.integers(0, 5), min_size=1, max_size=4))
 def test_atoms_stay_what_they_are_once_a_run_is_settled(
     net: CompiledNet, stem: list[int], loop: list[int]

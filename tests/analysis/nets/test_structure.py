@@ -23,7 +23,7 @@ from tests.analysis.strategies import nets
 
 
 @given(nets())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_invariants_span_the_kernel(net: CompiledNet) -> None:
     found = place_invariants(net)
     rank = np.linalg.matrix_rank(net.incidence) if net.incidence.size else 0
@@ -36,7 +36,7 @@ def test_invariants_span_the_kernel(net: CompiledNet) -> None:
 
 
 @given(nets())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_bounds_hold(net: CompiledNet) -> None:
     counts = reference_search(net, 500)
     if counts is not None:
@@ -46,7 +46,7 @@ def test_bounds_hold(net: CompiledNet) -> None:
 
 
 @given(nets())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_linear_programs_bound_as_tightly_as_semiflows(net: CompiledNet) -> None:
     flows = semiflows(net)
     assert flows is not None
@@ -56,7 +56,7 @@ def test_linear_programs_bound_as_tightly_as_semiflows(net: CompiledNet) -> None
 
 
 @given(nets())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_proportional_places_are_proportional(net: CompiledNet) -> None:
     found = proportional_places(net)
     for invariant in found:
@@ -74,7 +74,7 @@ def test_proportional_places_are_proportional(net: CompiledNet) -> None:
 
 
 @given(nets())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_state_machines_hold_one_token(net: CompiledNet) -> None:
     graph = None if reference_search(net, 500) is None else reachability_graph(net)
     groups = state_machines(net, range(len(net.places)))

@@ -47,7 +47,7 @@ def conditions(net: CompiledNet) -> st.SearchStrategy[str]:
 
 
 @given(st.data())
-@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_conditions_hold_where_their_definition_says(data: st.DataObject) -> None:
     net = data.draw(nets())
     text = data.draw(conditions(net))

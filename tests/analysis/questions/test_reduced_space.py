@@ -54,7 +54,7 @@ def agrees(net: CompiledNet, engine: Engine = "auto") -> StateSpace | None:
 
 
 @pytest.mark.parametrize("engine", ["auto", "explicit"])
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(net=st.one_of(nets(), nets_with_patterns()))
 def test_figures_of_a_reduced_net_are_those_of_the_net(net: CompiledNet, engine: Engine) -> None:
     agrees(net, engine)

@@ -64,7 +64,7 @@ def keeps_its_word(model: sym.SystemModel, found: Capacity) -> None:
         )
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(unbounded_systems())
 def test_each_queue_has_an_answer_of_its_own(model: sym.SystemModel) -> None:
     for found in suggest_capacities(model, ENOUGH):

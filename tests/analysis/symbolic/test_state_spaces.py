@@ -41,7 +41,7 @@ def symbolic_counts(net: CompiledNet) -> ReferenceCounts:
 
 
 @given(nets())
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 def test_engines_agree_with_reference_on_generated_nets(net: CompiledNet) -> None:
     expected = reference_search(net, REFERENCE_LIMIT)
     if expected is None:

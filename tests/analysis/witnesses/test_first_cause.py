@@ -26,7 +26,7 @@ from tests.analysis.strategies import nets
 from tests.support.talker import talker
 
 MANY = settings(
-    max_examples=60,
+    max_examples=20,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much],
 )

@@ -43,7 +43,7 @@ def state(net: pn.Net) -> tuple[bytes, list[str]]:
     return xmi_bytes(net), lists
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(model=st.one_of(st.builds(talker), small_system_models()), random=st.randoms(use_true_random=False))
 def test_any_stream_of_commands(model: pn.Net, random: Random) -> None:
     editor = Editor(model)

@@ -63,7 +63,7 @@ def shown(verdict: RecordingVerdict, model: sym.SystemModel) -> list[str]:
 MODELS = st.one_of(small_system_models(), history_models(), executor_models(), chatty_systems())
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=6, deadline=None, suppress_health_check=list(HealthCheck))
 @given(MODELS, st.integers(0, 999), st.sampled_from([0, 5, 30]), st.booleans(), st.booleans())
 def test_as_a_plain_search_does(
     model: sym.SystemModel, seed: int, tolerance: int, hides: bool, events: bool
