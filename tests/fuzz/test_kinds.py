@@ -14,7 +14,7 @@ from tests.runtime.bridges.broker import MOSQUITTO
 from tests.support.system_packages import require
 
 ROOT = Path(__file__).resolve().parents[2]
-INPUTS = 60
+INPUTS = 30
 PATIENCE = 600.0
 
 
