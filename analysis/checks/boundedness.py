@@ -1,4 +1,4 @@
-"""Whether the net is bounded, and the state space that further questions are asked of."""
+"""Whether the net is bounded, the state space that others are asked of, and what places may hold."""
 
 from __future__ import annotations
 
@@ -15,12 +15,17 @@ from dineros.analysis.nets.coverability import Pumping
 from dineros.analysis.symbolic.engine import symbolic_state_space
 from dineros.analysis.symbolic.levels import LevelSizeError, UnknownBoundError
 from dineros.analysis.witnesses.findings import Fault, pumping_witness
+from dineros.metamodel import sym
 
 FIRST_SHARE = 4_000_000
 """Cache misses of saturation, a few seconds, that the state space may cost before a smaller net is asked."""
 
 SPACE_SHARE = 0.6
 """Part of the time in which the state space is made; the rest is for what can be answered without it."""
+
+PLACES_SHARE = 0.05
+SECONDS_FOR_PLACES = 2.0
+"""Part of the time, or seconds without a limit, for what places may hold where there is no state space."""
 
 
 class _RecurrentError(Exception):
@@ -117,4 +122,73 @@ class Boundedness(Question):
         report.findings.append(self.UNBOUNDED.found(*grown, witness=way, places=", ".join(grown)))
         remedy = remedy_of(subject.net)
         if remedy is not None:
-            report.proved.append(f"the net would be bounded with {remedy_text(subject, remedy)}")
+            needs = "with " if remedy.weights else ""
+            report.proved.append(f"the net would be bounded {needs}{remedy_text(subject, remedy)}")
+
+
+class Places(Question):
+    """Whether a place/transition net is one-safe, and its marking stable: what the contest asks of nets.
+
+    A marking is *stable* if some place always holds the tokens that it begins with. Of system models, the
+    questions about queues and unused parts say more.
+    """
+
+    NOT_ONE_SAFE = Fault(
+        "not-one-safe",
+        "note",
+        "A place of a place/transition net can hold more than one token.",
+        "the net is not one-safe: more than one token can be at {places}",
+    )
+    STABLE = Fault(
+        "stable-marking",
+        "note",
+        "The tokens of a place of a place/transition net never change.",
+        "the marking is stable: the tokens never change at {places}",
+    )
+    faults = (NOT_ONE_SAFE, STABLE)
+    asks = "whether the net is one-safe, whether a marking is stable"
+
+    def leave_open(self, checked: Checked, reason: str) -> None:
+        """Leave it undecided, which is no fault."""
+        checked.leave_open(self.asks, reason, may_be_fault=False)
+
+    def ask(self, checked: Checked) -> None:
+        """Look at all markings, or ask as of the contest's nets where there is no state space."""
+        from dineros.analysis.properties.answering import answer_properties
+        from dineros.analysis.properties.global_properties import is_stable
+        from dineros.analysis.properties.property import Property
+
+        if isinstance(checked.model, sym.SystemModel):
+            return
+        if checked.firings is None:
+            initial, largest = checked.subject.net.initial.tolist(), checked.space.largest_place()
+            crowded = [p for p, most in enumerate(largest) if most > 1]
+            still = [p for p, most in enumerate(largest) if most == initial[p]]
+            self._say(checked, self.NOT_ONE_SAFE, crowded)
+            self._say(checked, self.STABLE, [p for p in still if is_stable(checked.space, p)])
+            return
+        left = checked.budget.share(PLACES_SHARE).seconds
+        asked = [Property(each, "global", examination=each) for each in ("OneSafe", "StableMarking")]
+        subject, seconds = checked.subject, SECONDS_FOR_PLACES if left is None else left
+        answers = answer_properties(subject.net, subject.names, asked, seconds, checked.budget.memory)
+        one_safe, stable = (answer.value for answer in answers)
+        if one_safe is None or stable is None:
+            self.leave_open(checked, next(answer.reason for answer in answers if answer.value is None))
+        if one_safe is not None:
+            self._say(checked, self.NOT_ONE_SAFE, None if one_safe is False else [])
+        if stable is not None:
+            self._say(checked, self.STABLE, None if stable is True else [])
+
+    def _say(self, checked: Checked, fault: Fault, places: list[int] | None) -> None:
+        """Say where it is so; None: somewhere."""
+        if places == []:
+            checked.report.proved.append(PROVED[fault.rule])
+            return
+        names = [checked.subject.place_text(place) for place in places or []]
+        checked.report.findings.append(fault.found(*names, places=", ".join(names) or "some place"))
+
+
+PROVED = {
+    Places.NOT_ONE_SAFE.rule: "the net is one-safe: no place ever holds more than one token",
+    Places.STABLE.rule: "no marking is stable: the tokens of every place can change",
+}

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget, BudgetExceededError
 from dineros.analysis.checks.blocking import Callbacks, Deadlock
-from dineros.analysis.checks.boundedness import Boundedness
+from dineros.analysis.checks.boundedness import Boundedness, Places
 from dineros.analysis.checks.clauses import Clauses
 from dineros.analysis.checks.goals import Goals
 from dineros.analysis.checks.matching import Matching
@@ -79,6 +79,7 @@ QUESTIONS: tuple[Question, ...] = (
     Callbacks(),
     Goals(),
     Repetition(),
+    Places(),
     Properties(),
 )
 """All questions, in the order they are asked."""

@@ -183,19 +183,21 @@ class GlobalQuestions:
                 others = np.flatnonzero(~self.fired).tolist()
                 self.tell("QuasiLiveness", all(space.enabled(names[t]) > 0 for t in others), "symbolic")
             if self.is_open("StableMarking"):
-                stable = (p for p in np.flatnonzero(self.stable).tolist() if self._is_stable(space, p))
+                stable = (p for p in np.flatnonzero(self.stable).tolist() if is_stable(space, p))
                 self.tell("StableMarking", next(stable, None) is not None, "symbolic")
             if self.is_open("Liveness"):
                 self.tell("Liveness", not behaviour(space, Budget(progress=clock.tell)).not_live, "symbolic")
         except (*GIVEN_UP, TooMuchWorkError):
             return
 
-    def _is_stable(self, space: SymbolicStateSpace, place: int) -> bool:
-        most: list[int] = []
-        for sign in (1, -1):
-            weights, constant = space.weights_of({place: sign})
-            most.append(constant + space.counts.largest(weights))
-        return most[0] == -most[1]
+
+def is_stable(space: SymbolicStateSpace, place: int) -> bool:
+    """Whether a place (by number) holds the same tokens in all markings."""
+    most: list[int] = []
+    for sign in (1, -1):
+        weights, constant = space.weights_of({place: sign})
+        most.append(constant + space.counts.largest(weights))
+    return most[0] == -most[1]
 
 
 def _is_live(graph: PartOfGraph, able: dict[int, Flags]) -> bool:
