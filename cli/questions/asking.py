@@ -127,6 +127,8 @@ class Asking:
         asked: str,
         say: Callable[[], None],
         first: Mapping[str, object],
+        *,
+        is_timed: bool = True,
         **last: object,
     ) -> None:
         """Write the run that shows an answer, print the answer, and what backs it.
@@ -141,11 +143,14 @@ class Asking:
             Prints the answer for people.
         first, **last
             What JSON says of the question, and of the answer, besides.
+        is_timed : bool
+            Whether JSON says the seconds.
         """
         if self.output is not None and witness is not None:
             write_witness(witness, self.output, self.model, self.settings, asked, answer.status)
         if self.as_json:
-            told = {name: getattr(answer, name) for name in ("status", "reason", "by", "states", "seconds")}
+            timed = ("seconds",) if is_timed else ()
+            told = {name: getattr(answer, name) for name in ("status", "reason", "by", "states", *timed)}
             shown = {"witness": witness.to_dict() if witness else None}
             say_json({"model": str(self.model), **first, **told, **shown, **last, **self._backing()})
         else:
