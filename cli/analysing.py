@@ -1,117 +1,104 @@
-"""What the commands that analyse share: the net to analyse, budgets, progress, answers and exit statuses."""
+"""What the commands that analyse share: their options, the net to analyse, witnesses and exit statuses."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 import click
 
 from dineros.cli.console import say
 from dineros.cli.models import load_named, refuse_invalid, say_rules
-from dineros.cli.options import json_option, middleware_option, settings_option, trace_option
+from dineros.cli.options import (
+    Adds,
+    ModelPath,
+    json_option,
+    output_option,
+    settings_option,
+    together,
+    variant_options,
+)
 from dineros.cli.searching import search
 
 if TYPE_CHECKING:
     from dineros.analysis.model.subject import Subject
+    from dineros.analysis.symbolic.order_cache import OrderCache
     from dineros.analysis.witnesses.findings import Witness
     from dineros.analysis.witnesses.first_cause import Cause
     from dineros.metamodel import pn
 
-F = TypeVar("F", bound=Callable[..., Any])
-
 HOLDS, VIOLATED, UNKNOWN = 0, 1, 3
-SIGNALS = ("none", "fully-enabled", "input-enabled", "io-enabled")
-OVERFLOW = ("weighted", "inhibitor")
-_UNITS = {"k": 1 << 10, "m": 1 << 20, "g": 1 << 30}
+
+engine_option: Adds = click.option(
+    "--engine",
+    type=click.Choice(["auto", "tina"]),
+    default="auto",
+    show_default=True,
+    help="The engines of DiNeROS, or TINA where it is on the PATH.",
+)
+"""Who answers a question."""
+
+certificate_option: Adds = click.option(
+    "--certificate",
+    type=ModelPath(),
+    metavar="FILE",
+    help="Write what an answer by structure or induction rests on (.json), for 'dineros certify'.",
+)
+
+confirm_option: Adds = click.option(
+    "--confirm",
+    is_flag=True,
+    help="Have another engine, or another order, decide again what rests on all markings.",
+)
+
+scheduler_option: Adds = click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Ask the workers of this Dask scheduler, such as tcp://10.0.0.1:8786.",
+)
+
+cache_option: Adds = click.option(
+    "--no-cache",
+    is_flag=True,
+    help="Neither use nor keep orders for decision diagrams, in .dineros/ beside the model.",
+)
+
+trace_option = output_option("Write the trace to this file (JSON Lines).", metavar="TRACE")
+
+question_options = together(
+    engine_option,
+    certificate_option,
+    confirm_option,
+    scheduler_option,
+    trace_option,
+    variant_options,
+    settings_option,
+    json_option,
+)
+"""Of commands that ask one question about a net and show how it comes about."""
 
 
-class Memory(click.ParamType[int]):
-    """An amount of memory: bytes, or a number with K, M or G."""
-
-    name = "memory"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        """Return bytes."""
-        if isinstance(value, int):
-            return value
-        text = str(value).strip().lower().removesuffix("ib").removesuffix("b")
-        factor = _UNITS.get(text[-1:], 1)
-        try:
-            amount = int(float(text[:-1] if factor > 1 else text) * factor)
-        except (ValueError, OverflowError):
-            self.fail(f"{value!r} is no amount of memory, such as 4G", param, ctx)
-        from dineros.analysis.nets.memory import LEAST_FOR_SEARCH, OWN_MEMORY
-
-        if amount < OWN_MEMORY + LEAST_FOR_SEARCH:
-            least = f"give {(OWN_MEMORY + LEAST_FOR_SEARCH) >> 20}M or more"
-            need = f"the program itself needs {OWN_MEMORY >> 20} MiB"
-            self.fail(f"{value!r} is too little, as {need}: {least}", param, ctx)
-        return amount
-
-
-def variant_options(function: F) -> F:
-    """Add `--middleware`, `--signals` and `--overflow`: how a system model is flattened first."""
-    for option in (
-        click.option(
-            "--overflow",
-            type=click.Choice(OVERFLOW),
-            default="weighted",
-            show_default=True,
-            help="How a full queue drops.",
-        ),
-        click.option(
-            "--signals",
-            type=click.Choice(SIGNALS),
-            default="input-enabled",
-            show_default=True,
-            help="When a signal may change.",
-        ),
-        middleware_option,
-    ):
-        function = option(function)
-    return function
-
-
-def budget_options(function: F) -> F:
-    """Add `--timeout`, in seconds, and `--memory`, in bytes: what `dineros.cli.supervising` keeps."""
-    for option in (
-        click.option(
-            "--memory",
-            type=Memory(),
-            metavar="SIZE",
-            help="Memory that all processes may use, such as 4G; default: 70 % of what is free.",
-        ),
-        click.option(
-            "--timeout",
-            type=click.FloatRange(min=0, min_open=True),
-            metavar="SECONDS",
-            help="End after so long, with what is answered until then.",
-        ),
-    ):
-        function = option(function)
-    return function
-
-
-def question_engine_option(function: F) -> F:
-    """Add `--engine`: who answers a question."""
-    option = click.option(
-        "--engine",
-        type=click.Choice(["auto", "tina"]),
-        default="auto",
+def search_order_option(help: str) -> Adds:
+    """Add `--search`, passed as `order`: how explicit search goes."""
+    return click.option(
+        "--search",
+        "order",
+        type=click.Choice(["breadth-first", "depth-first"]),
+        default="breadth-first",
         show_default=True,
-        help="The engines of DiNeROS, or TINA where it is on the PATH.",
+        help=help,
     )
-    return option(function)
 
 
-def question_options(function: F) -> F:
-    """Add the options of commands that ask one question about a net and show how it comes about."""
-    for option in (json_option, settings_option, budget_options, variant_options, trace_option):
-        function = option(function)
-    return function
+def orders_beside(model: Path, no_cache: bool) -> OrderCache | None:
+    """Return the orders of levels that are kept beside a model."""
+    if no_cache:
+        return None
+    from dineros.analysis.symbolic.order_cache import OrderCache
+
+    return OrderCache(model)
 
 
 def load_subject(path: Path, settings: Sequence[str], signals: str, overflow: str) -> Subject:

@@ -12,6 +12,9 @@ import click
 
 from dineros.cli.options import invocation
 
+SEVERITIES = {"error": "bold red", "warning": "yellow"}
+"""Styles of findings."""
+
 
 def say(text: str, style: str | None = None) -> None:
     """Print one line of the result.

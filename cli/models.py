@@ -111,6 +111,13 @@ def load_system(path: Path, settings: Sequence[str] = ()) -> sym.SystemModel:
     return model
 
 
+def load_valid_system(path: Path, settings: Sequence[str] = ()) -> sym.SystemModel:
+    """Read a system model and change it; raises `DinerosError` as `load_system`, or where it is not valid."""
+    model = load_system(path, settings)
+    refuse_invalid(model, path)
+    return model
+
+
 def refuse_invalid(model: pn.Net, path: Path) -> None:
     """Check all constraints of the metamodels.
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 import click
 
 from dineros.cli.console import working
+from dineros.cli.options import Adds, together
 
 if TYPE_CHECKING:
     from dineros.observation.systems import ObservedSystem
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True)
@@ -33,6 +31,11 @@ class Source:
         Only nodes in these namespaces; full names of nodes that are left out.
     seconds : float
         How long the graph is watched.
+
+    Raises
+    ------
+    UsageError
+        None or both of graph and recording are named, or a filter of the graph is for a recording.
     """
 
     graph: bool
@@ -41,6 +44,14 @@ class Source:
     namespaces: tuple[str, ...]
     without: tuple[str, ...]
     seconds: float
+
+    def __post_init__(self) -> None:
+        if self.graph == (self.bag is not None):
+            raise click.UsageError("say where the system is seen: --graph or --bag RECORDING, one of them")
+        given = {"--domain": self.domain, "--namespace": self.namespaces, "--without": self.without}
+        for option, value in given.items():
+            if self.bag is not None and value not in (None, ()):
+                raise click.UsageError(f"{option} does not go with --bag: no recording tells its nodes")
 
     def system(self) -> ObservedSystem:
         """Return all that is seen, whatever its namespace.
@@ -61,90 +72,65 @@ class Source:
             return watch(self.seconds, self.domain, without=self.without)
 
 
-def source_options(function: F) -> F:
-    """Add the options that say where a system is seen; `source_of` makes a `Source` of them."""
-    options = (
-        click.option("--graph", is_flag=True, help="See a running ROS 2 graph."),
-        click.option(
-            "--bag",
-            type=click.Path(path_type=Path),
-            metavar="RECORDING",
-            help="See a recording of rosbag2: its folder, or one .mcap or .db3 file.",
-        ),
-        click.option(
-            "--domain",
-            type=click.IntRange(0, 101),
-            metavar="N",
-            show_default="as ROS_DOMAIN_ID says",
-            help="The ROS domain of the graph.",
-        ),
-        click.option(
-            "--namespace",
-            "namespaces",
-            multiple=True,
-            metavar="/NAME",
-            help="Only the nodes in a namespace; repeatable.",
-        ),
-        click.option(
-            "--without",
-            multiple=True,
-            metavar="/NODE",
-            help="Leave out a node, such as a recorder; repeatable.",
-        ),
-        click.option(
-            "--watch",
-            "seconds",
-            type=click.FloatRange(0.0, 3600.0),
-            default=3.0,
-            show_default=True,
-            metavar="SECONDS",
-            help="How long the graph is watched; longer while more of it comes to light.",
-        ),
-    )
-    for option in reversed(options):
-        function = option(function)
-    return function
+source_options = together(
+    click.option("--graph", is_flag=True, help="See a running ROS 2 graph."),
+    click.option(
+        "--bag",
+        type=click.Path(path_type=Path),
+        metavar="RECORDING",
+        help="See a recording of rosbag2: its folder, or one .mcap or .db3 file.",
+    ),
+    click.option(
+        "--domain",
+        type=click.IntRange(0, 101),
+        metavar="N",
+        show_default="as ROS_DOMAIN_ID says",
+        help="The ROS domain of the graph.",
+    ),
+    click.option(
+        "--namespace",
+        "namespaces",
+        multiple=True,
+        metavar="/NAME",
+        help="Only the nodes in a namespace; repeatable.",
+    ),
+    click.option(
+        "--without",
+        multiple=True,
+        metavar="/NODE",
+        help="Leave out a node, such as a recorder; repeatable.",
+    ),
+    click.option(
+        "--watch",
+        "seconds",
+        type=click.FloatRange(0.0, 3600.0),
+        default=3.0,
+        show_default=True,
+        metavar="SECONDS",
+        help="How long the graph is watched; longer while more of it comes to light.",
+    ),
+)
+"""They say where a system is seen, as `Source` has it."""
 
 
-def recording_options(when: str = "") -> Callable[[F], F]:
+def recording_options(when: str = "") -> Adds:
     """Add `--tolerance` and `--midway`: how a recording is explained; `when` begins their help."""
 
     def said(text: str) -> str:
         return when + text if when else text.capitalize()
 
-    tolerance = click.option(
-        "--tolerance",
-        type=click.FloatRange(min=0, max=3600),
-        default=0.001,
-        show_default=True,
-        metavar="S",
-        help=said("messages of different topics no farther apart may have been published in any order."),
+    return together(
+        click.option(
+            "--tolerance",
+            type=click.FloatRange(min=0, max=3600),
+            default=0.001,
+            show_default=True,
+            metavar="S",
+            help=said("messages of different topics no farther apart may have been published in any order."),
+        ),
+        click.option(
+            "--midway",
+            is_flag=True,
+            help=said("the nodes may have run before the recorder was started."),
+        ),
     )
-    midway = click.option(
-        "--midway", is_flag=True, help=said("the nodes may have run before the recorder was started.")
-    )
-    return lambda function: tolerance(midway(function))
-
-
-def source_of(
-    graph: bool,
-    bag: Path | None,
-    domain: int | None,
-    namespaces: Sequence[str],
-    without: Sequence[str],
-    seconds: float,
-) -> Source:
-    """Return where a system is seen.
-
-    Raises
-    ------
-    UsageError
-        None or both of graph and recording are named, or a filter of the graph is for a recording.
-    """
-    if graph == (bag is not None):
-        raise click.UsageError("say where the system is seen: --graph or --bag RECORDING, one of them")
-    given = {"--domain": domain, "--namespace": namespaces, "--without": without}
-    for option, value in given.items():
-        if bag is not None and value not in (None, (), []):
-            raise click.UsageError(f"{option} does not go with --bag: no recording tells its nodes")
-    return Source(graph, bag, domain, tuple(namespaces), tuple(without), seconds)

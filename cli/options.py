@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
@@ -51,8 +51,12 @@ class ExampleCommand(click.Command):
 
     def __init__(self, *args: Any, examples: Sequence[str] = (), **options: Any) -> None:
         super().__init__(*args, **options)
-        self.params.extend(standard_options())
+        self.params.extend(self.own_options())
         self.examples = tuple(examples)
+
+    def own_options(self) -> list[click.Option]:
+        """Return the options that it has whatever its function takes."""
+        return standard_options()
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run it; where the system gives no memory, a command with a budget answers "unknown"."""
@@ -122,51 +126,72 @@ class ModelPath(click.Path):
         return [CompletionItem(match) for match in matches]
 
 
-def model_argument(*, required: bool = True) -> Callable[[F], F]:
+class Adds(Protocol):
+    """Adds options to a command's function."""
+
+    def __call__(self, function: F, /) -> F:
+        """Return the function, with the options."""
+
+
+def together(*options: Adds) -> Adds:
+    """Return what adds several options, in the order in which help lists them."""
+
+    def add(function: F, /) -> F:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return add
+
+
+def model_argument(*, required: bool = True) -> Adds:
     """Add the argument MODEL, passed as `model`."""
     return click.argument("model", type=ModelPath(), metavar="MODEL", required=required)
 
 
-def settings_option(function: F) -> F:
-    """Add the repeatable option `--set`, passed as `settings`."""
-    option = click.option(
-        "--set",
-        "settings",
-        multiple=True,
-        metavar="ELEMENT.FEATURE=VALUE",
-        callback=_with_middleware,
-        help="Change the model for this run, such as RedObjects.tokens=2; repeatable.",
-    )
-    return option(function)
+def output_option(help: str, *, metavar: str = "OUT", required: bool = False) -> Adds:
+    """Add the option `-o`, a file to write, passed as `output`."""
+    return click.option("-o", "--output", type=ModelPath(), metavar=metavar, required=required, help=help)
 
 
-def reach_options(how_far: str) -> Callable[[F], F]:
-    """Add `--domain` and `--reach`: where ROS messages go."""
-    domain = click.option(
-        "--domain", type=click.IntRange(0, 101), metavar="N", help="ROS domain; by default ROS_DOMAIN_ID."
-    )
-    reach = click.option(
-        "--reach",
-        type=click.Choice(["memory", "machine", "network"]),
-        default="machine",
+def format_option(what: str) -> Adds:
+    """Add `--format`: how to print what was found; `--json` is one of them."""
+    return click.option(
+        "--format",
+        type=click.Choice(["text", "json", "sarif", "junit"]),
+        default="text",
         show_default=True,
-        help=how_far,
+        help=f"How to print {what}; CI shows SARIF and JUnit.",
     )
-    return lambda function: domain(reach(function))
 
 
-def middleware_option(function: F) -> F:
-    """Add `--middleware`: one more of the `settings`, so that records and journals name it as well."""
-    option = click.option(
-        "--middleware",
-        type=click.Choice(("ros1", "ros2")),
-        show_default="as the model says",
-        is_eager=True,
-        expose_value=False,
-        callback=_keep_middleware,
-        help="Whose queues topics have: the paper's, or the histories of ROS 2 with capacities.",
+def reach_options(how_far: str) -> Adds:
+    """Add `--domain` and `--reach`: where ROS messages go."""
+    return together(
+        click.option(
+            "--domain",
+            type=click.IntRange(0, 101),
+            metavar="N",
+            help="ROS domain; by default ROS_DOMAIN_ID.",
+        ),
+        click.option(
+            "--reach",
+            type=click.Choice(["memory", "machine", "network"]),
+            default="machine",
+            show_default=True,
+            help=how_far,
+        ),
     )
-    return option(function)
+
+
+def rules_option(help: str) -> Adds:
+    """Add the option `--rules`, a Python file with rules, passed as `rule_file`."""
+    return click.option("--rules", "rule_file", type=click.Path(path_type=Path), metavar="FILE.py", help=help)
+
+
+json_option: Adds = click.option(
+    "--json", "as_json", is_flag=True, help="Print one JSON object and nothing else."
+)
 
 
 _MIDDLEWARE = f"{__name__}.middleware"
@@ -183,27 +208,55 @@ def _with_middleware(
     return settings if given is None else (*settings, f"middleware={given}")
 
 
-def json_option(function: F) -> F:
-    """Add the option `--json`, passed as `as_json`."""
-    return click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")(
-        function
-    )
+middleware_option: Adds = click.option(
+    "--middleware",
+    type=click.Choice(("ros1", "ros2")),
+    show_default="as the model says",
+    is_eager=True,
+    expose_value=False,
+    callback=_keep_middleware,
+    help="Whose queues topics have: the paper's, or the histories of ROS 2 with capacities.",
+)
+"""One more of the `settings`, so that records and journals name it as well."""
 
+settings_option: Adds = click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="ELEMENT.FEATURE=VALUE",
+    callback=_with_middleware,
+    help="Change the model for this run, such as RedObjects.tokens=2; repeatable.",
+)
 
-def output_option(help: str) -> Callable[[F], F]:
-    """Add the required option `-o`, passed as `output`."""
-    return click.option("-o", "--output", type=ModelPath(), metavar="OUT", required=True, help=help)
+theme_option: Adds = click.option(
+    "--theme",
+    type=click.Choice(["light", "dark"]),
+    default="light",
+    show_default=True,
+    help="Colours of .svg and .png.",
+)
 
+SIGNALS = ("none", "fully-enabled", "input-enabled", "io-enabled")
+OVERFLOW = ("weighted", "inhibitor")
 
-def trace_option(function: F) -> F:
-    """Add the option `-o`, a trace to write, passed as `output`."""
-    help = "Write the trace to this file (JSON Lines)."
-    return click.option("-o", "--output", type=ModelPath(), metavar="TRACE", help=help)(function)
-
-
-def rules_option(help: str) -> Callable[[F], F]:
-    """Add the option `--rules`, a Python file with rules, passed as `rule_file`."""
-    return click.option("--rules", "rule_file", type=click.Path(path_type=Path), metavar="FILE.py", help=help)
+variant_options = together(
+    middleware_option,
+    click.option(
+        "--signals",
+        type=click.Choice(SIGNALS),
+        default="input-enabled",
+        show_default=True,
+        help="When a signal may change.",
+    ),
+    click.option(
+        "--overflow",
+        type=click.Choice(OVERFLOW),
+        default="weighted",
+        show_default=True,
+        help="How a full queue drops: by weighted arcs, which tools reduce; by inhibitor arcs, for people.",
+    ),
+)
+"""How a system model is flattened."""
 
 
 def standard_options() -> list[click.Option]:

@@ -9,8 +9,17 @@ PICTURES = (".svg", ".png", ".html")
 """Suffixes of pictures; the same as `dineros.views.nets.FORMATS`, which takes long to import."""
 
 
-def refuse_output(output: Path, formats: Sequence[str]) -> None:
+def refuse_output(output: Path, formats: Sequence[str], what: str = "to convert to") -> None:
     """Find out before long work, not after it, that a file cannot be written.
+
+    Parameters
+    ----------
+    output : Path
+        The file.
+    formats : sequence of str
+        The suffixes that it may have.
+    what : str
+        What they are formats for.
 
     Raises
     ------
@@ -21,7 +30,7 @@ def refuse_output(output: Path, formats: Sequence[str]) -> None:
 
     if output.suffix.lower() not in formats:
         raise ModelFileError(
-            f"{output.suffix!r} is no format to convert to" if output.suffix else "has no suffix",
+            f"{output.suffix!r} is no format {what}" if output.suffix else "has no suffix",
             location=Location(output),
             hint=f"known are {', '.join(formats)}",
         )

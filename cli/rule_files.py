@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from dineros.transformations.language.rule import Rule
 
 
-def load_rules(path: Path) -> list[type[Rule]]:
-    """Run a Python file and return its list ``RULES``.
+def load_rules(path: Path | None) -> list[type[Rule]]:
+    """Run a Python file and return its list ``RULES``; without a file there are none.
 
     The file may import what stands beside it.
 
@@ -19,6 +19,8 @@ def load_rules(path: Path) -> list[type[Rule]]:
     DinerosError
         The file cannot be read or run, or does not list rules; with the line in the file.
     """
+    if path is None:
+        return []
     from dineros.metamodel.errors import DinerosError, Location
     from dineros.metamodel.files.programs import run_file
     from dineros.transformations.language.rule import Rule

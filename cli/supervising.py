@@ -45,14 +45,57 @@ MARGIN = 0.02
 """Part of the memory that is left for what is taken between two looks."""
 
 
+_UNITS = {"k": 1 << 10, "m": 1 << 20, "g": 1 << 30}
+
+
+class Memory(click.ParamType[int]):
+    """An amount of memory: bytes, or a number with K, M or G."""
+
+    name = "memory"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Return bytes."""
+        if isinstance(value, int):
+            return value
+        text = str(value).strip().lower().removesuffix("ib").removesuffix("b")
+        factor = _UNITS.get(text[-1:], 1)
+        try:
+            amount = int(float(text[:-1] if factor > 1 else text) * factor)
+        except (ValueError, OverflowError):
+            self.fail(f"{value!r} is no amount of memory, such as 4G", param, ctx)
+        from dineros.analysis.nets.memory import LEAST_FOR_SEARCH, OWN_MEMORY
+
+        if amount < OWN_MEMORY + LEAST_FOR_SEARCH:
+            least = f"give {(OWN_MEMORY + LEAST_FOR_SEARCH) >> 20}M or more"
+            need = f"the program itself needs {OWN_MEMORY >> 20} MiB"
+            self.fail(f"{value!r} is too little, as {need}: {least}", param, ctx)
+        return amount
+
+
 class SearchCommand(ExampleCommand):
-    """A command that searches: it keeps within `--timeout` and `--memory`, which it has."""
+    """A command that searches: it has `--timeout` and `--memory`, and keeps within them."""
+
+    def own_options(self) -> list[click.Option]:
+        """Return `--timeout`, in seconds, `--memory`, in bytes, and the standard ones."""
+        timeout = click.Option(
+            ["--timeout"],
+            type=click.FloatRange(min=0, min_open=True),
+            metavar="SECONDS",
+            help="End after so long, with what is answered until then.",
+        )
+        memory = click.Option(
+            ["--memory"],
+            type=Memory(),
+            metavar="SIZE",
+            help="Memory that all processes may use, such as 4G; default: 70 % of what is free.",
+        )
+        return [timeout, memory, *super().own_options()]
 
     def invoke(self, ctx: click.Context) -> int:
         """Run it, apart where the process is its own; where it ends early, print what is answered."""
         is_alone = invocation().is_alone
         began = time.monotonic() - (running_seconds() if is_alone else 0.0)
-        limits = Limits(began, ctx.params["timeout"], ctx.params["memory"])
+        limits = Limits(began, ctx.params.pop("timeout"), ctx.params.pop("memory"))
 
         def work(search: Search) -> int:
             use(search)

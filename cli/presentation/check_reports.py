@@ -60,7 +60,7 @@ def _entry(finding: Finding, source: str) -> FindingEntry:
 def _spaces(net: pn.Net, limits: Limits) -> list[dict[str, Any]]:
     """Count the state space of each signal variant, each in a process of its own, within what is left."""
     from dineros.analysis.sweeps import Grid, share_of_memory, sweep
-    from dineros.cli.analysing import SIGNALS
+    from dineros.cli.options import SIGNALS
     from dineros.metamodel import sym
 
     is_system = isinstance(net, sym.SystemModel)

@@ -1,15 +1,12 @@
-"""Evidence on the command line: the options that ask for it, and what is said of it."""
+"""Evidence on the command line: how it is found and written, and what is said of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
-
-import click
+from typing import TYPE_CHECKING, Any
 
 from dineros.cli.console import note, summarise, warn
-from dineros.cli.options import ModelPath
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
@@ -21,25 +18,11 @@ if TYPE_CHECKING:
     from dineros.analysis.witnesses.findings import Report
     from dineros.metamodel import pn
 
-F = TypeVar("F", bound=Callable[..., Any])
-
 SHARE = 0.3
 """Part of the time in which a certificate is looked for before any engine is asked."""
 
 SECONDS = 30.0
 """The same where no time is given."""
-
-
-def certificate_option(function: F) -> F:
-    """Add `--certificate`, a file to write, passed as `certificate`."""
-    help = "Write what an answer by structure or induction rests on (.json), for 'dineros certify'."
-    return click.option("--certificate", type=ModelPath(), metavar="FILE", help=help)(function)
-
-
-def confirm_option(function: F) -> F:
-    """Add `--confirm`: have an answer that rests on all markings decided again."""
-    help = "Have another engine, or another order, decide again what rests on all markings."
-    return click.option("--confirm", is_flag=True, help=help)(function)
 
 
 def refuse_certificates(output: Path, *, also_folder: bool = False) -> None:
@@ -54,13 +37,6 @@ def refuse_certificates(output: Path, *, also_folder: bool = False) -> None:
     elif not output.parent.is_dir():
         missing = f"there is no folder {str(output.parent)!r}"
         raise ModelFileError(missing, location=Location(output), hint="make it first")
-
-
-def proved_first(asked: Asked, budget: Budget) -> Outcome | None:
-    """Answer a question by structure or induction; None where that does not do in its share of the time."""
-    from dineros.analysis.evidence.proving import proved
-
-    return proved(asked, _share(budget))
 
 
 def certified(asked: Asked, answer: Outcome, output: Path) -> Outcome | None:
@@ -90,7 +66,7 @@ def check_certificates(
     from dineros.analysis.evidence.certificate import write_certificate
     from dineros.analysis.evidence.claims import certificates_of
 
-    found, all_of_it = certificates_of(model, report, settings, _share(budget))
+    found, all_of_it = certificates_of(model, report, settings, share_of(budget))
     if output.suffix == ".json":
         if all_of_it is not None:
             write_certificate(all_of_it, output)
@@ -101,7 +77,8 @@ def check_certificates(
     return len(found)
 
 
-def _share(budget: Budget) -> Budget:
+def share_of(budget: Budget) -> Budget:
+    """Return the part of a budget in which a certificate is looked for."""
     from dineros.analysis.answers.budget import Budget
 
     seconds = SECONDS if budget.left is None else SHARE * budget.left
@@ -143,26 +120,16 @@ def confirmed(question: Question, answer: Outcome, budget: Budget) -> tuple[Outc
     return answer, confirmation
 
 
-def confirmed_report(report: Report, budget: Budget) -> Confirmation | None:
-    """Have others count the markings that a check rests on."""
-    from dineros.analysis.evidence.confirmation import confirm_space
-
-    return report_confirmed(report, None if report.space is None else confirm_space(report.space, budget))
-
-
-def report_confirmed(report: Report, confirmation: Confirmation | None) -> Confirmation | None:
+def add_confirmation(report: Report, confirmation: Confirmation) -> None:
     """Put into the report of a check what others say who counted again."""
     from dineros.analysis.answers.outcome import Outcome
 
-    if confirmation is None:
-        return None
     if confirmation.agrees:
         report.proved.append(f"all markings are as {' and '.join(confirmation.by)} found them")
     else:
-        question = "what rests on all markings" if confirmation.agrees is False else "whether others agree"
         is_fault = confirmation.agrees is False
+        question = "what rests on all markings" if is_fault else "whether others agree"
         report.unknown.append(Outcome.left_open(question, str(confirmation), may_be_fault=is_fault))
-    return confirmation
 
 
 def say_confirmation(confirmation: Confirmation | None, as_json: bool = False) -> None:

@@ -7,15 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.analysing import say_witness, write_witness
-from dineros.cli.console import note, say, say_json, summarise
+from dineros.cli.console import SEVERITIES, note, say, say_json, summarise
 from dineros.cli.models import rules_of
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.analysis.witnesses.findings import Fault, Report
     from dineros.metamodel import pn
-
-_STYLES = {"error": "bold red", "warning": "yellow"}
 
 
 def print_report(
@@ -64,7 +62,7 @@ def _print_text(report: Report, model: Path, witnesses: bool) -> None:
             note(f"note: {finding.message} [{finding.rule}]")
             continue
         length = f" [{counted(len(finding.witness.steps), 'step')}]" if finding.witness else ""
-        say(f"{finding.severity}: {finding.message}{length} [{finding.rule}]", _STYLES[finding.severity])
+        say(f"{finding.severity}: {finding.message}{length} [{finding.rule}]", SEVERITIES[finding.severity])
         if witnesses and finding.witness:
             say_witness(finding.witness)
     for unknown in report.unknown:

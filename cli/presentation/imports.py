@@ -7,15 +7,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dineros.cli.console import note, say, say_json, summarise, warn
+from dineros.cli.console import SEVERITIES, note, say, say_json, summarise, warn
 from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.analysis.witnesses.findings import Finding
     from dineros.observation.importing.building import Imported
     from dineros.observation.systems import ObservedSystem
-
-_STYLES = {"error": "bold red", "warning": "yellow"}
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,7 @@ def print_import(report: ImportReport, as_json: bool) -> None:
         return
     imported = report.imported
     for finding in report.findings:
-        say(f"{finding.severity}: {finding.message} [{finding.rule}]", _STYLES.get(finding.severity))
+        say(f"{finding.severity}: {finding.message} [{finding.rule}]", SEVERITIES.get(finding.severity))
     for line in imported.left_out:
         warn(f"left out: {line}")
     for name in imported.unused:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from dineros.cli.console import say_json, warn
-from dineros.cli.running.overviews import listening
 from dineros.runtime.ros.overview import NodeView, Overview, Waiting, circle_of, waits_of
 
 if TYPE_CHECKING:
@@ -119,6 +123,25 @@ def json_of(overview: Overview) -> dict[str, Any]:
         ],
         "circle": circle_of(waits),
     }
+
+
+@contextmanager
+def listening(domain: int, reach: Reach) -> Iterator[Overview]:
+    """Hear the nodes of a domain as long as the block lasts.
+
+    Raises
+    ------
+    RosError
+        ROS is not there.
+    """
+    from dineros.runtime.ros.overview import Listener
+    from dineros.runtime.ros.process.environment import ros_environment
+
+    overview = Overview()
+    with TemporaryDirectory(prefix="dineros-top-") as folder:
+        os.environ.update(ros_environment(Path(folder), domain, reach))
+        with Listener(overview):
+            yield overview
 
 
 def show_once(domain: int, reach: Reach, seconds: float, as_json: bool) -> int:

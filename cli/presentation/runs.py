@@ -20,33 +20,29 @@ _ENDINGS: dict[str, str] = {
 }
 
 
-def say_run(outcome: Outcome) -> None:
+def say_run(outcome: Outcome, as_json: bool) -> None:
     """Print how a run ended, the marking, and what was counted."""
     observer, verdict, trace = outcome.observer, outcome.verdict, outcome.options.trace
-    marked = [f"{place} {tokens}" for place, tokens in sorted(observer.marking.items()) if tokens]
-    say(f"{_ENDINGS[outcome.ending]}; marked: {', '.join(marked) or 'nothing'}")
+    marking = {place: tokens for place, tokens in sorted(observer.marking.items()) if tokens}
+    counts = {"firings": observer.firings, "drops": observer.drops, "errors": observer.errors}
+    if as_json:
+        say_json(
+            {
+                "model": str(outcome.application.source),
+                "ending": outcome.ending,
+                **counts,
+                "restarts": observer.restarts,
+                "marking": marking,
+                "signals": dict(sorted(observer.signals.items())),
+                "conformance": verdict.status if verdict is not None else None,
+                "traces": str(trace) if trace is not None else None,
+            }
+        )
+        return
+    marked = ", ".join(f"{place} {tokens}" for place, tokens in marking.items())
+    say(f"{_ENDINGS[outcome.ending]}; marked: {marked or 'nothing'}")
     if verdict is not None:
         say(f"conformance: {verdict.status}, {verdict.steps} steps replayed")
-    counts = {"firings": observer.firings, "drops": observer.drops, "errors": observer.errors}
     told = ", ".join(f"{number} {noun}" for noun, number in counts.items())
     kept = f"; traces in {trace}" if trace is not None else ""
     summarise(f"{outcome.application.title}: {told}, {observer.restarts} restarts{kept}")
-
-
-def say_run_as_json(outcome: Outcome) -> None:
-    """Print the same as one JSON object."""
-    observer, verdict, trace = outcome.observer, outcome.verdict, outcome.options.trace
-    say_json(
-        {
-            "model": str(outcome.application.source),
-            "ending": outcome.ending,
-            "firings": observer.firings,
-            "drops": observer.drops,
-            "errors": observer.errors,
-            "restarts": observer.restarts,
-            "marking": {place: tokens for place, tokens in sorted(observer.marking.items()) if tokens},
-            "signals": dict(sorted(observer.signals.items())),
-            "conformance": verdict.status if verdict is not None else None,
-            "traces": str(trace) if trace is not None else None,
-        }
-    )

@@ -1,12 +1,13 @@
-"""Questions put on the workers of a Dask scheduler: the option, and how their answers come back."""
+"""Questions put on the workers of a Dask scheduler, and how their answers come back."""
 
 from __future__ import annotations
 
 import uuid
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any
 
-import click
+from dineros.cli.searching import search
 
 if TYPE_CHECKING:
     from dineros.analysis.answers.outcome import Outcome
@@ -15,14 +16,6 @@ if TYPE_CHECKING:
     from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
     from dineros.analysis.witnesses.findings import Report
     from dineros.metamodel import pn
-
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-def scheduler_option(function: F) -> F:
-    """Add `--scheduler`, the address of a Dask scheduler."""
-    help = "Ask the workers of this Dask scheduler, such as tcp://10.0.0.1:8786."
-    return click.option("--scheduler", metavar="ADDRESS", help=help)(function)
 
 
 def answer_on_workers(
@@ -111,7 +104,7 @@ def check_on_workers(
     memory: int | None,
     is_confirmed: bool = False,
 ) -> Confirmation | None:
-    """Put the questions of a check on workers, and their answers into a report; raises as the other.
+    """Put a check on workers, and their answers into a report as they come; raises as the others.
 
     Returns
     -------
@@ -124,19 +117,24 @@ def check_on_workers(
     from dineros.analysis.model.subject import base_subject
     from dineros.analysis.sweeps.cluster import cluster_answers
     from dineros.analysis.sweeps.parts import add_report, check_parts
+    from dineros.analysis.witnesses.findings import Report
     from dineros.metamodel.files.xmi import xmi_bytes
 
     text, engines = xmi_bytes(model).decode(), _of_engines(memory)
     parts = check_parts(text, at_any_cost, engines, uuid.uuid4().hex, is_confirmed)
+    subject, answers, said = base_subject(model), dict[tuple[str, ...], dict[str, Any]](), None
     with closing(cluster_answers(parts, address)) as found:
-        answers = {part.questions: answer for part, answer in found}
-    subject, said = base_subject(model), None
-    for part in parts:  # in their order, whoever was first
-        answer = answers[part.questions]
-        if not part.asked.get("confirm"):
-            add_report(report, subject, part, answer)
-        elif "findings" in answer:
-            said = answer["confirmation"]
-        else:
-            said = {"agrees": None, "by": (), "reason": str(answer.get("error") or "no answer")}
+        for part, answer in found:
+            if not part.asked.get("confirm"):
+                answers[part.questions] = answer
+            elif "findings" in answer:
+                said = answer["confirmation"]
+            else:
+                said = {"agrees": None, "by": (), "reason": str(answer.get("error") or "no answer")}
+            told = Report()
+            for each in parts:  # in their order, whoever was first
+                if each.questions in answers:
+                    add_report(told, subject, each, deepcopy(answers[each.questions]))
+            report.findings, report.proved, report.unknown = told.findings, told.proved, told.unknown
+            search().refresh()
     return None if said is None else Confirmation(said["agrees"], tuple(said["by"]), said["reason"])

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from dineros.analysis.suggestions.callback_groups import Suggestion
     from dineros.analysis.suggestions.capacities import Capacity
     from dineros.analysis.suggestions.start_orders import StartOrder
+    from dineros.analysis.witnesses.findings import Finding
     from dineros.metamodel import pn
 
 
@@ -53,87 +54,69 @@ def say_capacities(
 
 
 def say_callback_groups(
-    suggestion: Suggestion, net: pn.Net, model: Path, as_json: bool, witnesses: bool
+    found: Suggestion, net: pn.Net, model: Path, as_json: bool, witnesses: bool, ending: str = ""
 ) -> None:
     """Print which callback groups and threads to change, what that mends, and what is proved of it."""
+    reason = ending or found.reason
     if as_json:
-        say_json({"model": str(model), **rules_of(net), **_groups_json(suggestion)})
+        changes = [{"text": words, "settings": list(settings)} for words, settings in found.changes]
+        mends = [{**_fault(fault), "circle": list(fault.circle)} for fault in found.faults]
+        report = {"found": found.is_found, "proved": found.is_proved, "changes": changes, "mends": mends}
+        _say_json(net, model, report, found.tried, reason)
         return
-    for fault in suggestion.faults:
-        say(f"to mend: {fault.message}", "bold red")
-        if witnesses and fault.witness:
-            say_witness(fault.witness)
-    for words, settings in suggestion.changes:
+    _say_faults(found.faults, witnesses)
+    for words, settings in found.changes:
         say(f"change: {words}: {' '.join(f'--set {setting}' for setting in settings)}")
-    tried = f"{counted(suggestion.tried, 'model')} checked"
-    if suggestion.is_found:
-        with_it = ", and no queue overflows that did not before" if suggestion.changes else ""
-        least = "; no smaller change is enough" if suggestion.changes and suggestion.is_proved else ""
+    if found.is_found:
+        with_it = ", and no queue overflows that did not before" if found.changes else ""
+        least = "; no smaller change is enough" if found.changes and found.is_proved else ""
         say(f"proved: no callback waits for ever{with_it}{least}")
-    if suggestion.reason:
-        what = "whether a smaller change is enough" if suggestion.is_found else "what to change"
-        none = suggestion.is_proved and not suggestion.is_found
-        say(f"none: {suggestion.reason}" if none else f"unknown: {what}: {suggestion.reason}", "magenta")
-    summarise(f"{model}: {counted(len(suggestion.changes), 'change')}, {tried}")
+    if reason:
+        what = "whether a smaller change is enough" if found.is_found else "what to change"
+        none = found.is_proved and not found.is_found
+        say(f"none: {reason}" if none else f"unknown: {what}: {reason}", "magenta")
+    summarise(f"{model}: {counted(len(found.changes), 'change')}, {counted(found.tried, 'model')} checked")
 
 
-def _groups_json(suggestion: Suggestion) -> dict[str, Any]:
-    return {
-        "found": suggestion.is_found,
-        "proved": suggestion.is_proved,
-        "changes": [{"text": words, "settings": list(settings)} for words, settings in suggestion.changes],
-        "mends": [
-            {
-                "rule": fault.rule,
-                "elements": list(fault.elements),
-                "message": fault.message,
-                "circle": list(fault.circle),
-                "witness": fault.witness.to_dict() if fault.witness else None,
-            }
-            for fault in suggestion.faults
-        ],
-        "checked": suggestion.tried,
-        "reason": suggestion.reason,
-    }
-
-
-def say_start_order(found: StartOrder, net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> None:
+def say_start_order(
+    found: StartOrder, net: pn.Net, model: Path, as_json: bool, witnesses: bool, ending: str = ""
+) -> None:
     """Print in which order to bring nodes up, and what is proved of it."""
+    reason, steps = ending or found.reason, list(zip(found.order, found.settings, strict=True))
     if as_json:
-        say_json({"model": str(model), **rules_of(net), **_order_json(found)})
+        order = [{"transition": what, "node": node, "setting": setting} for (what, node), setting in steps]
+        mends = [_fault(fault) for fault in found.faults]
+        proved = found.is_found or found.is_proved
+        report = {"found": found.is_found, "proved": proved, "order": order, "mends": mends}
+        _say_json(net, model, report, found.tried, reason)
         return
-    for fault in found.faults:
-        say(f"to mend: {fault.message}", "bold red")
-        if witnesses and fault.witness:
-            say_witness(fault.witness)
-    for (what, node), setting in zip(found.order, found.settings, strict=True):
+    _say_faults(found.faults, witnesses)
+    for (what, node), setting in steps:
         say(f"{what} {node}: --set {setting}")
     if found.is_found:
-        order = "in this order" if found.order else "in the order that the model has"
-        say(f"proved: {order}, no message is lost while the nodes come up")
+        order_text = "in this order" if found.order else "in the order that the model has"
+        say(f"proved: {order_text}, no message is lost while the nodes come up")
     else:
-        none = "none" if found.is_proved else "unknown: what to change"
-        say(f"{none}: {found.reason}", "magenta")
+        say(f"{'none' if found.is_proved else 'unknown: what to change'}: {reason}", "magenta")
     summarise(f"{model}: {counted(found.tried, 'start order')} checked")
 
 
-def _order_json(found: StartOrder) -> dict[str, Any]:
+def _say_json(net: pn.Net, model: Path, report: dict[str, Any], checked: int, reason: str) -> None:
+    say_json({"model": str(model), **rules_of(net), **report, "checked": checked, "reason": reason})
+
+
+def _say_faults(faults: Sequence[Finding], witnesses: bool) -> None:
+    """Print what is to be mended."""
+    for fault in faults:
+        say(f"to mend: {fault.message}", "bold red")
+        if witnesses and fault.witness:
+            say_witness(fault.witness)
+
+
+def _fault(fault: Finding) -> dict[str, Any]:
     return {
-        "found": found.is_found,
-        "proved": found.is_found or found.is_proved,
-        "order": [
-            {"transition": what, "node": node, "setting": setting}
-            for (what, node), setting in zip(found.order, found.settings, strict=True)
-        ],
-        "mends": [
-            {
-                "rule": fault.rule,
-                "elements": list(fault.elements),
-                "message": fault.message,
-                "witness": fault.witness.to_dict() if fault.witness else None,
-            }
-            for fault in found.faults
-        ],
-        "checked": found.tried,
-        "reason": found.reason,
+        "rule": fault.rule,
+        "elements": list(fault.elements),
+        "message": fault.message,
+        "witness": fault.witness.to_dict() if fault.witness else None,
     }

@@ -6,32 +6,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.cli.console import say, say_json, summarise
+from dineros.metamodel.errors import counted
 
 if TYPE_CHECKING:
     from dineros.analysis.sweeps import Outcome, Progress
 
 
-def say_sweep(outcome: Outcome, model: Path, output: Path, figures: Path | None) -> None:
+def say_sweep(outcome: Outcome, model: Path, output: Path, figures: Path | None, as_json: bool) -> None:
     """Print what was counted, and the files that were written."""
+    if as_json:
+        say_json(
+            {
+                "model": str(model),
+                "output": str(output),
+                "figures": None if figures is None else str(figures),
+                "points": len(outcome.rows),
+                "resumed": outcome.resumed,
+                "unknown": outcome.unknown,
+            }
+        )
+        return
     resumed = f", {outcome.resumed} of them from the interrupted run" if outcome.resumed else ""
     unknown = f"; {outcome.unknown} unknown" if outcome.unknown else ""
-    points = f"{len(outcome.rows)} point{'' if len(outcome.rows) == 1 else 's'}"
     written = f"{output}, {figures}" if figures is not None else f"{output}"
-    summarise(f"{model} -> {written}: {points}{resumed}{unknown}")
-
-
-def say_sweep_as_json(outcome: Outcome, model: Path, output: Path, figures: Path | None) -> None:
-    """Print the same as one JSON object."""
-    say_json(
-        {
-            "model": str(model),
-            "output": str(output),
-            "figures": None if figures is None else str(figures),
-            "points": len(outcome.rows),
-            "resumed": outcome.resumed,
-            "unknown": outcome.unknown,
-        }
-    )
+    summarise(f"{model} -> {written}: {counted(len(outcome.rows), 'point')}{resumed}{unknown}")
 
 
 def say_begun_sweep(progress: Progress, model: Path, journal: Path, ending: str, as_json: bool) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, write_witness
 from dineros.cli.console import note, say, say_json, summarise, warn
-from dineros.cli.models import load_system, refuse_invalid, say_rules
+from dineros.cli.models import load_valid_system, say_rules
 from dineros.cli.searching import search
 from dineros.metamodel.errors import counted
 
@@ -31,8 +31,7 @@ def explain_bag(
     from dineros.observation.explaining import RecordingVerdict, explain
     from dineros.observation.recordings import Observed, Recording
 
-    system = load_system(model, settings)
-    refuse_invalid(system, model)
+    system = load_valid_system(model, settings)
     run = search()
 
     def so_far(ending: str) -> int:

@@ -110,11 +110,10 @@ def application_of(
             )
         parts = tuple(_workspace_models(path))
         return Application(path, None, parts, None, (), _expected(parts, stale_after))
-    from dineros.cli.models import load_system, refuse_invalid
+    from dineros.cli.models import load_valid_system
     from dineros.transformations.flattening.split import split
 
-    system = load_system(path, settings)
-    refuse_invalid(system, path)
+    system = load_valid_system(path, settings)
     beside = path.with_name("handlers.py")
     if handlers is None and beside.is_file():
         handlers = beside

@@ -59,12 +59,9 @@ def run_in_process(
     what: Application,
     wanted: Wanted,
     observer: FolderObserver,
-    *,
-    is_simulated: bool,
-    speed: float | None = None,
     steering: Steering | None = None,
 ) -> Ending:
-    """Run all nodes in this process.
+    """Run all nodes in this process: on threads, or step by step in simulated time.
 
     Parameters
     ----------
@@ -74,10 +71,6 @@ def run_in_process(
         What ends the run.
     observer : FolderObserver
         Follows the traces.
-    is_simulated : bool
-        Step by step in simulated time; the same seed gives the same run.
-    speed : float, optional
-        Simulated seconds in a second, at most.
     steering : Steering, optional
         Gets the nodes, for pages that steer them.
 
@@ -91,6 +84,7 @@ def run_in_process(
     from dineros.runtime.journal import JournalRecorder, resume_journal
     from dineros.runtime.nodes.steering import SteeredNet
 
+    options = wanted.options
     marking: dict[str, int] = {}
     signals: dict[str, bool] = {}
     recorders: dict[str, Recorder] = {}
@@ -98,7 +92,7 @@ def run_in_process(
     origin: dict[str, Any] = {"source": str(what.source), "settings": what.settings}
     for model in what.models:
         node = model.node.id
-        if wanted.is_resumed:
+        if options.is_resumed:
             recorders[node], checkpoint = resume_journal(wanted.folder, node, **origin)
             if checkpoint is not None:
                 resumed[node] = checkpoint
@@ -106,17 +100,17 @@ def run_in_process(
             recorders[node] = JournalRecorder(wanted.folder, node, **origin)
     application = LocalApplication(
         what.models,
-        seed=wanted.seed,
+        seed=options.seed,
         recorder=lambda node: CountingRecorder(recorders[node], marking, signals),
         resume=resumed,
-        simulated_time=is_simulated,
+        simulated_time=options.is_simulated,
     )
     for node, expected in what.expected.items():
         for signal, expectation in expected.items():
             application.nets[node].signal(signal).stale_after(expectation.seconds, expectation.then)
-    if wanted.watchdog is not None:
+    if options.watchdog is not None:
         for net in application.nets.values():
-            net.watchdog = wanted.watchdog or None
+            net.watchdog = options.watchdog or None
     handlers = load_handler_file(what.handlers) if what.handlers is not None else None
     if handlers is not None:
         handlers.simulate(application)
@@ -124,7 +118,7 @@ def run_in_process(
             handlers.configure(net)
     if steering is not None:
         steering.take({node: SteeredNet(net) for node, net in application.nets.items()})
-    if not is_simulated:
+    if not options.is_simulated:
         with application:
             ending: Ending = watch(wanted, observer, _Threads(application))
         return ending if observe(wanted, observer) else "deviated"
@@ -133,8 +127,8 @@ def run_in_process(
         try:
             ending = application.run(
                 lambda _: wanted.interrupted.is_set() or (until is not None and until(marking, signals)),
-                wanted.timeout,
-                speed,
+                options.timeout,
+                options.speed,
             )
             if wanted.interrupted.is_set():
                 ending = "interrupted"

@@ -8,13 +8,13 @@ import shlex
 import sys
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from dineros.cli.console import note, summarise, warn, working
 from dineros.cli.running.announcing import Announcer
-from dineros.cli.running.watching import Ending, Wanted, observe, watch
+from dineros.cli.running.watching import Ending, RosOptions, Wanted, observe, watch
 from dineros.metamodel.files import save
 from dineros.metamodel.files.reading import open_plain
 from dineros.runtime.application.observer import FolderObserver
@@ -32,33 +32,10 @@ if TYPE_CHECKING:
     from dineros.cli.running.applications import Application
     from dineros.metamodel import sym
     from dineros.runtime.nets.ports import Ports
-    from dineros.runtime.ros.process.environment import Reach
     from dineros.views.live import Steering
 
 SUPERVISOR_LOG = "supervisor.log.jsonl"
 """File beside the traces that tells which process was started and ended when, one JSON object per line."""
-
-
-@dataclass(frozen=True)
-class RosOptions:
-    """How an application runs on ROS 2.
-
-    Attributes
-    ----------
-    domain : int
-        The ROS domain.
-    reach : {"memory", "machine", "network"}
-        How far its messages go.
-    programs : tuple of str
-        Command lines of further programs that run as long as the application.
-    restarts : int
-        Restarts per minute and node.
-    """
-
-    domain: int
-    reach: Reach
-    programs: tuple[str, ...]
-    restarts: int
 
 
 Commands = list[tuple[str, list[str]]]
@@ -212,12 +189,12 @@ def _run_processes(
     folder = wanted.folder.resolve()
     variables = ros_environment(folder / "ros", options.domain, options.reach, variables)
     own = ["-p", f"journal:={folder}"]
-    own += [] if wanted.watchdog is None else ["-p", f"watchdog:={wanted.watchdog!r}"]
-    own += [] if wanted.seed is None else ["-p", f"seed:={wanted.seed}"]
+    own += [] if wanted.options.watchdog is None else ["-p", f"watchdog:={wanted.options.watchdog!r}"]
+    own += [] if wanted.options.seed is None else ["-p", f"seed:={wanted.options.seed}"]
     plans = [
         ProcessPlan(
             name,
-            [*command, *own, "-p", f"resume:={str(wanted.is_resumed).lower()}"],
+            [*command, *own, "-p", f"resume:={str(wanted.options.is_resumed).lower()}"],
             variables,
             folder / f"{name}.log",
             resume=["-p", "resume:=true"],

@@ -16,57 +16,16 @@ from typing import TYPE_CHECKING
 from dineros.cli.console import say, warn
 from dineros.cli.options import invocation
 from dineros.cli.running import watching
-from dineros.cli.running.watching import Wanted
+from dineros.cli.running.watching import Options, Wanted
 from dineros.runtime.application.ending import Ending
 from dineros.runtime.application.observer import FolderObserver
 
 if TYPE_CHECKING:
     from dineros.analysis.conformance import Verdict
     from dineros.cli.running.applications import Application
-    from dineros.cli.running.ros import RosOptions
     from dineros.views.live import Steering
 
 VIOLATED, FAILED, UNKNOWN, INTERRUPTED = 1, 2, 3, 130
-
-
-@dataclass(frozen=True)
-class Options:
-    """How an application is run.
-
-    Attributes
-    ----------
-    until : str or None
-        The condition that ends it.
-    timeout : float or None
-        Seconds after which it ends.
-    trace : Path or None
-        Folder that keeps the traces; None: they go with the run.
-    seed : int or None
-        Seed of the firing selections.
-    watchdog : float or None
-        Seconds after which a handler is named that keeps its node from all else; 0: never, None: as the nodes
-        themselves say.
-    is_resumed, is_monitored, is_shown : bool
-        Whether it goes on from the traces, is replayed on the model meanwhile, has a page that follows it.
-    ros : RosOptions or None
-        How it runs on ROS; None: in this process.
-    is_simulated : bool
-        In this process: whether time is simulated.
-    speed : float or None
-        Simulated seconds in a second, at most; None: as many as can.
-    """
-
-    until: str | None
-    timeout: float | None
-    trace: Path | None
-    seed: int | None
-    watchdog: float | None
-    is_resumed: bool
-    is_monitored: bool
-    is_shown: bool
-    ros: RosOptions | None
-    is_simulated: bool
-    speed: float | None = None
 
 
 @dataclass(frozen=True)
@@ -146,15 +105,8 @@ def run_application(application: Application, options: Options, tell: Callable[[
 
         if options.trace is None:
             stack.callback(forget)
-        wanted = Wanted(
-            application.condition(options.until) if options.until is not None else None,
-            options.timeout,
-            folder,
-            options.seed,
-            options.watchdog,
-            options.is_resumed,
-            application.monitor() if options.is_monitored else None,
-        )
+        until = application.condition(options.until) if options.until is not None else None
+        wanted = Wanted(until, folder, application.monitor() if options.is_monitored else None, options)
         for caught in (signal.SIGINT, signal.SIGTERM):
             stack.callback(signal.signal, caught, signal.signal(caught, wanted.interrupt))
         observer = FolderObserver(folder)
@@ -169,14 +121,7 @@ def run_application(application: Application, options: Options, tell: Callable[[
             stack.enter_context(logs_to(terminal_handler(), level))
             with Ending(INTERRUPTED, wanted.interrupt) as process:
                 try:
-                    ending = run_in_process(
-                        application,
-                        wanted,
-                        observer,
-                        is_simulated=options.is_simulated,
-                        speed=options.speed,
-                        steering=steering,
-                    )
+                    ending = run_in_process(application, wanted, observer, steering)
                 except KeyboardInterrupt:  # while nodes were made or started
                     ending = "interrupted"
         else:

@@ -17,6 +17,7 @@ from dineros.metamodel.files.watching import FolderWatch, wait_readable
 if TYPE_CHECKING:
     from dineros.analysis.conformance import Monitor
     from dineros.runtime.application.observer import FolderObserver
+    from dineros.runtime.ros.process.environment import Reach
 
 Ending = Literal["reached", "ended", "idle", "timeout", "interrupted", "deviated", "failed"]
 """How a run ends: the condition holds; all processes have ended; nothing can happen any more; time is over;
@@ -32,6 +33,68 @@ Condition = Callable[[Mapping[str, int], Mapping[str, bool]], bool]
 
 
 @dataclass(frozen=True)
+class RosOptions:
+    """How an application runs on ROS 2.
+
+    Attributes
+    ----------
+    domain : int
+        The ROS domain.
+    reach : {"memory", "machine", "network"}
+        How far its messages go.
+    programs : tuple of str
+        Command lines of further programs that run as long as the application.
+    restarts : int
+        Restarts per minute and node.
+    """
+
+    domain: int
+    reach: Reach
+    programs: tuple[str, ...]
+    restarts: int
+
+
+@dataclass(frozen=True)
+class Options:
+    """How an application is run.
+
+    Attributes
+    ----------
+    until : str or None
+        The condition that ends it.
+    timeout : float or None
+        Seconds after which it ends.
+    trace : Path or None
+        Folder that keeps the traces; None: they go with the run.
+    seed : int or None
+        Seed of the firing selections.
+    watchdog : float or None
+        Seconds after which a handler is named that keeps its node from all else; 0: never, None: as the nodes
+        themselves say.
+    is_resumed, is_monitored, is_shown : bool
+        Whether it goes on from the traces, is replayed on the model meanwhile, has a page that follows it.
+    ros : RosOptions or None
+        How it runs on ROS; None: in this process.
+    is_simulated : bool
+        In this process: whether time is simulated.
+    speed : float or None
+        Simulated seconds in a second, at most; None: as many as can.
+    """
+
+    until: str | None = None
+    timeout: float | None = None
+    trace: Path | None = None
+    seed: int | None = None
+    watchdog: float | None = None
+    is_resumed: bool = False
+    is_monitored: bool = False
+    is_shown: bool = False
+    ros: RosOptions | None = None
+    is_simulated: bool = False
+    speed: float | None = None
+
+
+@dataclass(frozen=True)
 class Wanted:
     """What a run is to do.
 
@@ -39,30 +102,20 @@ class Wanted:
     ----------
     until : callable or None
         The condition that ends it, given marking and signals.
-    timeout : float or None
-        Seconds after which it ends.
     folder : Path
         Takes the traces.
-    seed : int or None
-        Seed of the firing selections.
-    watchdog : float or None
-        Seconds after which a handler is named that keeps its node from all else; 0: never, None: as the nodes
-        themselves say.
-    is_resumed : bool
-        Whether the nodes go on where an earlier run ended.
     monitor : Monitor or None
         Replays the records on the model as they come.
+    options : Options
+        What was said of it.
     interrupted : threading.Event
         Set by `interrupt`, which handles signals.
     """
 
     until: Condition | None
-    timeout: float | None
     folder: Path
-    seed: int | None
-    watchdog: float | None
-    is_resumed: bool
     monitor: Monitor | None
+    options: Options
     interrupted: threading.Event = field(default_factory=threading.Event)
     _listening: list[int] = field(default_factory=list)
 
@@ -124,7 +177,7 @@ def watch(wanted: Wanted, observer: FolderObserver, running: Running) -> Ending:
     running : Running
         What runs.
     """
-    end = None if wanted.timeout is None else time.monotonic() + wanted.timeout
+    end = None if wanted.options.timeout is None else time.monotonic() + wanted.options.timeout
     period = CALM_PERIOD if wanted.until is None and wanted.monitor is None else PERIOD
     try:
         with FolderWatch(wanted.folder) as traces, wanted.heard() as interrupt:

@@ -123,8 +123,8 @@ FOLDERS = {
     ],
     "cli": [
         *("failures", "options", "console", "searching", "supervising"),
-        *("models", "observing", "rule_files", "outputs", "orders", "quick_start"),
-        *("analysing", "recordings", "running", "presentation", "asking", "stored_properties"),
+        *("models", "observing", "rule_files", "outputs", "quick_start"),
+        *("analysing", "recordings", "running", "presentation", "questions"),
         *("commands", "main"),
     ],
     "views": ["policy", "javascript", "nets", "traces", "reports", "exports", "serving", "live", "editing"],

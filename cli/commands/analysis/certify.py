@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from dineros.cli.analysing import HOLDS, VIOLATED, budget_options, load_valid
+from dineros.cli.analysing import HOLDS, VIOLATED, load_valid
 from dineros.cli.console import say, say_json
 from dineros.cli.options import json_option, model_argument
 from dineros.cli.searching import search
@@ -19,9 +19,8 @@ from dineros.cli.supervising import search_command
 )
 @model_argument()
 @click.argument("certificate", type=click.Path(path_type=Path), metavar="CERTIFICATE")
-@budget_options
 @json_option
-def certify(model: Path, certificate: Path, timeout: float | None, memory: int | None, as_json: bool) -> int:
+def certify(model: Path, certificate: Path, as_json: bool) -> int:
     """Check a certificate that find, verify or check wrote, without the engines that found it.
 
     The model is changed and flattened as the certificate says, and what is printed says how. Exit status 0

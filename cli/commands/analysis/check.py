@@ -12,30 +12,37 @@ from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
     VIOLATED,
-    budget_options,
+    cache_option,
+    confirm_option,
     load_valid,
+    orders_beside,
+    scheduler_option,
 )
 from dineros.cli.console import summarise, warn
-from dineros.cli.options import ModelPath, json_option, middleware_option, model_argument, settings_option
-from dineros.cli.orders import cache_option, orders_beside
+from dineros.cli.options import (
+    ModelPath,
+    format_option,
+    json_option,
+    middleware_option,
+    model_argument,
+    output_option,
+    settings_option,
+)
 from dineros.cli.presentation.evidence import (
+    add_confirmation,
     check_certificates,
-    confirm_option,
-    confirmed_report,
     refuse_certificates,
-    report_confirmed,
     say_confirmation,
 )
 from dineros.cli.presentation.findings import print_report, write_witnesses
-from dineros.cli.presentation.scheduling import check_on_workers, scheduler_option
-from dineros.cli.presentation.suggestions import say_callback_groups, say_capacities, say_start_order
+from dineros.cli.presentation.scheduling import check_on_workers
+from dineros.cli.questions.suggesting import suggest
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
 
 if TYPE_CHECKING:
     from dineros.analysis.witnesses.findings import Report
-    from dineros.metamodel import pn
 
 
 @search_command(
@@ -47,14 +54,7 @@ if TYPE_CHECKING:
     "dineros check sorting.sym.xmi -o report.html",
 )
 @model_argument()
-@click.option(
-    "--format",
-    "format",
-    type=click.Choice(["text", "json", "sarif", "junit"]),
-    default="text",
-    show_default=True,
-    help="How to print the findings; CI shows SARIF and JUnit.",
-)
+@format_option("the findings")
 @click.option(
     "--suggest-capacities",
     is_flag=True,
@@ -76,12 +76,8 @@ if TYPE_CHECKING:
     help="Decide liveness, reversibility and home markings, however long it takes.",
 )
 @click.option("--witnesses", is_flag=True, help="Print how each finding comes about, step by step.")
-@click.option(
-    "-o",
-    "--output",
-    type=ModelPath(),
-    metavar="OUT",
-    help="Write a report (.html); or how the findings come about to OUT, OUT with .2, .3 ... (JSON Lines).",
+@output_option(
+    "Write a report (.html); or how the findings come about to OUT, OUT with .2, .3 ... (JSON Lines)."
 )
 @click.option(
     "--certificate",
@@ -91,7 +87,6 @@ if TYPE_CHECKING:
 )
 @confirm_option
 @scheduler_option
-@budget_options
 @cache_option
 @middleware_option
 @settings_option
@@ -108,8 +103,6 @@ def check(
     certificate: Path | None,
     confirm: bool,
     scheduler: str | None,
-    timeout: float | None,
-    memory: int | None,
     no_cache: bool,
     settings: tuple[str, ...],
     as_json: bool,
@@ -131,19 +124,13 @@ def check(
     }
     suggests = [option for option, is_asked in asked.items() if is_asked]
     if suggests:
-        written = "-o" if output is not None else "--certificate" if certificate is not None else None
-        _refuse_beside(suggests, format, written)
-    if scheduler is not None and suggests:
-        raise click.UsageError(f"--scheduler does not go with {suggests[0]}")
+        written = {"-o": output, "--certificate": certificate, "--scheduler": scheduler}
+        _refuse_beside(suggests, format, [option for option, value in written.items() if value is not None])
     if certificate is not None:
         refuse_certificates(certificate, also_folder=True)
     net = load_valid(model, settings)
-    if suggest_callback_groups:
-        return _suggest_groups(net, model, format == "json", witnesses)
-    if suggest_start_order:
-        return _suggest_order(net, model, format == "json", witnesses)
-    if suggest_capacities:
-        return _suggest(net, model, format == "json", witnesses)
+    if suggests:
+        return suggest(suggests[0], net, model, format == "json", witnesses)
     run, report = search(), Report()
 
     def so_far(ending: str) -> int:
@@ -152,15 +139,20 @@ def check(
         return _status(rest)
 
     run.draft(so_far)
+    confirmation = None
     if scheduler is None:
         check_model(net, run.budget(), report, behaviour, orders_beside(model, no_cache))
-        confirmation = confirmed_report(report, run.budget()) if confirm else None
+        if confirm and report.space is not None:
+            from dineros.analysis.evidence.confirmation import confirm_space
+
+            confirmation = confirm_space(report.space, run.budget())
     else:
         run.stage(f"asking the workers of {scheduler}")
-        said = check_on_workers(
-            net, scheduler, report, at_any_cost=behaviour, memory=memory, is_confirmed=confirm
+        confirmation = check_on_workers(
+            net, scheduler, report, at_any_cost=behaviour, memory=run.limits.memory, is_confirmed=confirm
         )
-        confirmation = report_confirmed(report, said)
+    if confirmation is not None:
+        add_confirmation(report, confirmation)
     with run.answer():
         print_report(report, net, model, format, witnesses)
         if confirm:
@@ -193,104 +185,20 @@ def check(
     return status
 
 
-def _refuse_beside(options: Sequence[str], format: str, written: str | None) -> None:
+def _refuse_beside(options: Sequence[str], format: str, others: Sequence[str]) -> None:
+    """Refuse what does not go with a suggestion."""
     if len(options) > 1:
         raise click.UsageError(f"{options[0]} does not go with {options[1]}")
     what = "capacities" if options[0] == "--suggest-capacities" else "changes"
     if format not in ("text", "json"):
         raise click.UsageError(f"{what} are no findings: there is no --format {format} of them")
-    if written is not None:
-        raise click.UsageError(f"{what} are no findings: {written} does not go with {options[0]}")
+    if "--scheduler" in others:
+        raise click.UsageError(f"--scheduler does not go with {options[0]}")
+    if others:
+        raise click.UsageError(f"{what} are no findings: {others[0]} does not go with {options[0]}")
 
 
 def _status(report: Report) -> int:
     if any(finding.severity != "note" for finding in report.findings):
         return VIOLATED
     return UNKNOWN if any(unknown.may_be_fault for unknown in report.unknown) else HOLDS
-
-
-def _suggest_groups(net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> int:
-    from dineros.analysis.suggestions.callback_groups import Suggestion, suggest_callback_groups
-    from dineros.metamodel import sym
-    from dineros.metamodel.callbacks.groups import runs_callbacks
-    from dineros.metamodel.elements import node_nets
-    from dineros.metamodel.errors import DinerosError, Location
-
-    if not isinstance(net, sym.SystemModel):
-        raise DinerosError("has no callbacks: it is no system model", location=Location(model))
-    if net.middleware != sym.Middleware.ros2 or not any(map(runs_callbacks, node_nets(net))):
-        raise DinerosError(
-            "no node net runs callbacks under the rules of ros2",
-            location=Location(model),
-            hint="set execution=callbacks for node nets that are written by hand, and middleware=ros2",
-        )
-    run, suggestion = search(), Suggestion()
-
-    def so_far(ending: str) -> int:
-        suggestion.reason = ending
-        say_callback_groups(suggestion, net, model, as_json, witnesses)
-        return UNKNOWN
-
-    run.draft(so_far)
-    suggest_callback_groups(net, run.budget(), suggestion)
-    with run.answer():
-        say_callback_groups(suggestion, net, model, as_json, witnesses)
-    if suggestion.is_found and not suggestion.changes:
-        return HOLDS
-    return VIOLATED if suggestion.is_found or suggestion.is_proved else UNKNOWN
-
-
-def _suggest_order(net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> int:
-    from dineros.analysis.suggestions.start_orders import StartOrder, suggest_start_order
-    from dineros.metamodel import sym
-    from dineros.metamodel.errors import DinerosError, Location
-    from dineros.metamodel.lifecycles.start_order import managed_nodes
-
-    if (
-        not isinstance(net, sym.SystemModel)
-        or net.middleware != sym.Middleware.ros2
-        or not managed_nodes(net)
-    ):
-        raise DinerosError(
-            "no node net has a lifecycle under the rules of ros2",
-            location=Location(model),
-            hint="set NODE.lifecycle.pauses=false for a node that is to be managed, and middleware=ros2",
-        )
-    run, found = search(), StartOrder()
-
-    def so_far(ending: str) -> int:
-        found.reason = ending
-        say_start_order(found, net, model, as_json, witnesses)
-        return UNKNOWN
-
-    run.draft(so_far)
-    suggest_start_order(net, run.budget(), found)
-    with run.answer():
-        say_start_order(found, net, model, as_json, witnesses)
-    if found.is_found and not found.order:
-        return HOLDS
-    return VIOLATED if found.is_found or found.is_proved else UNKNOWN
-
-
-def _suggest(net: pn.Net, model: Path, as_json: bool, witnesses: bool) -> int:
-    from dineros.analysis.suggestions.capacities import Capacity, suggest_capacities
-    from dineros.metamodel import sym
-    from dineros.metamodel.errors import DinerosError, Location
-
-    if not isinstance(net, sym.SystemModel):
-        raise DinerosError("has no queues: it is no system model", location=Location(model))
-    run = search()
-    found: list[Capacity] = []
-
-    def so_far(ending: str) -> int:
-        say_capacities(found, model, as_json, witnesses, ending)
-        return UNKNOWN
-
-    run.draft(so_far)
-    suggest_capacities(net, run.budget(), found)
-    with run.answer():
-        say_capacities(found, model, as_json, witnesses)
-    if all(capacity.needed is not None and capacity.needed <= capacity.limit for capacity in found):
-        return HOLDS
-    is_open = any(capacity.needed is None and not capacity.grows for capacity in found)
-    return UNKNOWN if is_open else VIOLATED

@@ -9,10 +9,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dineros.cli.analysing import HOLDS, UNKNOWN, budget_options, load_subject, variant_options
+from dineros.cli.analysing import HOLDS, UNKNOWN, load_subject
 from dineros.cli.console import say, say_json, summarise, warn
 from dineros.cli.models import rules_of
-from dineros.cli.options import json_option, model_argument, output_option, settings_option
+from dineros.cli.options import (
+    json_option,
+    model_argument,
+    output_option,
+    settings_option,
+    variant_options,
+)
 from dineros.cli.searching import TIME, search
 from dineros.cli.supervising import search_command
 
@@ -35,7 +41,7 @@ PROPERTIES = (
     "dineros reduce sorting.sym.xmi --signals fully-enabled --preserve deadlocks -o small.pnml",
 )
 @model_argument()
-@output_option("The reduced net; its suffix tells the format: .net, .pnml, .xmi.")
+@output_option("The reduced net; its suffix tells the format: .net, .pnml, .xmi.", required=True)
 @click.option(
     "--preserve",
     "preserve",
@@ -47,7 +53,6 @@ PROPERTIES = (
 )
 @click.option("--keep", multiple=True, metavar="ELEMENT", help="A place or transition to keep; repeatable.")
 @variant_options
-@budget_options
 @settings_option
 @json_option
 def reduce(
@@ -57,8 +62,6 @@ def reduce(
     keep: tuple[str, ...],
     signals: str,
     overflow: str,
-    timeout: float | None,
-    memory: int | None,
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:

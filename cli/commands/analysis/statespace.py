@@ -11,16 +11,15 @@ import click
 from dineros.cli.analysing import (
     HOLDS,
     UNKNOWN,
-    budget_options,
+    cache_option,
+    confirm_option,
     load_subject,
-    say_witness,
-    variant_options,
+    orders_beside,
+    search_order_option,
 )
-from dineros.cli.console import say, say_json
 from dineros.cli.models import rules_of
-from dineros.cli.options import json_option, model_argument, settings_option
-from dineros.cli.orders import cache_option, orders_beside
-from dineros.cli.presentation.evidence import confirm_option, say_confirmation
+from dineros.cli.options import json_option, model_argument, settings_option, variant_options
+from dineros.cli.presentation.state_spaces import say_state_space
 from dineros.cli.quick_start import start_quickly
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
@@ -28,18 +27,6 @@ from dineros.cli.supervising import search_command
 if TYPE_CHECKING:
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.questions.state_space import StateSpace
-
-_OF_THE_REDUCED_NET = ("places", "transitions")
-_OF_THE_REST = (
-    "states",
-    "arcs",
-    "deadlocks",
-    "max_tokens_in_place",
-    "max_tokens_in_marking",
-    "engine",
-    "complete",
-    "reason",
-)
 
 
 @search_command(
@@ -56,16 +43,8 @@ _OF_THE_REST = (
     show_default=True,
     help="Explicit search, decision diagrams, or TINA where it is on the PATH.",
 )
-@click.option(
-    "--search",
-    "order",
-    type=click.Choice(["breadth-first", "depth-first"]),
-    default="breadth-first",
-    show_default=True,
-    help="How the explicit engine goes; counts are the same.",
-)
+@search_order_option("How the explicit engine goes; counts are the same.")
 @confirm_option
-@budget_options
 @cache_option
 @settings_option
 @json_option
@@ -77,8 +56,6 @@ def statespace(
     engine: str,
     order: str,
     confirm: bool,
-    timeout: float | None,
-    memory: int | None,
     no_cache: bool,
     settings: tuple[str, ...],
     as_json: bool,
@@ -98,48 +75,24 @@ def statespace(
 
     subject, run = load_subject(model, settings, signals, overflow), search()
     net = subject.net
-    confirmation: Confirmation | None = None
     count = reduced_state_space if reduce else state_space
+    flattened = subject.flattened is not None
+    asked: dict[str, object] = {
+        "model": str(model),
+        "signals": signals if flattened else None,
+        "overflow": overflow if flattened else None,
+        **rules_of(subject.model),
+        "reduced": reduce,
+    }
+    confirmed: list[Confirmation | None] = [None] if confirm else []
 
-    def say_space(space: StateSpace) -> int:
-        flattened = subject.flattened is not None
-        report = {
-            "model": str(model),
-            "signals": signals if flattened else None,
-            "overflow": overflow if flattened else None,
-            **rules_of(subject.model),
-            "reduced": reduce,
-            **replace(space, reason=run.reason(space.reason)).to_dict(),
-            **({"reduced_states": space.reduced_states} if reduce else {}),
-        }
-        if confirm:
-            report["confirmation"] = confirmation.to_dict() if confirmation else None
-        pumping = None
-        if space.pumping is not None:
-            from dineros.analysis.witnesses.findings import pumping_witness
-
-            pumping = pumping_witness(subject, space.pumping)
-            report["pumping"] = pumping.to_dict()
-        if space.rest is not None:
-            rest = replace(space.rest, reason=run.reason(space.rest.reason)).to_dict()
-            report["rest"] = {"without": list(space.without), **{name: rest[name] for name in _OF_THE_REST}}
-        if as_json:
-            say_json(report)
-        for name, value in report.items() if not as_json else ():
-            if value not in (None, "") and name not in ("pumping", "rest", "confirmation"):
-                of_which = " (of the reduced net)" if reduce and name in _OF_THE_REDUCED_NET else ""
-                say(f"{name.replace('_', ' '):22} {_shown(name, value)}{of_which}")
-        if pumping is not None and not as_json:
-            say_witness(pumping)
-        if space.rest is not None and not as_json:
-            _say_rest(report["rest"])
-        if confirmation is not None:
-            say_confirmation(confirmation, as_json)
+    def say(space: StateSpace) -> int:
+        say_state_space(space, subject, asked, confirmed, as_json)
         return HOLDS if space.complete else UNKNOWN
 
     def so_far(ending: str) -> int:
         seen = run.last.count if run.last is not None and run.last.unit == "markings" else None
-        return say_space(unfinished(net, engine, seen, ending, run.limits.spent))
+        return say(unfinished(net, engine, seen, ending, run.limits.spent))
 
     run.draft(so_far)
     budget = run.budget()
@@ -148,27 +101,11 @@ def statespace(
         from dineros.analysis.evidence.confirmation import confirm_counts
 
         run.stage("confirming the counts")
-        confirmation = confirm_counts(net, space, budget)
+        confirmed[0] = confirmation = confirm_counts(net, space, budget)
         if confirmation.agrees is False:
             space = replace(space, complete=False, reason=str(confirmation))
+    rest = space.rest
+    if rest is not None:
+        rest = replace(rest, reason=run.reason(rest.reason))
     with run.answer():
-        return say_space(space)
-
-
-def _say_rest(rest: dict[str, object]) -> None:
-    """Print what a net has without the places that only grow."""
-    without = ", ".join(str(place) for place in rest["without"])  # type: ignore[attr-defined]
-    say(f"the rest, without what nothing takes from ({without}):")
-    for name, value in rest.items():
-        if name != "without" and value not in (None, ""):
-            say(f"  {name.replace('_', ' '):21} {_shown(name, value)}")
-
-
-def _shown(name: str, value: object) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if name == "peak_memory_bytes" and isinstance(value, int):
-        return f"{value / 2**20:,.0f} MiB"
-    if isinstance(value, float):
-        return f"{value:.2f}"
-    return f"{value:,}" if isinstance(value, int) else str(value)
+        return say(replace(space, reason=run.reason(space.reason), rest=rest))

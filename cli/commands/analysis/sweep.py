@@ -9,10 +9,18 @@ from typing import TYPE_CHECKING
 
 import click
 
-from dineros.cli.analysing import HOLDS, OVERFLOW, SIGNALS, UNKNOWN, budget_options, load_valid
+from dineros.cli.analysing import HOLDS, UNKNOWN, load_valid
 from dineros.cli.models import load_named
-from dineros.cli.options import json_option, middleware_option, model_argument, output_option, settings_option
-from dineros.cli.presentation.sweeps import say_begun_sweep, say_sweep, say_sweep_as_json
+from dineros.cli.options import (
+    OVERFLOW,
+    SIGNALS,
+    json_option,
+    middleware_option,
+    model_argument,
+    output_option,
+    settings_option,
+)
+from dineros.cli.presentation.sweeps import say_begun_sweep, say_sweep
 from dineros.cli.searching import search
 from dineros.cli.supervising import search_command
 
@@ -82,7 +90,8 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
     help="Explicit search, or decision diagrams.",
 )
 @output_option(
-    "The table to write (.csv, .parquet); or figures (.svg, .png, .pdf) with the table beside, as .csv."
+    "The table to write (.csv, .parquet); or figures (.svg, .png, .pdf) with the table beside, as .csv.",
+    required=True,
 )
 @click.option(
     "--workers",
@@ -102,7 +111,6 @@ def _names(known: tuple[str, ...]) -> Callable[..., tuple[str, ...] | None]:
     metavar="SECONDS",
     help="Give up a point after so long.",
 )
-@budget_options
 @middleware_option
 @settings_option
 @json_option
@@ -117,8 +125,6 @@ def sweep(
     workers: int | None,
     scheduler: str | None,
     point_timeout: float | None,
-    timeout: float | None,
-    memory: int | None,
     settings: tuple[str, ...],
     as_json: bool,
 ) -> int:
@@ -151,6 +157,7 @@ def sweep(
             )
     run = search()
     run.stage("counting")
+    memory = run.limits.memory
     far = Progress(0, 0, 0, 0)
 
     def so_far(ending: str) -> int:
@@ -196,7 +203,7 @@ def sweep(
             figures, sweep_figures(outcome.rows, figures.suffix.lower(), title=net.name or net.id)
         )
     with run.answer():
-        (say_sweep_as_json if as_json else say_sweep)(outcome, model, output, figures)
+        say_sweep(outcome, model, output, figures, as_json)
     return UNKNOWN if outcome.unknown else HOLDS
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from dineros.cli.console import say_json, warn, working
-from dineros.cli.models import load_system, refuse_invalid, say_what_is_by_hand, say_what_runs
+from dineros.cli.models import load_valid_system, say_what_is_by_hand, say_what_runs
 from dineros.cli.options import command, json_option, middleware_option, model_argument, settings_option
 from dineros.cli.presentation.workspaces import say_comparison
 
@@ -81,8 +81,7 @@ def generate(
 
     if templates is not None and default_templates:
         raise click.UsageError("--templates and --default-templates exclude each other.")
-    system = load_system(model, settings)
-    refuse_invalid(system, model)
+    system = load_valid_system(model, settings)
     options = generators.Options(
         source=model.name,
         settings=settings,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import click
@@ -102,10 +103,10 @@ def run(
     --until held.
     """
     from dineros.cli.models import say_what_is_by_hand, say_what_runs
-    from dineros.cli.presentation.runs import say_run, say_run_as_json
+    from dineros.cli.presentation.runs import say_run
     from dineros.cli.running.applications import application_of
-    from dineros.cli.running.ros import RosOptions
-    from dineros.cli.running.running import Options, domain_of, run_application
+    from dineros.cli.running.running import domain_of, run_application
+    from dineros.cli.running.watching import Options, RosOptions
     from dineros.metamodel.errors import DinerosError
 
     if resume and trace is None:
@@ -132,4 +133,4 @@ def run(
         is_simulated=simulate,
         speed=speed,
     )
-    return run_application(application, options, say_run_as_json if as_json else say_run)
+    return run_application(application, options, partial(say_run, as_json=as_json))

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dineros.cli.console import say, summarise, warn
-from dineros.cli.options import ModelPath, command, settings_option
+from dineros.cli.options import ModelPath, command, output_option, settings_option, theme_option
+from dineros.cli.outputs import refuse_output
 from dineros.cli.presentation.traces import loads_of, model_of
 from dineros.metamodel.errors import counted
 
@@ -28,13 +29,7 @@ _PICTURES = (".html", ".svg", ".png")
     "dineros trace pick.jsonl -o pick.perfetto-trace",
 )
 @click.argument("files", type=ModelPath(), metavar="FILE...", nargs=-1, required=True)
-@click.option(
-    "-o",
-    "--output",
-    type=ModelPath(),
-    metavar="OUT",
-    help="A picture (.html, .svg, .png), or an export (.perfetto-trace, .mcap, .csv).",
-)
+@output_option("A picture (.html, .svg, .png), or an export (.perfetto-trace, .mcap, .csv).")
 @click.option("--follow", is_flag=True, help="Open a live page that follows a running application.")
 @click.option("--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="Port of the live page.")
 @click.option("--model", "given", type=ModelPath(), metavar="MODEL", help="The model, if it has moved.")
@@ -42,13 +37,7 @@ _PICTURES = (".html", ".svg", ".png")
 @click.option("--fold", is_flag=True, help="Fold runs of steps that do not matter (.svg, .png).")
 @click.option("--filter", "words", default="", metavar="WORDS", help="Lanes to show (.svg, .png).")
 @click.option("--firings", is_flag=True, help="Of a run: by number of firings, not by time (.svg, .png).")
-@click.option(
-    "--theme",
-    type=click.Choice(["light", "dark"]),
-    default="light",
-    show_default=True,
-    help="Colours (.svg, .png).",
-)
+@theme_option
 @settings_option
 def trace(
     files: tuple[Path, ...],
@@ -93,7 +82,10 @@ def trace(
         if pictures.without_net is not None:
             warn(f"without the net: {pictures.without_net}")
     else:
-        _export(builder, output, suffix)
+        from dineros.metamodel.files.atomic import write_atomically
+        from dineros.views.exports import export
+
+        write_atomically(output, export(builder, suffix))
     if output is not None:
         summarise(f"{title} -> {output}: {counted(len(builder.steps), 'step')}")
     return 0
@@ -120,16 +112,9 @@ def _compare(pictures: TracePictures, path: Path, given: Path | None, settings: 
 
 def _refuse(output: Path, suffix: str, compare: Path | None, **drawing: Any) -> None:
     """Refuse a format that is not known, and options that say nothing there."""
-    from dineros.metamodel.errors import DinerosError, Location
     from dineros.views.exports import EXPORTS
 
-    if suffix not in (*_PICTURES, *EXPORTS):
-        known = ", ".join((*_PICTURES, *EXPORTS))
-        raise DinerosError(
-            f"{suffix!r} is no format of traces" if suffix else "has no suffix",
-            location=Location(output),
-            hint=f"known are {known}",
-        )
+    refuse_output(output, (*_PICTURES, *EXPORTS), "of traces")
     if suffix not in _PICTURES and compare is not None:
         raise click.UsageError("--compare goes with .html, .svg and .png")
     given = [name for name, value in drawing.items() if value not in (False, "", "light")]
@@ -146,13 +131,6 @@ def _list(builder: TraceBuilder) -> None:
             say("  for ever:")
         when = f"{step.time - start:10.3f} s" if start is not None and step.time is not None else ""
         say(f"  {number + 1:4} {when}  {step.node or '':{width}}  {step.text}")
-
-
-def _export(builder: TraceBuilder, output: Path, suffix: str) -> None:
-    from dineros.metamodel.files.atomic import write_atomically
-    from dineros.views.exports import export
-
-    write_atomically(output, export(builder, suffix))
 
 
 def _follow(path: Path, port: int, given: Path | None, settings: tuple[str, ...]) -> int:

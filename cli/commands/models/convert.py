@@ -19,7 +19,9 @@ from dineros.cli.outputs import PICTURES, refuse_output
 )
 @model_argument()
 @output_option(
-    "The file to write; its suffix tells the format: .xmi, .sym, .pnml, .net; pictures are .svg, .png, .html."
+    "The file to write; its suffix tells the format: .xmi, .sym, .pnml, .net; "
+    "pictures are .svg, .png, .html.",
+    required=True,
 )
 @click.option(
     "--properties",
@@ -38,7 +40,7 @@ def convert(model: Path, output: Path, properties: str | None, settings: tuple[s
     refuse_output(output, (*files.SUFFIXES, *PICTURES))
     net = load_named(model, settings)
     if properties is not None:
-        from dineros.cli.stored_properties import take_in
+        from dineros.cli.questions.property_files import take_in
 
         note(f"properties taken from {properties}: {take_in(net, properties, model)}")
     violations = violations_of(net)

@@ -8,25 +8,23 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from dineros.cli.console import note, say_json, summarise, working
-from dineros.cli.models import load_system, refuse_invalid, rules_of, say_rules
+from dineros.cli.models import load_valid_system, rules_of, say_rules
 from dineros.cli.options import (
-    ModelPath,
     command,
     json_option,
-    middleware_option,
     model_argument,
+    output_option,
     rules_option,
     settings_option,
+    variant_options,
 )
+from dineros.cli.outputs import refuse_output
 from dineros.cli.presentation.explanations import explained, say_explanation
+from dineros.cli.rule_files import load_rules
 
 if TYPE_CHECKING:
     from dineros.transformations.flattening.flatten import Flattened
-    from dineros.transformations.language.rule import Rule
     from dineros.transformations.rules.catalogue import OverflowVariant, SignalVariant
-
-SIGNALS = ("none", "fully-enabled", "input-enabled", "io-enabled")
-OVERFLOW = ("weighted", "inhibitor")
 
 
 @command(
@@ -35,25 +33,9 @@ OVERFLOW = ("weighted", "inhibitor")
     "dineros flatten sorting.sym.xmi --explain LeftCellObjects",
 )
 @model_argument()
-@click.option(
-    "-o", "--output", type=ModelPath(), metavar="OUT", help="The file to write: .pnm or .xmi, .pnml, .net."
-)
-@click.option(
-    "--signals",
-    type=click.Choice(SIGNALS),
-    default="input-enabled",
-    show_default=True,
-    help="When a signal may change.",
-)
-@click.option(
-    "--overflow",
-    type=click.Choice(OVERFLOW),
-    default="weighted",
-    show_default=True,
-    help="How a full queue drops: by weighted arcs, which tools reduce, or by inhibitor arcs, for people.",
-)
+@output_option("The file to write: .pnm or .xmi, .pnml, .net.")
 @rules_option("Apply the list RULES of this Python file after the standard rules.")
-@middleware_option
+@variant_options
 @settings_option
 @click.option(
     "--explain",
@@ -83,9 +65,8 @@ def flatten(
         raise click.MissingParameter(param_hint="'-o' or '--explain'", param_type="option")
     if output is not None:
         _refuse_output(model, output)
-    own = _own_rules(rule_file)
-    system = load_system(model, settings)
-    refuse_invalid(system, model)
+    own = load_rules(rule_file)
+    system = load_valid_system(model, settings)
     say_rules(system, model)
     with working(f"Flattening {model}"):
         result = flattening.flatten(system, signals, overflow, own)
@@ -106,32 +87,13 @@ def flatten(
     return 0
 
 
-def _own_rules(path: Path | None) -> list[type[Rule]]:
-    if path is None:
-        return []
-    from dineros.cli.rule_files import load_rules
-
-    return load_rules(path)
-
-
 def _refuse_output(model: Path, output: Path) -> None:
     """Find out before long work that the file cannot be one."""
     from dineros.metamodel.errors import Location, ModelFileError
     from dineros.metamodel.files import SUFFIXES
     from dineros.transformations.flattening.trace_files import trace_path
 
-    if output.suffix.lower() not in SUFFIXES:
-        raise ModelFileError(
-            f"{output.suffix!r} is no format of nets" if output.suffix else "has no suffix",
-            location=Location(output),
-            hint=f"known are {', '.join(SUFFIXES)}",
-        )
-    if not output.parent.is_dir():
-        raise ModelFileError(
-            f"cannot be written: there is no folder {str(output.parent)!r}",
-            location=Location(output),
-            hint="make the folder first",
-        )
+    refuse_output(output, SUFFIXES, "of nets")
     if model.resolve() in (output.resolve(), trace_path(output).resolve()):
         raise ModelFileError(
             "is the system model itself", location=Location(output), hint="name another file"

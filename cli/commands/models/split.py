@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from dineros.cli.console import note, say, say_json, summarise, working
-from dineros.cli.models import load_system, refuse_invalid
+from dineros.cli.models import load_valid_system
 from dineros.cli.options import command, json_option, model_argument, settings_option
 from dineros.metamodel.errors import counted
 
@@ -36,8 +36,7 @@ def split(model: Path, output: Path, settings: tuple[str, ...], as_json: bool) -
     from dineros.metamodel.elements import places, transitions
     from dineros.transformations.flattening.split import split as split_model
 
-    system = load_system(model, settings)
-    refuse_invalid(system, model)
+    system = load_valid_system(model, settings)
     with working(f"Splitting {model}"):
         parts = split_model(system)
     _make(output)

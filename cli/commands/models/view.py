@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import math
-import os
 import re
-import tempfile
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from dineros.cli.console import note, summarise, warn, working
-from dineros.cli.models import load
-from dineros.cli.options import ModelPath, command, model_argument, settings_option
+from dineros.cli.console import working
+from dineros.cli.options import (
+    ModelPath,
+    command,
+    model_argument,
+    output_option,
+    settings_option,
+    theme_option,
+)
 from dineros.cli.outputs import PICTURES, refuse_output
+from dineros.cli.presentation.pictures import draw, draw_for_paper, picture_of
 
 if TYPE_CHECKING:
-    from dineros.views.nets import ViewModel
     from dineros.views.nets.drawing.svg import Theme
 
 
@@ -30,13 +33,7 @@ if TYPE_CHECKING:
     "dineros view sorting.sym.xmi --collapse all --badge executor=6 -o overview.png",
 )
 @model_argument()
-@click.option(
-    "-o",
-    "--output",
-    type=ModelPath(),
-    metavar="OUT",
-    help="A file to write instead of opening a browser: .html, .svg or .png.",
-)
+@output_option("A file to write instead of opening a browser: .html, .svg or .png.")
 @click.option(
     "--compare",
     type=ModelPath(),
@@ -68,13 +65,7 @@ if TYPE_CHECKING:
     metavar="ELEMENT=TEXT",
     help="Put a short text beside an element; repeatable.",
 )
-@click.option(
-    "--theme",
-    type=click.Choice(["light", "dark"]),
-    default="light",
-    show_default=True,
-    help="Colours of .svg and .png.",
-)
+@theme_option
 @click.option(
     "--width",
     type=click.FloatRange(min=20, max=2000),
@@ -96,7 +87,7 @@ def view(
     collapse: tuple[str, ...],
     expand: tuple[str, ...],
     badges: tuple[str, ...],
-    theme: str,
+    theme: Theme,
     width: float | None,
     aspect: str | None,
     settings: tuple[str, ...],
@@ -110,8 +101,6 @@ def view(
     Without -o, a page is opened in the browser. It needs no network: click to learn more, collapse and expand
     pages, search with '/', '?' lists the keys.
     """
-    from dineros.views.nets import save_picture
-
     if output is not None:
         refuse_output(output, PICTURES)
     ratio = _ratio(aspect)
@@ -119,78 +108,14 @@ def view(
         raise click.UsageError("--aspect goes with --width")
     if width is not None and (output is None or output.suffix.lower() not in (".svg", ".png")):
         raise click.UsageError("--width goes with -o and .svg or .png")
+    put = dict(_badge(text) for text in badges)
     with working("Drawing"):
         on_page = output is None or output.suffix.lower() == ".html"
-        shown = _shown(model, compare, settings, around, steps, collapse, expand, badges, on_page=on_page)
+        shown = picture_of(model, compare, settings, around, steps, collapse, expand, put, on_page=on_page)
         if output is not None and width is not None:
-            return _for_paper(shown, model, output, width, ratio, "dark" if theme == "dark" else "light")
-        page = output or _page_for_browser(model)
-        chosen: Theme = "dark" if theme == "dark" else "light"
-        try:
-            save_picture(shown, page, theme=chosen)
-        except BaseException:
-            if output is None:
-                page.unlink(missing_ok=True)
-            raise
-    note(f"wrote {page}")
-    if output is None:
-        import webbrowser
-
-        opened = webbrowser.open(page.as_uri())
-        summarise(
-            f"{model} -> {page}" if opened else f"{model} -> {page}: no browser found, open the file in one"
-        )
-    else:
-        summarise(f"{model} -> {output}")
-    return 0
-
-
-def _shown(
-    model: Path,
-    compare: Path | None,
-    settings: Sequence[str],
-    around: Sequence[str],
-    steps: int,
-    collapse: Sequence[str],
-    expand: Sequence[str],
-    badges: Sequence[str],
-    *,
-    on_page: bool,
-) -> ViewModel:
-    from dineros.views import nets
-
-    shown = nets.view_of(load(model, settings))
-    if compare is not None:
-        shown = nets.compare(nets.view_of(load(compare)), shown)
-    if around:
-        shown = nets.around(shown, around, steps)
-    elif on_page and not (expand or collapse or compare):
-        shown = nets.collapse_to_read(shown)
-    else:
-        shown = nets.collapse_if_large(shown)
-    if expand:
-        shown = nets.expand(shown, None if "all" in expand else expand)
-    if collapse:
-        shown = nets.collapse(shown, None if "all" in collapse else collapse)
-    if badges:
-        shown = nets.with_badges(shown, dict(_badge(text) for text in badges))
-    return shown
-
-
-def _for_paper(
-    shown: ViewModel, model: Path, output: Path, width: float, ratio: float | None, theme: Theme
-) -> int:
-    """Draw for paper, and say what was too large for it."""
-    from dineros.views.nets import Paper, save_for_paper
-
-    written, too_large = save_for_paper(shown, output, Paper(width, ratio), theme=theme)
-    if len(written) > 1 or too_large:
-        what = "its pages" if too_large and too_large[0].page is None else "an overview and its pages"
-        warn(f"{model} is too large for {width:g} mm: {what} are drawn one by one")
-    for sheet in too_large:
-        if sheet.page is not None:
-            warn(f"page {sheet.page} is left out: it needs {math.ceil(sheet.needed)} mm")
-    summarise(f"{model} -> {', '.join(map(str, written))}")
+            draw_for_paper(shown, model, output, width, ratio, theme)
+        else:
+            draw(shown, model, output, theme)
     return 0
 
 
@@ -209,11 +134,3 @@ def _badge(text: str) -> tuple[str, str]:
     if not sign or not element or not badge:
         raise click.BadParameter(f"{text!r} is not ELEMENT=TEXT", param_hint="--badge")
     return element, badge
-
-
-def _page_for_browser(model: Path) -> Path:
-    """Make an empty file, which stays there for the browser."""
-    name = model.name.partition(".")[0][:40]
-    descriptor, path = tempfile.mkstemp(prefix=f"dineros-{name}-", suffix=".html")
-    os.close(descriptor)
-    return Path(path)

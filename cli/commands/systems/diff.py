@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import click
-
 from dineros.cli.analysing import HOLDS, VIOLATED
-from dineros.cli.models import load_system, refuse_invalid
-from dineros.cli.observing import source_of, source_options
-from dineros.cli.options import command, json_option, model_argument, settings_option
+from dineros.cli.models import load_valid_system
+from dineros.cli.observing import Source, source_options
+from dineros.cli.options import command, format_option, json_option, model_argument, settings_option
 from dineros.cli.presentation.findings import print_report
 
 
@@ -20,14 +18,7 @@ from dineros.cli.presentation.findings import print_report
 )
 @model_argument()
 @source_options
-@click.option(
-    "--format",
-    "format",
-    type=click.Choice(["text", "json", "sarif", "junit"]),
-    default="text",
-    show_default=True,
-    help="How to print the differences; CI shows SARIF and JUnit.",
-)
+@format_option("the differences")
 @settings_option
 @json_option
 def diff(
@@ -49,9 +40,8 @@ def diff(
     """
     from dineros.observation.differences.comparing import FAULTS, differences
 
-    source = source_of(graph, bag, domain, namespaces, without, seconds)
-    system = load_system(model, settings)
-    refuse_invalid(system, model)
+    source = Source(graph, bag, domain, namespaces, without, seconds)
+    system = load_valid_system(model, settings)
     report = differences(system, source.system(), namespaces, without)
     print_report(report, system, model, "json" if as_json else format, witnesses=False, faults=FAULTS)
     return VIOLATED if any(finding.severity != "note" for finding in report.findings) else HOLDS

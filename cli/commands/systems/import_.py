@@ -9,7 +9,7 @@ import click
 from dineros.cli.analysing import HOLDS, VIOLATED
 from dineros.cli.console import working
 from dineros.cli.models import refuse_invalid
-from dineros.cli.observing import source_of, source_options
+from dineros.cli.observing import Source, source_options
 from dineros.cli.options import command, json_option, output_option
 from dineros.cli.outputs import refuse_output
 from dineros.cli.presentation.imports import ImportReport, print_import
@@ -35,7 +35,7 @@ from dineros.cli.presentation.imports import ImportReport, print_import
     show_default="OUT with .given.toml",
     help="What no graph tells: depths, groups, threads, timers, what callbacks do.",
 )
-@output_option("The model to write: .xmi or .pnml.")
+@output_option("The model to write: .xmi or .pnml.", required=True)
 @json_option
 def import_(
     graph: bool,
@@ -73,7 +73,7 @@ def import_(
     from dineros.observation.importing.questions import to_be_given
     from dineros.observation.systems import within
 
-    source = source_of(graph, bag, domain, namespaces, without, seconds)
+    source = Source(graph, bag, domain, namespaces, without, seconds)
     beside = given or given_beside(output)
     said = read_given(beside) if given is not None or beside.exists() else Given()
     seen = source.system()

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import click
 
-from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, budget_options
-from dineros.cli.models import load_system, refuse_invalid
+from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED
+from dineros.cli.models import load_valid_system, refuse_invalid
 from dineros.cli.observing import recording_options
-from dineros.cli.options import ModelPath, json_option, model_argument
+from dineros.cli.options import ModelPath, json_option, model_argument, output_option
 from dineros.cli.outputs import refuse_output
 from dineros.cli.recordings.evidence import gathered
 from dineros.cli.recordings.narrowing import (
@@ -68,11 +68,8 @@ from dineros.cli.supervising import search_command
     metavar="N",
     help="Accept the proposal of this number; repeatable.",
 )
-@click.option(
-    "-o", "--output", type=ModelPath(), metavar="OUT", help="Write the narrowed model: .xmi or .pnml."
-)
+@output_option("Write the narrowed model: .xmi or .pnml.")
 @recording_options()
-@budget_options
 @json_option
 def narrow(
     model: Path,
@@ -84,8 +81,6 @@ def narrow(
     output: Path | None,
     tolerance: float,
     midway: bool,
-    timeout: float | None,
-    memory: int | None,
     as_json: bool,
 ) -> int:
     """Propose which callbacks of an imported model lead to which messages, and narrow it by what is accepted.
@@ -112,8 +107,7 @@ def narrow(
         raise click.UsageError("say what was seen: --bag RECORDING, --tracing TRACE, or both")
     from dineros.observation.narrowing import narrowed
 
-    system = load_system(model)
-    refuse_invalid(system, model)
+    system = load_valid_system(model)
     subject = subject_of(model, system)
     run = search()
     with ExitStack() as open_files:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from dineros.cli.running import watching
-from dineros.cli.running.watching import Running, Wanted, watch
+from dineros.cli.running.watching import Options, Running, Wanted, watch
 from dineros.metamodel.files import watching as files
 from dineros.metamodel.records import Fire, Record, encode_record
 from dineros.runtime.application.observer import FolderObserver
@@ -50,7 +50,7 @@ class Idle:
 
 
 def wanted(folder: Path, until: watching.Condition | None = None, timeout: float | None = None) -> Wanted:
-    return Wanted(until, timeout, folder, None, None, False, None)
+    return Wanted(until, folder, None, Options(timeout=timeout))
 
 
 @pytest.fixture

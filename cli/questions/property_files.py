@@ -8,53 +8,58 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED
+from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, load_valid, reading_formula
 from dineros.cli.console import say, say_json, summarise, warn
+from dineros.cli.presentation.evidence import refuse_certificates
 from dineros.cli.presentation.scheduling import properties_on_workers
 from dineros.cli.searching import search
+from dineros.metamodel.errors import DinerosError, Location
 
 if TYPE_CHECKING:
+    from dineros.analysis.evidence.proving import Asked
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
+    from dineros.cli.questions.asking import Asking
+    from dineros.metamodel import pn
 
 
-def answer_properties(
-    subject: Subject,
-    model: Path,
-    wanted: Sequence[str],
-    as_json: bool,
-    scheduler: str | None = None,
-    variant: tuple[str, str] = ("none", "weighted"),
-    certificates: tuple[Path, Sequence[str]] | None = None,
-) -> int:
+def answer_properties(asking: Asking, wanted: Sequence[str], written: Path | None) -> int:
     """Answer property files, and global questions by name, each as soon as it is; return the exit status.
 
-    Where a scheduler is named, its workers answer; they flatten a system model by the variant of signals and
-    of overflow. Certificates go into a folder; they name how the model was changed.
+    Where a scheduler is named, its workers answer. Certificates go into a folder. Where a file is to be
+    written, all that is asked is written there instead.
     """
+    from dineros.analysis.evidence.proving import Asked
     from dineros.analysis.properties import answering
     from dineros.analysis.properties.property import PropertyAnswer
 
-    run = search()
+    folder = asking.certificate
+    if folder is not None:
+        if asking.scheduler is not None or folder.suffix == ".json":
+            raise click.UsageError("of a property file, --certificate is a folder, and no scheduler's matter")
+        refuse_certificates(folder, also_folder=True)
+    run, subject = search(), asking.subject()
     properties, names = _read(subject, wanted)
+    if written is not None:
+        return _write(subject, properties, names, written)
     found: dict[str, PropertyAnswer] = {}
 
     def tell(answer: PropertyAnswer) -> None:
         found[answer.id] = answer
-        if not as_json and answer.value is not None:
+        if not asking.as_json and answer.value is not None:
             say(_line(answer))
         run.refresh()
 
     def say_rest(why: str) -> int:
         spent = run.limits.spent
         answers = [found.get(one.id) or PropertyAnswer(one.id, None, spent, reason=why) for one in properties]
-        if as_json:
+        if asking.as_json:
             rows = [
                 {"kind": one.kind, "status": _status(answer.value)}
                 | {name: getattr(answer, name) for name in ("id", "value", "seconds", "technique", "reason")}
                 for one, answer in zip(properties, answers, strict=True)
             ]
-            say_json({"model": str(model), "properties": rows})
+            say_json({"model": str(asking.model), "properties": rows})
         else:
             for answer in answers:
                 if answer.value is None:
@@ -67,21 +72,21 @@ def answer_properties(
     run.draft(say_rest)
     budget = run.budget()
     seconds = answering.SECONDS if budget.seconds is None else budget.seconds / max(1, len(properties))
-    if scheduler is None:
+    if asking.scheduler is None:
         answering.answer_properties(subject.net, names, properties, seconds, budget.memory, tell, run.stage)
     else:
-        run.stage(f"asking the workers of {scheduler}")
-        asked = {"signals": variant[0], "overflow": variant[1]}
+        run.stage(f"asking the workers of {asking.scheduler}")
+        asked = {"signals": asking.signals, "overflow": asking.overflow}
         limits = {"memory": run.limits.memory, "seconds": seconds}
-        properties_on_workers(subject, scheduler, {**asked, **limits}, properties, names, tell)
+        properties_on_workers(subject, asking.scheduler, {**asked, **limits}, properties, names, tell)
     with run.answer():
         status = say_rest("time or memory did not suffice")
-    if certificates is not None:
-        folder, settings = certificates
+    if folder is not None:
         run.draft(lambda ending: _not_written(folder, ending, status))
         run.stage("writing certificates")
-        count = _write_certificates(subject, properties, names, found, variant, folder, settings)
-        if not as_json:
+        blank = Asked(subject, "", "", asking.signals, asking.overflow, asking.settings)
+        count = _write_certificates(blank, properties, names, found, folder)
+        if not asking.as_json:
             summarise(f"certificates: {folder}: {count}")
     return status
 
@@ -92,20 +97,17 @@ def _not_written(folder: Path, ending: str, status: int) -> int:
 
 
 def _write_certificates(
-    subject: Subject,
+    asked: Asked,
     properties: Sequence[Property],
     names: GroupedNames,
     found: Mapping[str, PropertyAnswer],
-    variant: tuple[str, str],
     folder: Path,
-    settings: Sequence[str],
 ) -> int:
     """Write a certificate of each answer that rests on structure or induction; return how many."""
     from dineros.analysis.evidence.certificate import write_certificate
     from dineros.analysis.evidence.claims import file_name, property_certificate
-    from dineros.analysis.evidence.proving import Asked
 
-    asked, count = Asked(subject, "", "", *variant, settings), 0
+    count = 0
     folder.mkdir(exist_ok=True)
     for one in properties:
         known = one.id in found
@@ -116,24 +118,85 @@ def _write_certificates(
     return count
 
 
-def write_properties(subject: Subject, wanted: Sequence[str], output: Path) -> int:
-    """Write what property files ask anew, as one file."""
-    properties, names = _read(subject, wanted)
-    return _write(subject, properties, names, output)
-
-
-def write_formula(subject: Subject, model: Path, ltl: str | None, ctl: str | None, output: Path) -> int:
+def write_formula(subject: Subject, model: Path, logic: str, formula: str, output: Path) -> int:
     """Write a formula as a property file; its id is that of the model and of the logic."""
     from dineros.analysis.logic.language.parser import parse
     from dineros.analysis.properties.property import Property
 
-    name = model.name.split(".")[0]
-    if ltl is not None:
-        one = Property(f"{name}-LTL-00", "ltl", parse(ltl))
-    else:
-        assert ctl is not None
-        one = Property(f"{name}-CTL-00", "ctl", parse(ctl, "ctl"))
+    name = f"{model.name.split('.')[0]}-{logic.upper()}-00"
+    one = Property(name, logic, parse(formula, logic))  # type: ignore[arg-type]
     return _write(subject, [one], subject.names, output)
+
+
+def write_stored(model: Path, settings: Sequence[str], overflow: str, output: Path) -> int:
+    """Write the properties that a model stores as a property file of the contest.
+
+    Raises
+    ------
+    DinerosError
+        The model stores none that such a file can say.
+    """
+    from lxml import etree
+
+    from dineros.analysis.model.subject import base_subject
+    from dineros.analysis.properties import writing
+    from dineros.analysis.properties.property import Property
+    from dineros.analysis.requirements.stored import properties_of, read
+
+    net = load_valid(model, settings)
+    subject = base_subject(net, overflow)  # type: ignore[arg-type]
+    said: list[Property] = []
+    for property in properties_of(net):
+        with reading_formula(f"property {property.id}"):
+            reading = read(property)
+        one = Property(str(property.id), *reading.as_formula())
+        try:
+            if str(property.signals) != "none":
+                raise DinerosError("the contest's nets have no signals")
+            with reading_formula(f"property {property.id}"):
+                writing.add_property(etree.Element("attempt"), one, subject.net, subject.names)
+        except DinerosError as error:
+            warn(f"{model}: property {property.id} is left out: {error.message}")
+        else:
+            said.append(one)
+    if not said:
+        raise DinerosError(
+            "the model stores no property that can be written",
+            location=Location(model),
+            hint="see --ltl, --ctl",
+        )
+    return _write(subject, said, subject.names, output)
+
+
+def take_in(net: pn.Net, file: str, model: Path) -> int:
+    """Store the formulas of a property file of the contest in a system model; return how many.
+
+    Raises
+    ------
+    DinerosError
+        The net is no system model, the file cannot be read, or an id is used already.
+    """
+    from dineros.analysis.model.subject import base_subject
+    from dineros.analysis.properties.property import GroupedNames
+    from dineros.analysis.properties.reading import read_properties
+    from dineros.metamodel import sym
+
+    if not isinstance(net, sym.SystemModel):
+        raise DinerosError("only a system model stores properties", location=Location(model))
+    names = GroupedNames(base_subject(net).names)
+    taken = {element.id for element in net.eAllContents() if hasattr(element, "id")}
+    count = 0
+    for one in read_properties(file, names):
+        if one.formula is None:
+            warn(f"{file}: {one.id} is left out: a model stores formulas only")
+            continue
+        if one.id in taken:
+            raise DinerosError(f"the model has an element {one.id!r} already", location=Location(Path(file)))
+        text = str(names.ungrouped(one.formula))
+        net.properties.append(sym.Property(id=one.id, text=text, language=one.kind))
+        taken.add(one.id)
+        count += 1
+    return count
 
 
 def _write(subject: Subject, properties: Sequence[Property], names: Any, output: Path) -> int:

@@ -1,0 +1,91 @@
+"""A state space: its figures, the run that makes places grow, and the rest, as text and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from dineros.cli.analysing import say_witness
+from dineros.cli.console import say, say_json
+from dineros.cli.presentation.evidence import say_confirmation
+
+if TYPE_CHECKING:
+    from dineros.analysis.evidence.confirmation import Confirmation
+    from dineros.analysis.model.subject import Subject
+    from dineros.analysis.questions.state_space import StateSpace
+
+_OF_THE_REDUCED_NET = ("places", "transitions")
+_OF_THE_REST = (
+    "states",
+    "arcs",
+    "deadlocks",
+    "max_tokens_in_place",
+    "max_tokens_in_marking",
+    "engine",
+    "complete",
+    "reason",
+)
+
+
+def say_state_space(
+    space: StateSpace,
+    subject: Subject,
+    asked: Mapping[str, Any],
+    confirmed: Sequence[Confirmation | None],
+    as_json: bool,
+) -> None:
+    """Print a state space.
+
+    Parameters
+    ----------
+    space, subject
+        The state space, and the net whose it is.
+    asked : mapping
+        What was asked, for JSON: the model, its variant, and whether it was ``reduced``.
+    confirmed : sequence
+        What others say who counted again; empty where nobody was to.
+    as_json : bool
+        Whether to print JSON.
+    """
+    from dineros.analysis.witnesses.findings import pumping_witness
+
+    figures = {**asked, **space.to_dict()}
+    if asked["reduced"]:
+        figures["reduced_states"] = space.reduced_states
+    pumping = None if space.pumping is None else pumping_witness(subject, space.pumping)
+    rest: dict[str, Any] = {}
+    if space.rest is not None:
+        told = space.rest.to_dict()
+        rest = {"without": list(space.without), **{name: told[name] for name in _OF_THE_REST}}
+    confirmation = next(iter(confirmed), None)
+    if as_json:
+        more: dict[str, Any] = {}
+        if confirmed:
+            more["confirmation"] = confirmation.to_dict() if confirmation else None
+        if pumping is not None:
+            more["pumping"] = pumping.to_dict()
+        say_json({**figures, **more, **({"rest": rest} if rest else {})})
+    else:
+        for name, value in figures.items():
+            if value not in (None, ""):
+                of_which = " (of the reduced net)" if asked["reduced"] and name in _OF_THE_REDUCED_NET else ""
+                say(f"{name.replace('_', ' '):22} {_shown(name, value)}{of_which}")
+        if pumping is not None:
+            say_witness(pumping)
+        if rest:
+            say(f"the rest, without what nothing takes from ({', '.join(rest.pop('without'))}):")
+        for name, value in rest.items():
+            if value not in (None, ""):
+                say(f"  {name.replace('_', ' '):21} {_shown(name, value)}")
+    if confirmation is not None:
+        say_confirmation(confirmation, as_json)
+
+
+def _shown(name: str, value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if name == "peak_memory_bytes" and isinstance(value, int):
+        return f"{value / 2**20:,.0f} MiB"
+    if isinstance(value, float):
+        return f"{value:.2f}"
+    return f"{value:,}" if isinstance(value, int) else str(value)

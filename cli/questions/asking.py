@@ -1,0 +1,180 @@
+"""Asking one question: proved with a certificate, of an engine or of workers, confirmed, and told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from dineros.cli.analysing import load_subject, write_witness
+from dineros.cli.console import say_json
+from dineros.cli.presentation.evidence import (
+    certified,
+    confirmed,
+    refuse_certificates,
+    say_certificate,
+    say_confirmation,
+    share_of,
+)
+from dineros.cli.presentation.scheduling import answer_on_workers
+from dineros.cli.searching import search
+
+if TYPE_CHECKING:
+    from dineros.analysis.answers.outcome import Outcome
+    from dineros.analysis.evidence.confirmation import Confirmation
+    from dineros.analysis.model.subject import Subject
+    from dineros.analysis.questions.engines import Question
+    from dineros.analysis.witnesses.findings import Witness
+
+
+@dataclass
+class Asking:
+    """What `question_options` say of one question: who answers it, what backs the answer, how it is told.
+
+    Attributes
+    ----------
+    model, settings, signals, overflow
+        The model's file, how it is changed, and flattened.
+    engine, scheduler
+        Who answers: an engine, or the workers of a scheduler.
+    certificate, confirm
+        Where a certificate is wanted; whether others are to decide again what rests on all markings.
+    output, as_json
+        Where the run that shows the answer is written; whether JSON is printed.
+    is_proved : bool
+        Whether the certificate is written.
+    confirmation : Confirmation or None
+        What the others say.
+    """
+
+    model: Path
+    settings: tuple[str, ...]
+    signals: str
+    overflow: str
+    engine: str
+    scheduler: str | None
+    certificate: Path | None
+    confirm: bool
+    output: Path | None
+    as_json: bool
+    is_proved: bool = False
+    confirmation: Confirmation | None = None
+
+    def refuse_tina_on_workers(self) -> None:
+        """Find out that the options exclude each other; raises `UsageError`."""
+        if self.scheduler is not None and self.engine == "tina":
+            raise click.UsageError("workers of a scheduler do not ask TINA")
+
+    def subject(self) -> Subject:
+        """Read the model, refuse an invalid one, and flatten and compile it."""
+        return load_subject(self.model, self.settings, self.signals, self.overflow)
+
+    def answer(
+        self, subject: Subject, kind: str, text: str, question: Question, *, signals: str = "", **more: Any
+    ) -> Outcome:
+        """Answer a question, backed as is wanted.
+
+        Parameters
+        ----------
+        subject : Subject
+            The net.
+        kind, text, question
+            The same question, as certificates and as engines know it.
+        signals : str
+            How signals change in the net, where that is not as the options say.
+        **more
+            What workers are to know besides.
+
+        Raises
+        ------
+        FormulaError
+            The question cannot be read, or names something unknown.
+        DinerosError
+            The engine or the scheduler is not there, failed, or does not know such questions.
+        """
+        from dineros.analysis.evidence.proving import Asked, proved
+        from dineros.analysis.questions.engines import ENGINES
+
+        run, signals = search(), signals or self.signals
+        asked = Asked(subject, kind, text, signals, self.overflow, self.settings)
+        budget, answer = run.budget(), None
+        if self.certificate is not None:
+            refuse_certificates(self.certificate)
+            run.stage("looking for a proof")
+            answer = proved(asked, share_of(budget))
+        if answer is None and self.scheduler is not None:
+            run.stage(f"asking the workers of {self.scheduler}")
+            told = {"kind": kind, "text": text, "signals": signals, "overflow": self.overflow, **more}
+            answer = answer_on_workers(subject, self.scheduler, told, run.limits.memory, run.limits.left)
+        elif answer is None:
+            answer = ENGINES[self.engine].answer(question, budget)
+        if self.certificate is not None and answer.evidence is not None:
+            run.stage("writing the certificate")
+            backed = certified(asked, answer, self.certificate)
+            self.is_proved, answer = backed is not None, backed or answer
+        if self.confirm and not self.is_proved:
+            run.stage("confirming the answer")
+            answer, self.confirmation = confirmed(question, answer, budget)
+        return replace(answer, reason=run.reason(answer.reason))
+
+    def tell(
+        self,
+        answer: Outcome,
+        witness: Witness | None,
+        asked: str,
+        say: Callable[[], None],
+        first: Mapping[str, object],
+        *,
+        is_timed: bool = True,
+        **last: object,
+    ) -> None:
+        """Write the run that shows an answer, print the answer, and what backs it.
+
+        Parameters
+        ----------
+        answer, witness
+            The answer, and the run.
+        asked : str
+            The question in the words of the trace that is written.
+        say : callable
+            Prints the answer for people.
+        first, **last
+            What JSON says of the question, and of the answer, besides.
+        is_timed : bool
+            Whether JSON says the seconds.
+        """
+        if self.output is not None and witness is not None:
+            write_witness(witness, self.output, self.model, self.settings, asked, answer.status)
+        if self.as_json:
+            timed = ("seconds",) if is_timed else ()
+            told = {name: getattr(answer, name) for name in ("status", "reason", "by", "states", *timed)}
+            shown = {"witness": witness.to_dict() if witness else None}
+            say_json({"model": str(self.model), **first, **told, **shown, **last, **self._backing()})
+        else:
+            say()
+        if self.certificate is not None:
+            say_certificate(self.certificate, answer, self.is_proved, self.as_json)
+        if self.confirm and (self.confirmation is not None or answer.status != "unknown"):
+            say_confirmation(self.confirmation, self.as_json)
+
+    def _backing(self) -> dict[str, object]:
+        """Return for JSON what backs the answer, where that is wanted."""
+        fields: dict[str, object] = {}
+        if self.certificate is not None:
+            fields["certificate"] = str(self.certificate) if self.is_proved else None
+        if self.confirm:
+            fields["confirmation"] = self.confirmation.to_dict() if self.confirmation else None
+        return fields
+
+
+def run_shown(subject: Subject, verdict: Outcome) -> Witness | None:
+    """Return the run that shows a verdict on a formula, replayed; None without one."""
+    from dineros.analysis.witnesses.findings import witness_of
+
+    if not (verdict.stem or verdict.loop):
+        return None
+    loop = len(verdict.stem) if verdict.loop else None
+    return witness_of(subject, [*verdict.stem, *verdict.loop], loop)

@@ -1,0 +1,132 @@
+"""``dineros verify``: a formula, or a property that the model stores."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, load_valid, reading_formula
+from dineros.cli.models import rules_of
+from dineros.cli.presentation.answers import say_unfairness, say_verdict
+from dineros.cli.questions.asking import Asking, run_shown
+from dineros.cli.questions.property_files import write_formula
+from dineros.cli.searching import search
+
+if TYPE_CHECKING:
+    from dineros.analysis.answers.outcome import Outcome
+    from dineros.analysis.questions.engines import Question
+    from dineros.analysis.symbolic.order_cache import OrderCache
+
+
+def verify_formula(
+    asking: Asking,
+    logic: str,
+    formula: str,
+    written: Path | None,
+    *,
+    weak: tuple[str, ...] = (),
+    strong: tuple[str, ...] = (),
+    orders: OrderCache | None = None,
+) -> int:
+    """Decide a formula, or write it as a property file instead; return the exit status.
+
+    Parameters
+    ----------
+    asking : Asking
+        Who answers, and how that is told.
+    logic, formula : str
+        ``ltl`` or ``ctl``, and the formula.
+    written : Path or None
+        The property file.
+    weak, strong : tuple of str
+        What is fair, in linear time.
+    orders : OrderCache, optional
+        Orders of levels that are known.
+    """
+    from dineros.analysis.model.fairness import fair_transitions, unfairness
+    from dineros.analysis.questions.engines import Branching, Linear
+
+    run = search()
+    first: dict[str, object] = {}
+
+    def say(verdict: Outcome) -> int:
+        witness = unfair = None
+        if verdict.stem or verdict.loop:  # only then is the net known for sure
+            witness = run_shown(subject, verdict)
+            if verdict.status == "violated" and verdict.loop and logic == "ltl":
+                unfair = unfairness(subject, verdict.stem, verdict.loop)
+
+        def say_text() -> None:
+            say_verdict(verdict, formula, witness, asking.model, asking.output, is_linear=logic == "ltl")
+            if unfair is not None and asking.output is None:
+                say_unfairness(unfair, subject.net.transitions)
+
+        named = unfair.to_dict(subject.net.transitions) if unfair else None
+        asking.tell(verdict, witness, formula, say_text, {**first, "formula": formula}, unfair=named)
+        return {"holds": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
+
+    run.draft(lambda ending: say(run.unknown(ending)))
+    subject = asking.subject()
+    first.update(rules_of(subject.model))
+    if written is not None:
+        with run.answer(), reading_formula(f"--{logic}"):
+            return write_formula(subject, asking.model, logic, formula, written)
+    with reading_formula("--fair"):
+        weak = fair_transitions(subject, weak)
+    with reading_formula("--strongly-fair"):
+        strong = fair_transitions(subject, strong)
+    question: Question
+    if logic == "ltl":
+        question = Linear(subject.net, subject.names, formula, weak, strong)
+    else:
+        question = Branching(subject.net, subject.names, formula, orders)
+    with reading_formula(f"--{logic}"):
+        verdict = asking.answer(subject, logic, formula, question, weak=weak, strong=strong)
+    with run.answer():
+        return say(verdict)
+
+
+def verify_stored(asking: Asking, name: str, orders: OrderCache | None) -> int:
+    """Decide a property that a model stores; the exit status tells whether that is as expected."""
+    from dineros.analysis.requirements.stored import VARIANTS, asked, property_named
+
+    run = search()
+    net = load_valid(asking.model, asking.settings)
+    with reading_formula(str(asking.model)):
+        property = property_named(net, name)
+    with reading_formula(f"property {property.id}"):
+        stored = asked(property, overflow=asking.overflow)  # type: ignore[arg-type]
+    is_expected, reading, text = bool(property.expected), stored.reading, str(property.text)
+    first: dict[str, object] = {
+        **rules_of(net),
+        "property": str(property.id),
+        "text": text,
+        "formula": str(reading.formula),
+        "expected": is_expected,
+    }
+
+    def say(verdict: Outcome) -> int:
+        witness = run_shown(stored.subject, verdict)
+        shown = f"{property.id}: {text}{'' if is_expected else '; expected not to hold'}"
+        is_linear = reading.logic == "ltl" and not reading.is_negated
+        say_text = partial(
+            say_verdict, verdict, shown, witness, asking.model, asking.output, is_linear=is_linear
+        )
+        asking.tell(verdict, witness, text, say_text, first)
+        if verdict.status == "unknown":
+            return UNKNOWN
+        return HOLDS if (verdict.status == "holds") == is_expected else VIOLATED
+
+    run.draft(lambda ending: say(run.unknown(ending)))
+    verdict = asking.answer(
+        stored.subject,
+        reading.logic,
+        str(reading.formula),
+        stored.question(orders),
+        signals=VARIANTS[str(property.signals)],
+        weak=stored.weak,
+        strong=stored.strong,
+    )
+    with run.answer():
+        return say(stored.verdict(verdict))

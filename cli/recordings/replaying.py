@@ -1,0 +1,150 @@
+"""``dineros conform``: whether the model allows what the traces of nodes tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dineros.cli.analysing import HOLDS, UNKNOWN, VIOLATED, write_witness
+from dineros.cli.console import note, say, say_json, summarise
+from dineros.cli.models import load_valid_system, say_rules, say_what_is_by_hand
+from dineros.cli.searching import search
+from dineros.metamodel.errors import counted
+
+if TYPE_CHECKING:
+    from dineros.analysis.conformance import Verdict
+    from dineros.metamodel import sym
+
+
+def replay(
+    model: Path,
+    traces: Sequence[Path],
+    orders: int,
+    invariants: Sequence[str],
+    output: Path | None,
+    settings: Sequence[str],
+    as_json: bool,
+) -> int:
+    """Replay the traces of a run, say what is found, and return the exit status."""
+    from dineros.analysis.conformance import Verdict
+    from dineros.analysis.conformance import conform as conform_traces
+    from dineros.metamodel.records import read_trace, traces_of_runs
+
+    parts = traces_of_runs(traces)
+    settings = tuple(settings) or _settings_of(parts.values())
+    system = load_valid_system(model, settings)
+    say_rules(system, model)
+    say_what_is_by_hand([system], model)
+    run = search()
+
+    def so_far(ending: str) -> int:
+        if as_json:
+            none = Verdict("unknown").to_dict(str(model))
+            say_json({**none, "invariants": dict.fromkeys(invariants), "reason": ending})
+        else:
+            summarise(f"{model}: unknown: {ending}")
+        return UNKNOWN
+
+    run.draft(so_far)
+    run.stage(f"replaying the traces of {counted(len(parts), 'node')}")
+    verdict = conform_traces(
+        system,
+        {node: partial(read_trace, files) for node, files in parts.items()},
+        attempts=orders,
+        firings=output is not None or bool(invariants),
+    )
+    run.stage("checking invariants")
+    broken = _broken(system, invariants, verdict)
+    if output is not None:
+        run.stage(f"writing {output.name}")
+        _write(verdict, system, output, model, settings, broken)
+    with run.answer():
+        if as_json:
+            report = verdict.to_dict(str(model))
+            say_json({**report, "invariants": {text: text not in broken for text in invariants}})
+        else:
+            for text in invariants:
+                said = (
+                    f"does not hold after {counted(broken[text], 'firing')}"
+                    if text in broken
+                    else "holds throughout"
+                )
+                say(f"{text}: {said}", "bold red" if text in broken else None)
+            _print(verdict, model, len(parts))
+    status = {"conforms": HOLDS, "violated": VIOLATED, "unknown": UNKNOWN}[verdict.status]
+    return VIOLATED if broken else status
+
+
+def _broken(system: sym.SystemModel, invariants: Sequence[str], verdict: Verdict) -> dict[str, int]:
+    """Return the invariants that do not hold in all of the run, each with the firings before that."""
+    if not invariants:
+        return {}
+    from dineros.analysis.conformance.invariants import Invariant
+    from dineros.analysis.model.subject import subject_of
+
+    subject = subject_of(system, "fully-enabled")
+    found = {text: Invariant(text, subject).first_violation(verdict.sequence) for text in invariants}
+    return {text: number for text, number in found.items() if number is not None}
+
+
+def _settings_of(traces: Iterable[Sequence[Path]]) -> tuple[str, ...]:
+    """Return how the model was changed for the run.
+
+    Raises
+    ------
+    DinerosError
+        Not all nodes ran the same model.
+    """
+    from dineros.metamodel.errors import DinerosError
+    from dineros.metamodel.records import Header, read_records
+
+    found: tuple[str, ...] | None = None
+    for files in traces:
+        header = next(read_records(files[0]))
+        assert isinstance(header, Header)
+        settings = tuple(header.settings)
+        if found not in (None, settings):
+            raise DinerosError(
+                "was recorded with other settings than the traces before it",
+                location=header.location,
+                hint="say with --set how the model was changed",
+            )
+        found = settings
+    for setting in found or ():
+        note(f"the traces say: --set {setting}")
+    return found or ()
+
+
+def _print(verdict: Verdict, model: Path, nodes: int) -> None:
+    for deviation in verdict.violations:
+        say(f"{deviation.location}: {deviation}", "bold red")
+    for deviation in verdict.unknown:
+        say(f"{deviation.location}: unknown: {deviation}", "magenta")
+    steps = f"{counted(verdict.steps, 'step')} of {counted(nodes, 'node')}"
+    summarise(f"{model}: {verdict.status}; {steps} replayed, {verdict.silent:,} more inside of channels")
+
+
+def _write(
+    verdict: Verdict,
+    system: sym.SystemModel,
+    output: Path,
+    model: Path,
+    settings: Sequence[str],
+    broken: Mapping[str, int],
+) -> None:
+    """Write the merged run; it is a witness of the first invariant that does not hold, if there is one."""
+    from dineros.analysis.model.subject import subject_of
+    from dineros.analysis.witnesses.findings import witness_of
+    from dineros.analysis.witnesses.first_cause import blocked_cause
+
+    subject = subject_of(system, "fully-enabled")
+    witness = witness_of(subject, [subject.transition_index[name] for name in verdict.sequence])
+    if broken:
+        asked = f"G ({min(broken, key=lambda text: broken[text])})"
+        write_witness(witness, output, model, settings, asked, "violated")
+        return
+    refused = [str(getattr(deviation.record, "transition", None)) for deviation in verdict.violations[:1]]
+    causes = [blocked_cause(witness, transition) for transition in refused]
+    write_witness(witness, output, model, settings, "conformance of a run", verdict.status, *causes)
