@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -20,8 +20,19 @@ MOST = 50_000
 """Markings among which a run is searched in which goals overtake each other."""
 
 
-def firing_witness(checked: Checked, transition: str) -> Witness | None:
-    """Return a sequence that ends with a transition: a shortest one where few markings are nearer.
+def can_fire(checked: Checked, transitions: Sequence[str]) -> bool | None:
+    """Tell whether one of some transitions can fire; None: that is not known."""
+    known, index = checked.firings, checked.subject.transition_index
+    if known is None:
+        return any(checked.space.enabled(each) for each in transitions)
+    numbers = [index[each] for each in transitions]
+    if not known.traces.keys().isdisjoint(numbers):
+        return True
+    return False if known.dead.issuperset(numbers) else None
+
+
+def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | None:
+    """Return a sequence that ends with one of some transitions, which can fire; a shortest one if it is near.
 
     What is further off is searched for where the state equation sees it near, and led to by the state space
     where that search gives up. None stands for memory that runs out.
@@ -29,15 +40,18 @@ def firing_witness(checked: Checked, transition: str) -> Witness | None:
     # Most models need no search.
     from dineros.analysis.questions.reachability import find_firing, way_to_firing
 
-    subject = checked.subject
-    number = subject.transition_index[transition]
+    subject, known = checked.subject, checked.firings
+    if known is not None:
+        numbers = [subject.transition_index[each] for each in transitions]
+        return witness_of(subject, min((known.traces[t] for t in numbers if t in known.traces), key=len))
+    number = subject.transition_index[next(each for each in transitions if checked.space.enabled(each))]
     trace = find_firing(subject.net, number, checked.budget.share(most_bytes=NEAR)).trace
     if trace is None:
         trace, _ = checked.directed.way_to(number, checked.budget.share(), FEW_MARKINGS)
     if trace is None:
         checked.budget.check_time()
         try:
-            trace = way_to_firing(checked.space, subject.names, number)
+            trace = way_to_firing(checked.space, number)
         except DiagramMemoryError:
             return None
     return witness_of(subject, trace)

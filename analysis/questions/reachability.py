@@ -13,7 +13,6 @@ from dineros.analysis.explicit import Order, find
 from dineros.analysis.explicit.answers import Reduction
 from dineros.analysis.explicit.engine import NO_END
 from dineros.analysis.explicit.goals import Goal, excludes
-from dineros.analysis.logic.language.names import Names
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.nets.shortening import shortened
@@ -67,7 +66,7 @@ def find_firing(
     return Outcome("reachable", (*trace, transition))
 
 
-def way_to_firing(space: SymbolicStateSpace, names: Names, transition: int) -> tuple[int, ...]:
+def way_to_firing(space: SymbolicStateSpace, transition: int) -> tuple[int, ...]:
     """Return a firing sequence that ends with a transition, where some reachable marking enables it.
 
     It is led by the diagram of all reachable markings, so that it is found however far away it is; a shortest
@@ -80,11 +79,9 @@ def way_to_firing(space: SymbolicStateSpace, names: Names, transition: int) -> t
         If memory runs out.
     """
     from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
-    from dineros.analysis.logic.language.atoms import BoundAtoms
-    from dineros.analysis.logic.language.syntax import Constant
     from dineros.analysis.symbolic.vector_sets import Scope
 
-    ways = SymbolicSets(space, BoundAtoms(space.net, Constant(True), names))
+    ways = SymbolicSets(space)
     sets, all_of_them = ways.sets, space.diagram.root
     with Scope(space.diagram) as scope:
         others = sets.without_boxes(all_of_them, space.event_masks(transition))

@@ -22,6 +22,7 @@ from collections.abc import Iterable, Sequence
 
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, NoneEnabled, SomeEnabled, SomeFired
 from dineros.analysis.logic.language.syntax import (
+    OPERATORS,
     And,
     Atom,
     Constant,
@@ -171,8 +172,6 @@ def _fired(net: CompiledNet, transition: int) -> str:
 
 def _comparison(net: CompiledNet, factors: dict[int, int], operator: str, bound: int) -> str:
     """Compare two sums of natural numbers."""
-    from dineros.analysis.logic.language.atoms import OPERATORS
-
     if not factors:
         return TRUE if OPERATORS[operator](0, bound) else FALSE
     if operator == "!=":

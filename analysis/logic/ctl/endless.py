@@ -127,7 +127,7 @@ def _by_run(net: CompiledNet, tree: Formula, names: Names, budget: Budget) -> Ou
     linear = _without_quantifiers(tree)
     if linear is None:
         return None
-    runs = EndlessRuns(net, linear, BoundAtoms(net, linear, names), names, (), (), (), verify_ltl)
+    runs = EndlessRuns(net, linear, BoundAtoms(net, linear, names), names, (), (), verify_ltl)
     answer = runs.decide(budget.share(0.5))
     if answer is None or answer.status == "violated":
         return answer

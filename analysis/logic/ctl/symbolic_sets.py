@@ -40,14 +40,17 @@ class SymbolicSets:
     ----------
     space : SymbolicStateSpace
         Complete.
-    atoms : BoundAtoms
-        The atoms that may be asked for.
+    atoms : BoundAtoms, optional
+        The atoms that may be asked for; without it there are none.
     budget : Budget, optional
         Told now and then how far it is; when its time is up, the computation ends.
     """
 
-    def __init__(self, space: SymbolicStateSpace, atoms: BoundAtoms, budget: Budget = UNLIMITED) -> None:
-        self.space, self.atoms = space, atoms
+    def __init__(
+        self, space: SymbolicStateSpace, atoms: BoundAtoms | None = None, budget: Budget = UNLIMITED
+    ) -> None:
+        self.space = space
+        self._conditions = {} if atoms is None else atoms.conditions
         self.sets = VectorSets(space.diagram, budget)
         self.everything = space.diagram.root
         #: By what lasts: markings where it ends, which stay as they are or take repeatable steps for ever.
@@ -59,7 +62,7 @@ class SymbolicSets:
 
     def atom(self, atom: Atom) -> int:
         """Return the states in which an atom is true."""
-        match self.atoms.conditions[atom]:
+        match self._conditions[atom]:
             case Linear(factors, symbol, bound):
                 return self._pinned(self._sums(factors, symbol, bound))
             case SomeEnabled(transitions):

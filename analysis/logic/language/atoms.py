@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.syntax import (
+    OPERATORS,
     Atom,
     Comparison,
     Constant,
@@ -21,15 +21,6 @@ from dineros.analysis.logic.language.syntax import (
     SignalTrue,
 )
 from dineros.analysis.nets.compiled import CompiledNet
-
-OPERATORS: dict[str, Callable[[int, int], bool]] = {
-    "<=": operator.le,
-    ">=": operator.ge,
-    "==": operator.eq,
-    "!=": operator.ne,
-    "<": operator.lt,
-    ">": operator.gt,
-}
 
 
 @dataclass(frozen=True)

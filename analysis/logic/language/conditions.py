@@ -7,13 +7,13 @@ sum over its instances, ``Pick[2].PickRun`` is that of server instance 2.
 
 from __future__ import annotations
 
-import operator
 import re
 from collections.abc import Callable, Iterable, Mapping
 
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.syntax import (
+    OPERATORS,
     And,
     Comparison,
     Constant,
@@ -28,14 +28,6 @@ from dineros.analysis.logic.language.syntax import (
 from dineros.metamodel.errors import near_matches
 
 _INSTANCE = re.compile(r".+\[\d+\]\.(.+)")
-_COMPARE: dict[str, Callable[[int, int], bool]] = {
-    "<=": operator.le,
-    ">=": operator.ge,
-    "==": operator.eq,
-    "!=": operator.ne,
-    "<": operator.lt,
-    ">": operator.gt,
-}
 
 Predicate = Callable[[Mapping[str, int], Mapping[str, bool]], bool]
 
@@ -104,7 +96,7 @@ class Condition:
 
     def _comparison(self, formula: Comparison) -> Predicate:
         terms = [(factor, place) for factor, name in formula.terms for place in self._named(name)]
-        compare, bound = _COMPARE[formula.operator], formula.bound
+        compare, bound = OPERATORS[formula.operator], formula.bound
         return lambda marking, signals: compare(
             sum(factor * marking.get(place, 0) for factor, place in terms), bound
         )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Mapping, Sequence
+from typing import Protocol, TypeVar
 
 from dineros.analysis.logic.language.errors import FormulaError
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel.errors import near_matches
+
+Found = TypeVar("Found")
 
 
 class Names(Protocol):
@@ -23,7 +25,43 @@ class Names(Protocol):
         """Return the place that is marked exactly while the input signal is true."""
 
 
-class NetNames:
+class TableNames:
+    """Names that stand in tables.
+
+    Parameters
+    ----------
+    places, transitions : mapping of str to sequence of int
+        By name.
+    signals : mapping of str to int
+        By name, the place that is marked while it is true.
+    signal : str
+        What errors call one.
+    """
+
+    def __init__(
+        self,
+        places: Mapping[str, Sequence[int]],
+        transitions: Mapping[str, Sequence[int]],
+        signals: Mapping[str, int],
+        signal: str = "signal",
+    ) -> None:
+        self._places, self._transitions, self._signals = places, transitions, signals
+        self._signal = signal
+
+    def places(self, name: str) -> Sequence[int]:
+        """Return the places whose tokens are added up for the name."""
+        return _look_up(self._places, "place", name)
+
+    def transitions(self, name: str) -> Sequence[int]:
+        """Return the transitions that the name stands for, any of them."""
+        return _look_up(self._transitions, "transition", name)
+
+    def signal(self, name: str) -> int:
+        """Return the place that is marked exactly while the input signal is true."""
+        return _look_up(self._signals, self._signal, name)
+
+
+class NetNames(TableNames):
     """Names of a place/transition net, each exactly itself. A signal is a place that may hold one token.
 
     Parameters
@@ -32,23 +70,13 @@ class NetNames:
     """
 
     def __init__(self, net: CompiledNet) -> None:
-        self._places = {name: index for index, name in enumerate(net.places)}
-        self._transitions = {name: index for index, name in enumerate(net.transitions)}
-
-    def places(self, name: str) -> Sequence[int]:
-        """Return the one place of this name."""
-        return [_look_up(self._places, "place", name)]
-
-    def transitions(self, name: str) -> Sequence[int]:
-        """Return the one transition of this name."""
-        return [_look_up(self._transitions, "transition", name)]
-
-    def signal(self, name: str) -> int:
-        """Return the place of this name."""
-        return _look_up(self._places, "signal", name)
+        places, transitions = (
+            {name: (index,) for index, name in enumerate(names)} for names in (net.places, net.transitions)
+        )
+        super().__init__(places, transitions, {name: index for name, (index,) in places.items()})
 
 
-def _look_up(known: dict[str, int], kind: str, name: str) -> int:
+def _look_up(known: Mapping[str, Found], kind: str, name: str) -> Found:
     if name not in known:
         raise FormulaError(f"no {kind} is named {name!r}", hint=near_matches(name, known))
     return known[name]

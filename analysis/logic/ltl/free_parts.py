@@ -20,6 +20,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, SomeFired
+from dineros.analysis.logic.language.limited_names import LimitedNames
 from dineros.analysis.logic.language.names import Names
 from dineros.analysis.logic.language.patience import is_patient
 from dineros.analysis.logic.language.syntax import Formula
@@ -32,7 +33,7 @@ MOST_PASSES = 256
 """Of a loop, until free parts are again as they were at its beginning."""
 
 EXACTLY = "\0"
-"""Before the name of one transition: what no model calls anything."""
+"""Before the number of one transition: what no model calls anything."""
 
 #: Tokens of a part's places.
 Local = tuple[int, ...]
@@ -335,7 +336,7 @@ def _smaller(
 ) -> Smaller:
     free = {p for part in parts for p in part.places}
     movers = {t for part in parts for t in part.movers}
-    is_kept = [place not in free for place in range(len(net.places))]
+    kept = [place for place in range(len(net.places)) if place not in free]
     back: list[int | None] = []
     transitions: list[Transition] = []
 
@@ -348,8 +349,8 @@ def _smaller(
 
     for t, name in enumerate(net.transitions):
         if t not in movers:
-            needs = _Needs.of(net, t, is_kept.__getitem__)
-            add(name, needs, {p: w for p, w in net.post.row(t) if is_kept[p]}, t)
+            needs = _Needs.of(net, t, lambda p: p not in free)
+            add(name, needs, {p: w for p, w in net.post.row(t) if p not in free}, t)
     idles: dict[int, tuple[Part, _Needs]] = {}
     known: set[object] = set()
     for part in parts:
@@ -359,9 +360,7 @@ def _smaller(
                 idles[len(back)] = part, needs
                 # The mover's name, which stands for nothing else now.
                 add(net.transitions[mover], needs, needs.inputs, None)
-    initial = net.initial.tolist()
-    places = {name: initial[p] for p, name in enumerate(net.places) if is_kept[p]}
-    smaller = CompiledNet.build(places, transitions)
+    smaller = CompiledNet.build({net.places[p]: int(net.initial[p]) for p in kept}, transitions)
     tested = {
         t
         for t in range(len(net.transitions))
@@ -371,33 +370,24 @@ def _smaller(
         net,
         tuple(parts),
         smaller,
-        _Renumbered(names, net, smaller),
-        tuple(f"{EXACTLY}{net.transitions[t]}" for t in weakly if t not in tested),
-        tuple(f"{EXACTLY}{net.transitions[t]}" for t in strongly),
+        _Named(
+            names,
+            {place: number for number, place in enumerate(kept)},
+            {t: (number,) for number, t in enumerate(back) if t is not None},
+        ),
+        tuple(f"{EXACTLY}{t}" for t in weakly if t not in tested),
+        tuple(f"{EXACTLY}{t}" for t in strongly),
         tuple(back),
         idles,
         tuple(t for t in weakly if t in tested),
     )
 
 
-class _Renumbered:
-    """Names of a net, in a smaller one that has the elements of the same names."""
-
-    def __init__(self, names: Names, net: CompiledNet, smaller: CompiledNet) -> None:
-        self._names, self._net = names, net
-        self._place = {name: number for number, name in enumerate(smaller.places)}
-        self._transition = {name: number for number, name in enumerate(smaller.transitions)}
-
-    def places(self, name: str) -> Sequence[int]:
-        """Return the places of a name."""
-        return [self._place[self._net.places[p]] for p in self._names.places(name)]
+class _Named(LimitedNames):
+    """Names of a net in one without its free parts; `EXACTLY` and a number name one transition of the net."""
 
     def transitions(self, name: str) -> Sequence[int]:
         """Return the transitions of a name."""
         if name.startswith(EXACTLY):
-            return [self._transition[name.removeprefix(EXACTLY)]]
-        return [self._transition[self._net.transitions[t]] for t in self._names.transitions(name)]
-
-    def signal(self, name: str) -> int:
-        """Return the place that is marked while an input signal is true."""
-        return self._place[self._net.places[self._names.signal(name)]]
+            return self.images[int(name.removeprefix(EXACTLY))]
+        return super().transitions(name)

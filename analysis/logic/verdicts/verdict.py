@@ -69,9 +69,15 @@ def check_counterexample(
     first, again = replayed(net, stem, loop)
     if holds_on_lasso(formula, first, again, atoms.is_true):
         raise ReplayError(f"the witness satisfies {formula}")
-    for kind, fair in (("weakly", weak), ("strongly", strong)):
-        for t in fair:
-            enabled = [net.is_enabled(t, step.marking) for step in again]
-            asked = all(enabled) if kind == "weakly" else any(enabled)
-            if asked and all(step.transition != t for step in again):
-                raise ReplayError(f"the witness is not {kind} fair to {net.transitions[t]!r}")
+    if unfair := unfair_to(net, again, weak, strong):
+        kind = "strongly" if unfair[0] in strong else "weakly"
+        raise ReplayError(f"the witness is not {kind} fair to {net.transitions[unfair[0]]!r}")
+
+
+def unfair_to(
+    net: CompiledNet, again: Sequence[Step], weak: Sequence[int], strong: Sequence[int]
+) -> list[int]:
+    """Return the weakly and strongly fair transitions that a run neglects, as it repeats these steps."""
+    fired = {step.transition for step in again}
+    enabled = {t: [net.is_enabled(t, step.marking) for step in again] for t in {*weak, *strong} - fired}
+    return [t for t in (*weak, *strong) if t in enabled and (any if t in strong else all)(enabled[t])]
