@@ -58,7 +58,6 @@ def begin_within(replay: Replay, checkpoints: Checkpoints) -> None:
         Or it is an action.
     """
     net = replay.net
-    own = {index for places in net.places_of.values() for index in places.values()}
     capacity = {bounded: replay.marking[bounded] + replay.marking[free] for bounded, free in net.room.items()}
     for node, checkpoint in checkpoints.items():
         for place, index in net.places_of.get(node, {}).items():
@@ -80,7 +79,7 @@ def begin_within(replay: Replay, checkpoints: Checkpoints) -> None:
             for client in channel.clients:
                 _begin_call(replay, channel, client, checkpoints)
     for bounded, free in net.room.items():
-        if bounded in own:
+        if bounded in net.own_places:
             replay.marking[free] = capacity[bounded] - replay.marking[bounded]
 
 
