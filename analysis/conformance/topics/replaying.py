@@ -70,7 +70,7 @@ class Topics:
         queue = self._flows[record.channel].topic.publishers[record.place or ""]
         self._marking[queue.source] -= 1
         if isinstance(record, Publish):
-            self._messages.published(record)
+            self._messages.sent(record)
 
     def begin(self, channel: str, sender: str, place: str, taken: int, sent: int) -> None:
         """Put on a topic what a sender had sent, and a subscriber not taken, before the traces begin."""
@@ -85,12 +85,12 @@ class Topics:
         enter = self._net.end(Publish, record.channel, record.place)
         if enter is None:
             return Fault(f"{record.place} is no publisher of topic channel {record.channel!r}")
-        refusal = self._player.at(record, enter) or self._messages.may_publish(record)
+        refusal = self._player.at(record, enter) or self._messages.may_send(record)
         histories = self._histories.get(record.channel)
         if refusal is None and histories is not None:
             refusal = histories.publish(record, enter, forced)
             if refusal is None:
-                self._messages.published(record)
+                self._messages.sent(record)
             return refusal
         if refusal is not None:
             return refusal
@@ -105,7 +105,7 @@ class Topics:
             self._player.fire(queue.drop)
         else:
             flow.publish(record.place)
-        self._messages.published(record)
+        self._messages.sent(record)
         return None
 
     def take(self, record: Take) -> Refusal | None:

@@ -116,6 +116,22 @@ def satisfying(formula: Formula, sets: StateSets[States]) -> dict[Formula, State
     return found
 
 
+def initially(formula: Formula, sets: StateSets[States]) -> bool:
+    """Whether the initial state satisfies a `basic` formula; outside, only what decides is made."""
+    match formula:
+        case Not(operand):
+            return not initially(operand, sets)
+        case And(operands) | Or(operands):
+            # Runs that last for ever take the most work.
+            values = (initially(operand, sets) for operand in sorted(operands, key=_has_globally))
+            return all(values) if isinstance(formula, And) else any(values)
+    return sets.initially(satisfying(formula, sets)[formula])
+
+
+def _has_globally(formula: Formula) -> bool:
+    return any(isinstance(part, Globally) for part in formula.subformulas())
+
+
 def show(
     sets: StateSets[States], formula: Formula, value: bool, found: Mapping[Formula, States]
 ) -> tuple[Run, str]:

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 
 from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.logic.language.names import look_up, resolved
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.syntax import (
     OPERATORS,
@@ -25,7 +27,6 @@ from dineros.analysis.logic.language.syntax import (
     Or,
     SignalTrue,
 )
-from dineros.metamodel.errors import near_matches
 
 _INSTANCE = re.compile(r".+\[\d+\]\.(.+)")
 
@@ -62,7 +63,7 @@ class Condition:
             instance = _INSTANCE.fullmatch(place)
             if instance:
                 self._places.setdefault(instance[1], []).append(place)
-        self._signals = set(signals)
+        self._signals = {signal: signal for signal in signals}
         self._holds = self._compiled(parse(text, "state"))
 
     def __call__(self, marking: Mapping[str, int], signals: Mapping[str, bool]) -> bool:
@@ -102,13 +103,7 @@ class Condition:
         )
 
     def _named(self, name: Name) -> list[str]:
-        if name.text not in self._places:
-            hint = near_matches(name.text, self._places)
-            raise FormulaError(f"no place is named {name.text!r}", hint=hint, column=name.column or None)
-        return self._places[name.text]
+        return resolved(partial(look_up, self._places, "place"), name)
 
     def _signal(self, name: Name) -> str:
-        if name.text not in self._signals:
-            hint = near_matches(name.text, self._signals)
-            raise FormulaError(f"no signal is named {name.text!r}", hint=hint, column=name.column or None)
-        return name.text
+        return resolved(partial(look_up, self._signals, "signal"), name)

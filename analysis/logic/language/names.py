@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol, TypeVar
 
 from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.logic.language.syntax import Name
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.metamodel.errors import near_matches
 
@@ -50,15 +51,15 @@ class TableNames:
 
     def places(self, name: str) -> Sequence[int]:
         """Return the places whose tokens are added up for the name."""
-        return _look_up(self._places, "place", name)
+        return look_up(self._places, "place", name)
 
     def transitions(self, name: str) -> Sequence[int]:
         """Return the transitions that the name stands for, any of them."""
-        return _look_up(self._transitions, "transition", name)
+        return look_up(self._transitions, "transition", name)
 
     def signal(self, name: str) -> int:
         """Return the place that is marked exactly while the input signal is true."""
-        return _look_up(self._signals, self._signal, name)
+        return look_up(self._signals, self._signal, name)
 
 
 class NetNames(TableNames):
@@ -76,7 +77,16 @@ class NetNames(TableNames):
         super().__init__(places, transitions, {name: index for name, (index,) in places.items()})
 
 
-def _look_up(known: Mapping[str, Found], kind: str, name: str) -> Found:
+def look_up(known: Mapping[str, Found], kind: str, name: str) -> Found:
+    """Return what a name stands for; `FormulaError` where it is unknown."""
     if name not in known:
         raise FormulaError(f"no {kind} is named {name!r}", hint=near_matches(name, known))
     return known[name]
+
+
+def resolved(resolve: Callable[[str], Found], name: Name) -> Found:
+    """Return what a name in a formula stands for; an error gets its column."""
+    try:
+        return resolve(name.text)
+    except FormulaError as error:
+        raise error.at(name.column or None) from None
