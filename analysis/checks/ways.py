@@ -9,6 +9,7 @@ from typing import TypeAlias
 
 from dineros.analysis.checks.question import Checked
 from dineros.analysis.covering.firings import FEW_MARKINGS
+from dineros.analysis.logic.verdicts.verdict import moves
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Witness, witness_of
@@ -91,16 +92,13 @@ def overtaking(net: CompiledNet, race: Race) -> tuple[tuple[int, ...] | None, bo
     while queue:
         here = queue.popleft()
         marking, is_second = here
-        for transition in range(len(net.transitions)):
-            if not net.is_enabled(transition, marking):
-                continue
+        for transition, after in moves(net, marking):
             if is_second and transition in race.ends:
                 way = [transition]
                 while (step := before[here]) is not None:
                     here, taken = step
                     way.append(taken)
                 return tuple(way[::-1]), True
-            after = tuple(net.fire(transition, marking))
             goes_on = after[race.first] > 0 and (is_second or transition == race.accepts)
             if (after, goes_on) not in before:
                 if len(before) == MOST:

@@ -37,12 +37,7 @@ _REASONS = {
 }
 
 
-def find_firing(
-    net: CompiledNet,
-    transition: int,
-    budget: Budget = UNLIMITED,
-    order: Order = "breadth-first",
-) -> Outcome:
+def find_firing(net: CompiledNet, transition: int, budget: Budget = UNLIMITED) -> Outcome:
     """Find a trace that ends with a transition: a shortest one, unless only the reduced net is small enough.
 
     Reduction by rules that preserve LTL without next keeps whether the transition ever fires; a trace of the
@@ -50,14 +45,14 @@ def find_firing(
     """
     budget = budget.begun()
     name = net.transitions[transition]
-    answer = search(net, Goal.enabled(net, transition), budget.share(most_bytes=QUICK), order)
+    answer = search(net, Goal.enabled(net, transition), budget.share(most_bytes=QUICK), "breadth-first")
     if answer.trace is not None:
         return replace(answer, trace=(*answer.trace, transition))
     if answer.status != "unknown" or answer.reason == INTERRUPTED or budget.is_over:
         return answer
     reduction = reduce(net, {Property.LTL_WITHOUT_NEXT}, observed_transitions=[name])
     smaller = reduction.net
-    answer = search(smaller, Goal.enabled(smaller, name), budget, order)
+    answer = search(smaller, Goal.enabled(smaller, name), budget, "breadth-first")
     if answer.trace is None:
         return answer
     index = {name: number for number, name in enumerate(net.transitions)}

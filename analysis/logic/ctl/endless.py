@@ -25,8 +25,7 @@ from dineros.analysis.explicit import find
 from dineros.analysis.explicit.goals import Goal
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.disjunctions import goals_of
-from dineros.analysis.logic.language.limited_names import LimitedNames
-from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.names import LimitedNames, Names
 from dineros.analysis.logic.language.syntax import (
     And,
     Exists,

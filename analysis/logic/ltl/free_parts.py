@@ -20,8 +20,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, SomeFired
-from dineros.analysis.logic.language.limited_names import LimitedNames
-from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.names import LimitedNames, Names
 from dineros.analysis.logic.language.patience import is_patient
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet, Transition

@@ -35,12 +35,11 @@ from dineros.analysis.covering.growing import (
     without_growth,
 )
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, Step, all_resolved
-from dineros.analysis.logic.language.limited_names import LimitedNames
-from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.names import LimitedNames, Names
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.logic.ltl.near_lassos import near_lassos
-from dineros.analysis.logic.verdicts.verdict import ReplayError, unfair_to
+from dineros.analysis.logic.verdicts.verdict import ReplayError, fired, replayed, unfair_to
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping, coverability
 
@@ -240,24 +239,11 @@ def settled(
     ReplayError
         The run cannot be fired, or its loop cannot be repeated for ever.
     """
-    marking: list[int] = net.initial.tolist()
-    steps: list[Step] = []
-
-    def fire(transitions: Sequence[int]) -> None:
-        nonlocal marking
-        for t in transitions:
-            if not net.is_enabled(t, marking):
-                raise ReplayError(f"witness fires {net.transitions[t]!r}, which is not enabled")
-            steps.append(Step(tuple(marking), t))
-            marking = net.fire(t, marking)
-
-    fire(stem)
     if not loop:
-        if any(net.is_enabled(t, marking) for t in range(len(net.transitions))):
-            raise ReplayError("a witness without a loop does not end in a deadlock")
-        return steps, [Step(tuple(marking), None)]
-    start = list(marking)
-    fire(loop)
+        return replayed(net, stem, loop)
+    steps, start = fired(net, tuple(net.initial.tolist()), stem)
+    more, marking = fired(net, start, loop)
+    steps += more
     gains = [after - before for before, after in zip(start, marking, strict=True)]
     grown = {place for place, gain in enumerate(gains) if gain}
     if min(gains, default=0) < 0:
@@ -268,7 +254,8 @@ def settled(
     if rounds * len(loop) > MOST_ROUNDS:
         raise ReplayError("the loop of a witness takes too many rounds until atoms stay as they are")
     for _ in range(rounds):
-        fire(loop)
+        more, marking = fired(net, marking, loop)
+        steps += more
     first = len(steps) - len(loop)
     return steps[:first], steps[first:]
 
