@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from dineros.analysis.callbacks.blocking import last_parts, never_without
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
-from dineros.analysis.checks.ways import Race, can_fire, firing_witness, overtaking
+from dineros.analysis.checks.ways import can_fire, firing_witness, overtaking
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.model.wording import outcome_words
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
@@ -146,8 +146,8 @@ class Goals(Question):
         places, index = checked.subject.place_index, checked.subject.transition_index
         first, second = sorted(client.works)[:2]
         ends = frozenset(index[each] for each in client.ends[second])
-        race = Race(places[client.works[first]], index[client.accepts[second]], ends)
-        way, is_all = overtaking(checked.subject.net, race)
+        slots = places[client.works[first]], index[client.accepts[second]]
+        way, is_all = overtaking(checked.subject.net, *slots, ends)
         if way is not None:
             self._add(checked, client, self.OVERTAKEN, witness_of(checked.subject, way))
         elif not is_all:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from dineros.analysis.checks.question import Checked
@@ -62,29 +61,23 @@ _Here: TypeAlias = tuple[tuple[int, ...], bool]
 """A marking, and whether the second goal has been accepted since the first one was."""
 
 
-@dataclass(frozen=True)
-class Race:
-    """Two slots that work for the same client; numbers of a net.
-
-    Attributes
-    ----------
-    first : int
-        The place that says that one of them works for it.
-    accepts : int
-        The transition by which the other one accepts a goal of it.
-    ends : collection of int
-        The transitions by which that goal ends.
-    """
-
-    first: int
-    accepts: int
-    ends: Collection[int]
-
-
-def overtaking(net: CompiledNet, race: Race) -> tuple[tuple[int, ...] | None, bool]:
+def overtaking(
+    net: CompiledNet, first: int, accepts: int, ends: Collection[int]
+) -> tuple[tuple[int, ...] | None, bool]:
     """Return a shortest run in which the goal accepted later is over first, and whether all were looked at.
 
     Slots are alike, so that it does not matter which of them has the earlier goal.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    first : int
+        The place that says that one of two slots works for a client.
+    accepts : int
+        The transition by which the other one accepts a goal of the same client.
+    ends : collection of int
+        The transitions by which that goal ends.
     """
     start: _Here = (tuple(net.initial.tolist()), False)
     before: dict[_Here, tuple[_Here, int] | None] = {start: None}
@@ -93,13 +86,13 @@ def overtaking(net: CompiledNet, race: Race) -> tuple[tuple[int, ...] | None, bo
         here = queue.popleft()
         marking, is_second = here
         for transition, after in moves(net, marking):
-            if is_second and transition in race.ends:
+            if is_second and transition in ends:
                 way = [transition]
                 while (step := before[here]) is not None:
                     here, taken = step
                     way.append(taken)
                 return tuple(way[::-1]), True
-            goes_on = after[race.first] > 0 and (is_second or transition == race.accepts)
+            goes_on = after[first] > 0 and (is_second or transition == accepts)
             if (after, goes_on) not in before:
                 if len(before) == MOST:
                     return None, False

@@ -182,7 +182,7 @@ def initially(formula: Formula, known: Callable[[Formula], bool | None]) -> bool
     Parameters
     ----------
     formula : Formula
-        Of state formulas, path formulas of linear time, or both.
+        Of state formulas, path formulas of linear time, or both; `folded`.
     known : callable
         Values of atoms and parts in the initial marking.
     """
@@ -205,11 +205,6 @@ def _from_operands(part: Formula, values: list[bool | None]) -> bool | None:
             return False if False in values else None if None in values else True
         case Or():
             return True if True in values else None if None in values else False
-        case Implies():
-            left, right = values
-            if left is False or right is True:
-                return True
-            return False if left is True and right is False else None
         case Equivalent():
             return None if None in values else values[0] == values[1]
         case Finally():

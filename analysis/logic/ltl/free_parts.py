@@ -193,7 +193,7 @@ class _Walk:
             self._drive(self._tested(transition)[0], transition, False)
 
     def _tested(self, transition: int) -> list[Part]:
-        touched = {p for p, _ in (*self._net.pre.row(transition), *self._net.inhibitor.row(transition))}
+        touched = _looked_at(self._net, transition)
         return [part for part in self._smaller.parts if touched.intersection(part.places)]
 
     def _drive(self, part: Part, transition: int, is_to_hold: bool) -> None:
@@ -264,14 +264,18 @@ def _candidates(net: CompiledNet, bound: BoundAtoms, fair: Collection[int]) -> I
                 observed.update(factors)
             case SomeEnabled(transitions):
                 watched |= transitions
-                arcs = [arc for t in transitions for arc in (*net.pre.row(t), *net.inhibitor.row(t))]
-                observed.update(place for place, _ in arcs)
+                observed.update(*(_looked_at(net, t) for t in transitions))
             case SomeFired(transitions):
                 watched |= transitions
     for home, places in members.items():
         inside = movers.get(home, [])
         if inside and observed.isdisjoint(places) and watched.isdisjoint(inside):
             yield _part(net, tuple(places), tuple(inside))
+
+
+def _looked_at(net: CompiledNet, transition: int) -> set[int]:
+    """Return the places whose tokens decide whether a transition is enabled."""
+    return {place for arcs in (net.pre, net.inhibitor) for place, _ in arcs.row(transition)}
 
 
 def _part(net: CompiledNet, places: tuple[int, ...], movers: tuple[int, ...]) -> Part | None:
@@ -310,8 +314,7 @@ def _is_free(
             return False
     inside, movers = set(part.places), set(part.movers)
     for t in range(len(net.transitions)):
-        arcs = {p for p, _ in (*net.pre.row(t), *net.inhibitor.row(t))}
-        if t in movers or arcs.isdisjoint(inside):
+        if t in movers or _looked_at(net, t).isdisjoint(inside):
             continue
         if t in strongly:
             return False
@@ -360,11 +363,7 @@ def _smaller(
                 # The mover's name, which stands for nothing else now.
                 add(net.transitions[mover], needs, needs.inputs, None)
     smaller = CompiledNet.build({net.places[p]: int(net.initial[p]) for p in kept}, transitions)
-    tested = {
-        t
-        for t in range(len(net.transitions))
-        if any(p in free for p, _ in (*net.pre.row(t), *net.inhibitor.row(t)))
-    }
+    tested = {t for t in range(len(net.transitions)) if not free.isdisjoint(_looked_at(net, t))}
     return Smaller(
         net,
         tuple(parts),
