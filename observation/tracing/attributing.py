@@ -218,7 +218,7 @@ class _Attributing:
         thread = self._thread(event.thread)
         thread.within = None
         # A callback does not begin again before it has ended: its end was not told, nor those within it.
-        yield from self._unwound(thread, address)
+        yield from self._unwound(thread, address, has_end=False)
         callback = self._callback(event.process, address)
         if callback is None:
             self._uncertain.callbacks += 1
@@ -232,12 +232,7 @@ class _Attributing:
         if thread is None:
             return
         thread.within = None
-        place = self._place(thread, address)
-        if place is not None:
-            for frame in reversed(thread.frames[place + 1 :]):
-                yield from frame.run(has_end=False)
-            yield from thread.frames[place].run(has_end=True)
-            del thread.frames[place:]
+        yield from self._unwound(thread, address, has_end=True)
         if not thread.frames:
             del self._threads[event.thread]
 
@@ -248,23 +243,15 @@ class _Attributing:
         self._bound(self._threads, "threads")
         return thread
 
-    def _unwound(self, thread: _Thread, address: str) -> Iterator[Run]:
-        place = self._place(thread, address)
-        if place is not None:
-            for frame in reversed(thread.frames[place:]):
-                yield from frame.run(has_end=False)
-            del thread.frames[place:]
-
     @staticmethod
-    def _place(thread: _Thread, address: str) -> int | None:
-        return next(
-            (
-                place
-                for place in range(len(thread.frames) - 1, -1, -1)
-                if thread.frames[place].address == address
-            ),
-            None,
-        )
+    def _unwound(thread: _Thread, address: str, *, has_end: bool) -> Iterator[Run]:
+        """End a callback and those within it, whose ends were not told; its own was if it has one."""
+        places = [place for place, frame in enumerate(thread.frames) if frame.address == address]
+        if places:
+            for frame in reversed(thread.frames[places[-1] + 1 :]):
+                yield from frame.run(has_end=False)
+            yield from thread.frames[places[-1]].run(has_end=has_end)
+            del thread.frames[places[-1] :]
 
     def _published(self, event: TracedEvent, *, within: bool) -> Iterator[Publication]:
         (handle,) = event.fields

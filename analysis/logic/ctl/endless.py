@@ -143,12 +143,9 @@ def _without_quantifiers(tree: Formula) -> Formula | None:
     if _is_condition(tree):
         return tree
     match tree:
-        case ForAll(path):
-            parts = [_without_quantifiers(operand) for operand in path.operands]
-            return None if None in parts else path.with_operands(tuple(filter(None, parts)))
-        case And() | Or():
-            parts = [_without_quantifiers(operand) for operand in tree.operands]
-            return None if None in parts else tree.with_operands(tuple(filter(None, parts)))
+        case ForAll(outer) | (And() as outer) | (Or() as outer):
+            parts = [_without_quantifiers(operand) for operand in outer.operands]
+            return None if None in parts else outer.with_operands(tuple(filter(None, parts)))
         case Implies(left, right) if _is_condition(left):
             later = _without_quantifiers(right)
             return None if later is None else Implies(left, later)
