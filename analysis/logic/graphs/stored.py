@@ -50,9 +50,9 @@ class Arcs(NamedTuple):
         kernels.predecessors(*arcs)
         return arcs
 
-    def tails(self) -> Int64Array:
+    def tails(self) -> Int32Array:
         """Return by arc the state that it leads from."""
-        return np.repeat(np.arange(self.pointer.size - 1), np.diff(self.pointer))
+        return np.repeat(np.arange(self.pointer.size - 1, dtype=np.int32), np.diff(self.pointer))
 
     def some_next(self, states: StateSet) -> StateSet:
         """EX: return the states with a successor in a set."""
