@@ -6,8 +6,9 @@ What a source cannot tell is `None`: nothing here is guessed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from dineros.metamodel.matching import Quality
 
@@ -158,20 +159,40 @@ class ObservedSystem:
 
     def publishers(self) -> Iterator[tuple[ObservedNode, TopicEndpoint]]:
         """Yield each publisher and its node."""
-        for node in self.nodes:
-            for endpoint in node.publishers:
-                yield node, endpoint
+        return self.ports("publishers")
 
     def subscribers(self) -> Iterator[tuple[ObservedNode, TopicEndpoint]]:
         """Yield each subscription and its node."""
-        for node in self.nodes:
-            for endpoint in node.subscribers:
-                yield node, endpoint
+        return self.ports("subscribers")
+
+    def ports(self, role: str) -> Iterator[tuple[ObservedNode, Any]]:
+        """Yield each port of a role, such as ``servers``, and its node."""
+        return ((node, port) for node in self.nodes for port in getattr(node, role))
 
 
 def name_of(port: TopicEndpoint | Endpoint) -> str:
     """Return the name of the topic, service or action of a port."""
     return port.topic if isinstance(port, TopicEndpoint) else port.name
+
+
+def quality_of_profile(profile: Any, seconds: Callable[[Any], float | None]) -> Quality:
+    """Return what a profile of ROS 2 says; what it does not tell is as usual.
+
+    Parameters
+    ----------
+    profile : rclpy.qos.QoSProfile or rosbags.interfaces.Qos
+        The quality of service.
+    seconds : callable
+        Reads its durations; None: without bound.
+    """
+    return Quality(
+        "bestEffort" if profile.reliability.name == "BEST_EFFORT" else "reliable",
+        "transientLocal" if profile.durability.name == "TRANSIENT_LOCAL" else "volatile",
+        "manualByTopic" if profile.liveliness.name == "MANUAL_BY_TOPIC" else "automatic",
+        seconds(profile.deadline),
+        seconds(profile.liveliness_lease_duration),
+        seconds(profile.lifespan),
+    )
 
 
 def within(

@@ -6,15 +6,12 @@ there the net can only go into a part that it never leaves again: there the circ
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.callbacks.waiting import Circle, Waiter, Waiting
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
-from dineros.analysis.logic.language.atoms import BoundAtoms
-from dineros.analysis.logic.language.syntax import Constant
-from dineros.analysis.model.subject import Subject
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
 MOST_PARTS = 24
@@ -40,17 +37,13 @@ class Blocked:
     trace: tuple[int, ...]
 
 
-def blocked(
-    subject: Subject, space: SymbolicStateSpace, waiting: Waiting, budget: Budget = UNLIMITED
-) -> Iterator[Blocked]:
+def blocked(space: SymbolicStateSpace, waiting: Waiting, budget: Budget = UNLIMITED) -> Iterator[Blocked]:
     """Yield the callbacks that can wait for ever: each circle once, and each other callback once.
 
     Parameters
     ----------
-    subject : Subject
-        What is analysed.
     space : SymbolicStateSpace
-        Its complete state space.
+        Complete.
     waiting : Waiting
         What waits for what in it.
     budget : Budget, optional
@@ -63,11 +56,10 @@ def blocked(
     BudgetExceededError
         If time runs out.
     """
-    sets = SymbolicSets(space, BoundAtoms(subject.net, Constant(True), subject.names), budget)
+    sets = SymbolicSets(space, budget=budget)
     known: set[Circle] = set()
     for callback in waiting.callbacks.values():
-        ended = without(sets, callback.places)
-        doomed = sets.complement(sets.some_until(sets.everything, ended))
+        doomed = never_without(sets, callback.places)
         is_alone = bool(doomed)
         for marking, trace in last_parts(sets, doomed):
             circle = waiting.circle(marking)
@@ -80,7 +72,12 @@ def blocked(
             yield Blocked(callback.waiter, None, trace)
 
 
-def without(sets: SymbolicSets, places: tuple[int, ...]) -> int:
+def never_without(sets: SymbolicSets, places: Iterable[int]) -> int:
+    """Return the markings from which one of some places stays marked, whatever fires."""
+    return sets.complement(sets.some_until(sets.everything, without(sets, places)))
+
+
+def without(sets: SymbolicSets, places: Iterable[int]) -> int:
     """Return the markings in which none of some places is marked."""
     weights, constant = sets.space.weights_of(dict.fromkeys(places, 1))
     return sets.intersection(sets.everything, sets.sets.sums(weights, None, -constant))

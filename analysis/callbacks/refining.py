@@ -18,10 +18,8 @@ from functools import cached_property
 from typing import Literal
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
+from dineros.analysis.callbacks.blocking import without
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
-from dineros.analysis.logic.language.atoms import BoundAtoms
-from dineros.analysis.logic.language.names import NetNames
-from dineros.analysis.logic.language.syntax import Constant
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.semiflows import semiflows
@@ -69,10 +67,6 @@ class Endings:
         self._free = {p: b.value - int(net.initial[p]) for p, b in enumerate(bounds) if b is not None}
         count = range(len(net.transitions))
         self._takes = [{p for arcs in (net.pre, net.inhibitor) for p, _ in arcs.row(t)} for t in count]
-        self._users: list[set[int]] = [set() for _ in net.places]
-        for transition in count:
-            for place in net.delta[transition]:
-                self._users[place].add(transition)
 
     def of(self, running: tuple[int, ...], budget: Budget) -> Ending:
         """Decide it of one callback.
@@ -107,7 +101,7 @@ class Endings:
 
     def users(self, places: Iterable[int]) -> list[int]:
         """Return the transitions that change some of the places."""
-        return sorted(set().union(*(self._users[place] for place in places)))
+        return sorted(set().union(*(self._net.changing[place] for place in places)))
 
     def part(self, places: Sequence[int], transitions: Sequence[int]) -> CompiledNet:
         """Return a part of the net."""
@@ -134,11 +128,8 @@ class _Part:
         space = symbolic_state_space(self._net, budget, between=stop)
         if not space.complete:
             raise BudgetExceededError(space.reason)
-        self._sets = sets = SymbolicSets(
-            space, BoundAtoms(self._net, Constant(True), NetNames(self._net)), budget
-        )
-        weights, constant = space.weights_of(dict.fromkeys([places.index(p) for p in running], 1))
-        self._ended = sets.intersection(sets.everything, sets.sets.sums(weights, None, -constant))
+        self._sets = sets = SymbolicSets(space, budget=budget)
+        self._ended = without(sets, map(places.index, running))
         certain = [
             n
             for n, transition in enumerate(self._transitions)

@@ -51,12 +51,7 @@ class Walks:
         self._net = net
         self._waiting = waiting
         count = range(len(net.transitions))
-        self._pre = [net.pre.row(t) for t in count]
         self._raises = [[p for p, tokens in net.delta[t].items() if tokens > 0] for t in count]
-        self._takers: list[list[int]] = [[] for _ in net.places]
-        for t in count:
-            for place, _ in self._pre[t]:
-                self._takers[place].append(t)
         self._ends = {
             id(callback): [t for t in count if sum(net.delta[t].get(p, 0) for p in callback.places) < 0]
             for callback in waiting.callbacks.values()
@@ -150,9 +145,10 @@ class Walks:
         possible: set[int] = set()
 
         def may_fire(transition: int) -> bool:
-            return all(place in raised or marking[place] >= weight for place, weight in self._pre[transition])
+            needs = self._net.pre.row(transition)
+            return all(place in raised or marking[place] >= weight for place, weight in needs)
 
-        waiting = list(range(len(self._pre)))
+        waiting = list(range(len(self._net.transitions)))
         while waiting:
             transition = waiting.pop()
             if transition in possible or not may_fire(transition):
@@ -161,5 +157,5 @@ class Walks:
             for place in self._raises[transition]:
                 if place not in raised:
                     raised.add(place)
-                    waiting.extend(self._takers[place])
+                    waiting.extend(self._net.consumers[place])
         return possible

@@ -106,9 +106,7 @@ class Callbacks(Question):
             self.ask_early(checked)
             return
         try:
-            found = self._report(
-                checked, blocked(checked.subject, checked.space, checked.waiting, checked.budget)
-            )
+            found = self._report(checked, blocked(checked.space, checked.waiting, checked.budget))
         except DiagramMemoryError:
             checked.leave_open(self.asks, OUT_OF_MEMORY)
             return

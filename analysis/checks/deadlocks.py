@@ -14,8 +14,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
-from dineros.analysis.logic.language.atoms import BoundAtoms
-from dineros.analysis.logic.language.syntax import Constant
 from dineros.analysis.model.subject import Subject
 from dineros.analysis.nets.graph_parts import strongly_connected_parts
 from dineros.analysis.nets.witness import replay
@@ -124,7 +122,7 @@ def _without_instances(subject: Subject, causes: Sequence[Waiting]) -> object:
 
 def _groups(subject: Subject, space: SymbolicStateSpace) -> Iterator[DeadlockGroup]:
     places = _Places(subject)
-    ways = SymbolicSets(space, BoundAtoms(subject.net, Constant(True), subject.names))
+    ways = SymbolicSets(space)
     sets = ways.sets
     with Scope(space.diagram) as scope:
         rest = sets.without_boxes(space.diagram.root, space.event_masks())

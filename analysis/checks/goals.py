@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from dineros.analysis.callbacks.blocking import last_parts, without
+from dineros.analysis.callbacks.blocking import last_parts, never_without
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
-from dineros.analysis.checks.ways import Race, firing_witness, overtaking
+from dineros.analysis.checks.ways import can_fire, firing_witness, overtaking
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
-from dineros.analysis.logic.language.atoms import BoundAtoms
-from dineros.analysis.logic.language.syntax import Constant
 from dineros.analysis.model.wording import outcome_words
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Fault, Witness, witness_of
@@ -120,24 +118,9 @@ class Goals(Question):
         if len(checked.report.findings) == found:
             checked.report.proved.append("no goal is canceled too late, and none overtakes another one")
 
-    def _can_fire(self, checked: Checked, transitions: Iterable[str]) -> list[str]:
-        """Return those that can fire, as far as that is known."""
-        known, index = checked.firings, checked.subject.transition_index
-        if known is None:
-            return [each for each in transitions if checked.space.enabled(each)]
-        return [each for each in transitions if index[each] in known.traces]
-
-    def _witness(self, checked: Checked, transitions: list[str]) -> Witness | None:
-        if checked.firings is None:
-            return firing_witness(checked, transitions[0])
-        traces = [checked.firings.traces[checked.subject.transition_index[each]] for each in transitions]
-        return witness_of(checked.subject, min(traces, key=len))
-
     def _fires(self, checked: Checked, client: _Client, fault: Fault, transitions: list[str]) -> None:
-        possible = self._can_fire(checked, transitions)
-        if possible:
-            witness = self._witness(checked, possible)
-            self._add(checked, client, fault, witness)
+        if can_fire(checked, transitions):
+            self._add(checked, client, fault, firing_witness(checked, transitions))
 
     def _unheard(self, checked: Checked, client: _Client) -> None:
         """Find requests to cancel that can be made, of which the server never learns."""
@@ -146,19 +129,14 @@ class Goals(Question):
             for link in checked.subject.links()
             if link.meaning is not None and link.meaning.step is Canceling and client.channel in link.sources
         ]
-        known, index = checked.firings, checked.subject.transition_index
-        asked = self._can_fire(checked, client.asks)
-        if not asked or not hears or self._can_fire(checked, hears):
-            return
-        if known is not None and not known.dead.issuperset(index[each] for each in hears):
-            return
-        reason = _why_unheard(client.channel)
-        self._add(checked, client, self.UNHEARD, self._witness(checked, asked), reason=reason)
+        if hears and can_fire(checked, client.asks) and can_fire(checked, hears) is False:
+            reason, witness = _why_unheard(client.channel), firing_witness(checked, client.asks)
+            self._add(checked, client, self.UNHEARD, witness, reason=reason)
 
     def _results(self, checked: Checked, client: _Client) -> None:
         for transition, outcome in client.results:
-            if getattr(client.port, outcome) is None and self._can_fire(checked, [transition]):
-                witness = self._witness(checked, [transition])
+            if getattr(client.port, outcome) is None and can_fire(checked, [transition]):
+                witness = firing_witness(checked, [transition])
                 self._add(checked, client, self.NOT_FETCHED, witness, outcome=outcome)
 
     def _overtaking(self, checked: Checked, client: _Client) -> None:
@@ -168,8 +146,8 @@ class Goals(Question):
         places, index = checked.subject.place_index, checked.subject.transition_index
         first, second = sorted(client.works)[:2]
         ends = frozenset(index[each] for each in client.ends[second])
-        race = Race(places[client.works[first]], index[client.accepts[second]], ends)
-        way, is_all = overtaking(checked.subject.net, race)
+        slots = places[client.works[first]], index[client.accepts[second]]
+        way, is_all = overtaking(checked.subject.net, *slots, ends)
         if way is not None:
             self._add(checked, client, self.OVERTAKEN, witness_of(checked.subject, way))
         elif not is_all:
@@ -178,25 +156,18 @@ class Goals(Question):
 
     def _hangs(self, checked: Checked, client: _Client) -> bool:
         """Look for goals that no marking ends from some marking on; return whether there are any."""
-        atoms = BoundAtoms(checked.subject.net, Constant(True), checked.subject.names)
-        sets = SymbolicSets(checked.space, atoms, checked.budget)
+        sets, index = SymbolicSets(checked.space, budget=checked.budget), checked.subject.place_index
+        waits: list[tuple[Fault, list[str], dict[str, str]]] = [
+            (self.NOT_ACCEPTED, client.waits, {}),
+            (self.ENDLESS, list(client.works.values()), {}),
+            *((self.NOT_FETCHED, [place], {"outcome": outcome}) for place, outcome in client.overs),
+        ]
         found = False
-        for fault, places in ((self.NOT_ACCEPTED, client.waits), (self.ENDLESS, list(client.works.values()))):
-            for place in places:
-                over = without(sets, (checked.subject.place_index[place],))
-                doomed = sets.complement(sets.some_until(sets.everything, over))
-                if doomed:
-                    _, trace = next(last_parts(sets, doomed))
-                    self._add(checked, client, fault, witness_of(checked.subject, trace))
-                    found = True
-                    break
-        for place, outcome in client.overs:
-            taken = without(sets, (checked.subject.place_index[place],))
-            lost = sets.complement(sets.some_until(sets.everything, taken))
-            if lost:
-                _, trace = next(last_parts(sets, lost))
-                witness = witness_of(checked.subject, trace)
-                self._add(checked, client, self.NOT_FETCHED, witness, outcome=outcome)
+        for fault, places, parts in waits:
+            stuck = next(filter(None, (never_without(sets, (index[place],)) for place in places)), None)
+            if stuck is not None:
+                _, trace = next(last_parts(sets, stuck))
+                self._add(checked, client, fault, witness_of(checked.subject, trace), **parts)
                 found = True
         return found
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import ClassVar
 
 from dineros.analysis.checks.question import OUT_OF_MEMORY, Checked, Question
-from dineros.analysis.checks.ways import firing_witness
-from dineros.analysis.covering.firings import Firings
+from dineros.analysis.checks.ways import can_fire, firing_witness
 from dineros.analysis.model.losses import Kind, Loss, losses_of
 from dineros.analysis.model.queues import Queue, queues
-from dineros.analysis.witnesses.findings import Fault, Finding, Witness, witness_of
+from dineros.analysis.witnesses.findings import Fault, Finding, Witness
 
 
 class Overflow(Question):
@@ -32,31 +31,17 @@ class Overflow(Question):
 
     def ask(self, checked: Checked) -> None:
         """Look for a marking in which a message would be lost."""
-        if checked.firings is not None:
-            self._ask_on_the_way(checked, checked.firings)
-            return
         for queue in queues(checked.subject):
-            losing = next((drop for drop in queue.drops if checked.space.enabled(drop)), None)
-            if losing is None:
-                checked.report.proved.append(f"{queue} never overflows")
-                continue
-            witness = firing_witness(checked, losing)
-            if witness is None:
-                checked.leave_open(f"how {queue} overflows", OUT_OF_MEMORY)
-            checked.report.findings.append(self._found(queue, witness))
-
-    def _ask_on_the_way(self, checked: Checked, known: Firings) -> None:
-        subject = checked.subject
-        for queue in queues(subject):
-            drops = [subject.transition_index[drop] for drop in queue.drops]
-            losing = [known.traces[drop] for drop in drops if drop in known.traces]
-            if losing:
-                witness = witness_of(subject, min(losing, key=len))
-                checked.report.findings.append(self._found(queue, witness))
-            elif known.dead.issuperset(drops):
+            overflows = can_fire(checked, queue.drops)
+            if overflows is None:
+                checked.leave_open(f"whether {queue} can overflow", checked.why_open)
+            elif not overflows:
                 checked.report.proved.append(f"{queue} never overflows")
             else:
-                checked.leave_open(f"whether {queue} can overflow", known.why_open)
+                witness = firing_witness(checked, queue.drops)
+                if witness is None:
+                    checked.leave_open(f"how {queue} overflows", OUT_OF_MEMORY)
+                checked.report.findings.append(self._found(queue, witness))
 
     @classmethod
     def _found(cls, queue: Queue, witness: Witness | None) -> Finding:
@@ -105,23 +90,12 @@ class Presence(Question):
     @classmethod
     def _is_excluded(cls, checked: Checked, fault: Fault, loss: Loss) -> bool:
         """Tell whether a loss is proved never to happen; put into the report what else is known of it."""
-        subject, known = checked.subject, checked.firings
-        witness: Witness | None = None
-        if known is None:
-            losing = next((each for each in loss.transitions if checked.space.enabled(each)), None)
-            if losing is None:
-                return True
-            witness = firing_witness(checked, losing)
+        can_happen = can_fire(checked, loss.transitions)
+        if can_happen is None:
+            checked.leave_open(f"whether this can happen: {loss.text}", checked.why_open)
+        elif can_happen:
+            witness = firing_witness(checked, loss.transitions)
             if witness is None:
                 checked.leave_open(f"how this comes about: {loss.text}", OUT_OF_MEMORY)
-        else:
-            numbers = [subject.transition_index[each] for each in loss.transitions]
-            if known.dead.issuperset(numbers):
-                return True
-            traces = [known.traces[number] for number in numbers if number in known.traces]
-            if not traces:
-                checked.leave_open(f"whether this can happen: {loss.text}", known.why_open)
-                return False
-            witness = witness_of(subject, min(traces, key=len))
-        checked.report.findings.append(fault.found(*loss.elements, witness=witness, loss=loss.text))
-        return False
+            checked.report.findings.append(fault.found(*loss.elements, witness=witness, loss=loss.text))
+        return can_happen is False

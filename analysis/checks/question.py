@@ -85,6 +85,11 @@ class Checked:
         return Directed(self.subject.net)
 
     @property
+    def why_open(self) -> str:
+        """Why it is not known of some transitions whether they can fire, where there is no state space."""
+        return "" if self.firings is None else self.firings.why_open
+
+    @property
     def identity(self) -> str:
         """Id of the model."""
         return str(self.model.id)

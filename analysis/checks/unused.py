@@ -69,9 +69,7 @@ def unused_parts(subject: Subject, dead: Collection[int]) -> list[Finding]:
         ]
     alive = _Alive(subject, dead)
     return [
-        *_topics(model, alive),
-        *_services(model, alive),
-        *_actions(model, alive),
+        *_channels(model, alive),
         *_node_nets(model, alive),
         *_transitions(model, alive),
     ]
@@ -98,37 +96,27 @@ class _Alive:
             if wanted is None or (link.meaning is not None and wanted(link.meaning))
         )
 
-    def has(self, channel: EObject, step: type[Step]) -> bool:
-        """Tell whether a transition of a channel can fire that is a kind of step."""
-        return self.any(channel, lambda meaning: meaning.step is step)
+
+def _is(step: type[Step]) -> Callable[[Meaning], bool]:
+    return lambda meaning: meaning.step is step
 
 
-def _topics(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
-    for channel in model.channels:
-        if isinstance(channel, sym.TopicChannel) and not alive.any(
-            channel, lambda meaning: meaning.part == "transport"
-        ):
-            yield TOPIC.found(channel.id, topic=channel.topic)
+_USES: tuple[tuple[type[sym.Channel], str, tuple[tuple[Fault, Callable[[Meaning], bool]], ...]], ...] = (
+    (sym.TopicChannel, "topic", ((TOPIC, lambda meaning: meaning.part == "transport"),)),
+    (sym.ServiceChannel, "service", ((NOT_CALLED, _is(Request)), (NO_RETURN, _is(Reply)))),
+    (sym.ActionChannel, "action", ((NO_GOAL, _is(Accept)), (NO_END, _is(Finish)))),
+)
+"""Of each kind of channel: what it is called; and in their order the faults, each with what never happens."""
 
 
-def _services(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
-    for channel in model.channels:
-        if not isinstance(channel, sym.ServiceChannel):
-            continue
-        if not alive.has(channel, Request):
-            yield NOT_CALLED.found(channel.id, service=channel.service)
-        elif not alive.has(channel, Reply):
-            yield NO_RETURN.found(channel.id, service=channel.service)
-
-
-def _actions(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
-    for channel in model.channels:
-        if not isinstance(channel, sym.ActionChannel):
-            continue
-        if not alive.has(channel, Accept):
-            yield NO_GOAL.found(channel.id, action=channel.action)
-        elif not alive.has(channel, Finish):
-            yield NO_END.found(channel.id, action=channel.action)
+def _channels(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:
+    for kind, name, uses in _USES:
+        for channel in model.channels:
+            if not isinstance(channel, kind):
+                continue
+            fault = next((fault for fault, wanted in uses if not alive.any(channel, wanted)), None)
+            if fault is not None:
+                yield fault.found(channel.id, **{name: getattr(channel, name)})
 
 
 def _node_nets(model: sym.SystemModel, alive: _Alive) -> Iterator[Finding]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
 from typing import TypeAlias
 
 from dineros.analysis.checks.question import Checked
 from dineros.analysis.covering.firings import FEW_MARKINGS
+from dineros.analysis.logic.verdicts.verdict import moves
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.symbolic.saturation import DiagramMemoryError
 from dineros.analysis.witnesses.findings import Witness, witness_of
@@ -20,8 +20,19 @@ MOST = 50_000
 """Markings among which a run is searched in which goals overtake each other."""
 
 
-def firing_witness(checked: Checked, transition: str) -> Witness | None:
-    """Return a sequence that ends with a transition: a shortest one where few markings are nearer.
+def can_fire(checked: Checked, transitions: Sequence[str]) -> bool | None:
+    """Tell whether one of some transitions can fire; None: that is not known."""
+    known, index = checked.firings, checked.subject.transition_index
+    if known is None:
+        return any(checked.space.enabled(each) for each in transitions)
+    numbers = [index[each] for each in transitions]
+    if not known.traces.keys().isdisjoint(numbers):
+        return True
+    return False if known.dead.issuperset(numbers) else None
+
+
+def firing_witness(checked: Checked, transitions: Sequence[str]) -> Witness | None:
+    """Return a sequence that ends with one of some transitions, which can fire; a shortest one if it is near.
 
     What is further off is searched for where the state equation sees it near, and led to by the state space
     where that search gives up. None stands for memory that runs out.
@@ -29,15 +40,18 @@ def firing_witness(checked: Checked, transition: str) -> Witness | None:
     # Most models need no search.
     from dineros.analysis.questions.reachability import find_firing, way_to_firing
 
-    subject = checked.subject
-    number = subject.transition_index[transition]
+    subject, known = checked.subject, checked.firings
+    if known is not None:
+        numbers = [subject.transition_index[each] for each in transitions]
+        return witness_of(subject, min((known.traces[t] for t in numbers if t in known.traces), key=len))
+    number = subject.transition_index[next(each for each in transitions if checked.space.enabled(each))]
     trace = find_firing(subject.net, number, checked.budget.share(most_bytes=NEAR)).trace
     if trace is None:
         trace, _ = checked.directed.way_to(number, checked.budget.share(), FEW_MARKINGS)
     if trace is None:
         checked.budget.check_time()
         try:
-            trace = way_to_firing(checked.space, subject.names, number)
+            trace = way_to_firing(checked.space, number)
         except DiagramMemoryError:
             return None
     return witness_of(subject, trace)
@@ -47,29 +61,23 @@ _Here: TypeAlias = tuple[tuple[int, ...], bool]
 """A marking, and whether the second goal has been accepted since the first one was."""
 
 
-@dataclass(frozen=True)
-class Race:
-    """Two slots that work for the same client; numbers of a net.
-
-    Attributes
-    ----------
-    first : int
-        The place that says that one of them works for it.
-    accepts : int
-        The transition by which the other one accepts a goal of it.
-    ends : collection of int
-        The transitions by which that goal ends.
-    """
-
-    first: int
-    accepts: int
-    ends: Collection[int]
-
-
-def overtaking(net: CompiledNet, race: Race) -> tuple[tuple[int, ...] | None, bool]:
+def overtaking(
+    net: CompiledNet, first: int, accepts: int, ends: Collection[int]
+) -> tuple[tuple[int, ...] | None, bool]:
     """Return a shortest run in which the goal accepted later is over first, and whether all were looked at.
 
     Slots are alike, so that it does not matter which of them has the earlier goal.
+
+    Parameters
+    ----------
+    net : CompiledNet
+        The net.
+    first : int
+        The place that says that one of two slots works for a client.
+    accepts : int
+        The transition by which the other one accepts a goal of the same client.
+    ends : collection of int
+        The transitions by which that goal ends.
     """
     start: _Here = (tuple(net.initial.tolist()), False)
     before: dict[_Here, tuple[_Here, int] | None] = {start: None}
@@ -77,17 +85,14 @@ def overtaking(net: CompiledNet, race: Race) -> tuple[tuple[int, ...] | None, bo
     while queue:
         here = queue.popleft()
         marking, is_second = here
-        for transition in range(len(net.transitions)):
-            if not net.is_enabled(transition, marking):
-                continue
-            if is_second and transition in race.ends:
+        for transition, after in moves(net, marking):
+            if is_second and transition in ends:
                 way = [transition]
                 while (step := before[here]) is not None:
                     here, taken = step
                     way.append(taken)
                 return tuple(way[::-1]), True
-            after = tuple(net.fire(transition, marking))
-            goes_on = after[race.first] > 0 and (is_second or transition == race.accepts)
+            goes_on = after[first] > 0 and (is_second or transition == accepts)
             if (after, goes_on) not in before:
                 if len(before) == MOST:
                     return None, False

@@ -10,6 +10,7 @@ steps of calls, whose effects on the places between client and server add up in 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import islice
 
 from dineros.analysis.conformance.replay import Replay
 from dineros.analysis.conformance.services.stages import Before
@@ -34,7 +35,7 @@ def beginnings(traces: Mapping[str, Iterable[Record]]) -> dict[str, Checkpoint]:
     found: dict[str, Checkpoint] = {}
     is_partial = False
     for node, records in traces.items():
-        first = list(_first_two(records))
+        first = list(islice(records, 2))
         if len(first) == 2 and isinstance(first[0], Header) and isinstance(first[1], Checkpoint):
             found[node] = first[1]
         if first and first[0].sequence != 0:
@@ -58,7 +59,6 @@ def begin_within(replay: Replay, checkpoints: Checkpoints) -> None:
         Or it is an action.
     """
     net = replay.net
-    own = {index for places in net.places_of.values() for index in places.values()}
     capacity = {bounded: replay.marking[bounded] + replay.marking[free] for bounded, free in net.room.items()}
     for node, checkpoint in checkpoints.items():
         for place, index in net.places_of.get(node, {}).items():
@@ -80,7 +80,7 @@ def begin_within(replay: Replay, checkpoints: Checkpoints) -> None:
             for client in channel.clients:
                 _begin_call(replay, channel, client, checkpoints)
     for bounded, free in net.room.items():
-        if bounded in own:
+        if bounded in net.own_places:
             replay.marking[free] = capacity[bounded] - replay.marking[bounded]
 
 
@@ -164,10 +164,3 @@ def _sender(place: pn.Place, checkpoints: Checkpoints) -> tuple[str, int]:
         return f"{node}/{place.id}", 0
     run = f"@{checkpoint.run}" if checkpoint.run else ""
     return f"{node}{run}/{place.id}", checkpoint.numbers.get(place.id, 0)
-
-
-def _first_two(records: Iterable[Record]) -> Iterable[Record]:
-    for number, record in enumerate(records):
-        yield record
-        if number:
-            return

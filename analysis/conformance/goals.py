@@ -7,11 +7,9 @@ cancel it meanwhile, the request is under way until the goal is over, or comes t
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from dineros.analysis.conformance.net import ConformanceNet
-from dineros.analysis.conformance.reasons import why_not
+from dineros.analysis.conformance.player import Player
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.analysis.conformance.topics.parts import Queue
 from dineros.metamodel import pn, sym
@@ -64,27 +62,14 @@ class GoalFlow:
 
     Parameters
     ----------
-    net : ConformanceNet
-        The net.
-    marking : list of int
-        The marking that firings change.
-    fire : callable
-        Fires an enabled transition.
-    fire_recorded : callable
-        Fires what a record stands for, if it is enabled and its node and places are those of the record.
+    player : Player
+        Fires transitions.
     """
 
-    def __init__(
-        self,
-        net: ConformanceNet,
-        marking: list[int],
-        fire: Callable[[int], None],
-        fire_recorded: Callable[[Step, int], Fault | None],
-    ) -> None:
-        self._net = net
-        self._marking = marking
-        self._fire = fire
-        self._fire_recorded = fire_recorded
+    def __init__(self, player: Player) -> None:
+        self._player = player
+        self._marking = player.marking
+        self._net = net = player.net
         self._goals: dict[tuple[str, str], _Goal] = {}
         self._untold: Counter[tuple[str, str]] = Counter()
         self._channels = {
@@ -112,7 +97,7 @@ class GoalFlow:
         if isinstance(record, Goal):
             return self._sent(record, goal)
         if isinstance(record, Cancel) and not record.message:
-            return self._fire_one(record, [(Cancel, record.channel, record.client, None, None)])
+            return self._fire_one(record, (Cancel, record.channel, record.client, None, None))
         if goal is None:
             return self._unknown(record)
         match record:
@@ -149,7 +134,7 @@ class GoalFlow:
         if goal is not None:
             return Fault(f"goal {record.message} was sent before")
         client = record.client or ""
-        fault = self._fire_one(record, [(Goal, record.channel, client, None, None)])
+        fault = self._fire_one(record, (Goal, record.channel, client, None, None))
         if fault is None:
             id = record.message or ""
             self._goals[record.channel, id] = _Goal(id, record.channel, client)
@@ -158,7 +143,7 @@ class GoalFlow:
     def _accepted(self, record: Accept, goal: _Goal) -> Refusal | None:
         if goal.slot is not None or goal.is_told:
             return Fault(f"goal {goal.id} was answered before")
-        fault = self._fire_one(record, [(Accept, goal.channel, goal.client, record.instance, None)])
+        fault = self._fire_one(record, (Accept, goal.channel, goal.client, record.instance, None))
         if fault is None:
             goal.slot = record.instance
         return fault
@@ -170,9 +155,9 @@ class GoalFlow:
         if not rejecting:
             return Fault("the server refuses no goals")
         told = self._steps[Reject, goal.channel, goal.client, None, None]
-        if not any(map(self._is_enabled, told)):
-            self._fire(rejecting[0])
-        fault = self._fire_recorded(record, told[0])
+        if not any(map(self._player.is_enabled, told)):
+            self._player.fire(rejecting[0])
+        fault = self._player.fire_at(record, told[0])
         if fault is None:
             goal.is_told = True
         return fault
@@ -183,30 +168,30 @@ class GoalFlow:
         if goal.is_told:
             return Fault(f"{goal.client} knows that goal {goal.id} has ended")
         slot = goal.slot if goal.outcome is None else None
-        return self._fire_one(record, [(Cancel, goal.channel, goal.client, slot, goal.outcome)])
+        return self._fire_one(record, (Cancel, goal.channel, goal.client, slot, goal.outcome))
 
     def _heard_cancel(self, record: Canceling, goal: _Goal) -> Refusal | None:
-        keys: list[_Key] = [(Canceling, goal.channel, None, goal.slot, None)]
+        key: _Key = (Canceling, goal.channel, None, goal.slot, None)
         if goal.slot != record.instance or goal.outcome is not None:
             return Fault(f"slot {record.instance} does not work on goal {goal.id}")
-        if not any(self._is_enabled(each) for each in self._of(keys)):
+        if not any(map(self._player.is_enabled, self._steps.get(key, ()))):
             action = self._net.names_in_ros[goal.channel]
             outside = f"a program outside of the model asks to cancel goals of {action}, too"
             reason = f"nobody has asked to cancel goal {goal.id}"
             return Waiting(reason, self._clients(goal.channel), outside)
-        return self._fire_one(record, keys)
+        return self._fire_one(record, key)
 
     def _refused_cancel(self, goal: _Goal) -> Refusal | None:
         """Let a server refuse that has no place for requests to cancel; others were only too late."""
-        for transition in self._of([(Transfer, goal.channel, None, goal.slot, None)]):
-            if goal.outcome is None and self._is_enabled(transition):
-                self._fire(transition)
+        for transition in self._steps.get((Transfer, goal.channel, None, goal.slot, None), ()):
+            if goal.outcome is None and self._player.is_enabled(transition):
+                self._player.fire(transition)
         return None
 
     def _finished(self, record: Finish, goal: _Goal) -> Refusal | None:
         if goal.slot != record.instance or goal.outcome is not None:
             return Fault(f"slot {record.instance} does not work on goal {goal.id}")
-        fault = self._fire_one(record, [(Finish, goal.channel, goal.client, goal.slot, record.outcome)], goal)
+        fault = self._fire_one(record, (Finish, goal.channel, goal.client, goal.slot, record.outcome), goal)
         if fault is None:
             goal.outcome = record.outcome
         return fault
@@ -216,7 +201,7 @@ class GoalFlow:
             return Fault(f"{goal.client} knows that goal {goal.id} has ended")
         if goal.outcome is None:
             return Waiting(f"goal {goal.id} has not ended before", (self._server(goal.channel),))
-        fault = self._fire_one(record, [(Outcome, goal.channel, goal.client, None, record.outcome)])
+        fault = self._fire_one(record, (Outcome, goal.channel, goal.client, None, record.outcome))
         if fault is None:
             goal.is_told = True
         return fault
@@ -229,14 +214,14 @@ class GoalFlow:
         queue = self._queues.get((goal.channel, goal.client))
         if queue is not None and self._marking[queue.source] >= 1:
             if self._marking[queue.capacity] > 0:
-                self._fire(queue.enter)
+                self._player.fire(queue.enter)
             elif forced:
-                self._fire(queue.drop)
+                self._player.fire(queue.drop)
                 self._untold[goal.channel, goal.client] += 1
             else:
                 reason = f"the {queue.text} has no room, and nothing says that it has lost anything"
                 return Waiting(reason, (self._client(goal),), is_forcible=True)
-        return self._fire_one(record, [(Feedback, goal.channel, goal.client, goal.slot, None)])
+        return self._fire_one(record, (Feedback, goal.channel, goal.client, goal.slot, None))
 
     def _heard(self, record: Hear, goal: _Goal) -> Refusal | None:
         queue = self._queues.get((goal.channel, goal.client))
@@ -245,19 +230,16 @@ class GoalFlow:
         if self._marking[queue.load] < 1:
             if self._marking[queue.source] < 1:
                 return Waiting("no feedback is under way to it", (self._server(goal.channel),))
-            self._fire(queue.enter)
-        return self._fire_recorded(record, queue.leave)
+            self._player.fire(queue.enter)
+        return self._player.fire_at(record, queue.leave)
 
     def drop(self, record: Drop) -> Refusal | None:
         """Lose feedback that a client's trace says to be lost, but for what was before."""
-        queue = next(
-            (queue for (channel, _), queue in self._queues.items()
-             if channel == record.channel and self._place_of(queue) == record.place),
-            None,
-        )  # fmt: skip
-        if queue is None:
+        of_channel = [key for key in self._queues if key[0] == record.channel]
+        key = next((key for key in of_channel if self._place_of(self._queues[key]) == record.place), None)
+        if key is None:
             return Fault(f"{record.place!r} hears no feedback of action channel {record.channel!r}")
-        key = next(key for key, each in self._queues.items() if each is queue)
+        queue = self._queues[key]
         rest = max(0, record.count - self._untold[key])
         overflows = self._marking[queue.source] >= 1 and self._marking[queue.capacity] < 1
         if rest > int(overflows):
@@ -265,7 +247,7 @@ class GoalFlow:
             return Waiting(reason, (self._server(record.channel),))
         self._untold[key] -= record.count - rest
         if rest:
-            self._fire(queue.drop)
+            self._player.fire(queue.drop)
         return None
 
     def _place_of(self, queue: Queue) -> str | None:
@@ -273,21 +255,15 @@ class GoalFlow:
 
     # The net.
 
-    def _of(self, keys: Iterable[_Key]) -> list[int]:
-        return [transition for key in keys for transition in self._steps.get(key, ())]
-
-    def _is_enabled(self, transition: int) -> bool:
-        return not why_not(self._net, transition, self._marking)
-
-    def _fire_one(self, record: Step, keys: Iterable[_Key], goal: _Goal | None = None) -> Fault | None:
+    def _fire_one(self, record: Step, key: _Key, goal: _Goal | None = None) -> Fault | None:
         """Fire what a record stands for: the one of several transitions that can be."""
-        found = self._of(keys)
+        found = self._steps.get(key)
         if not found:
             return Fault(f"action channel {getattr(record, 'channel', '')!r} has no such port")
-        enabled = [transition for transition in found if self._is_enabled(transition)]
+        enabled = [transition for transition in found if self._player.is_enabled(transition)]
         if goal is not None and not enabled and isinstance(record, Finish) and record.outcome == "canceled":
             return Fault(f"goal {goal.id} is not to be canceled")
-        return self._fire_recorded(record, (enabled or found)[0])
+        return self._player.fire_at(record, (enabled or found)[0])
 
     def _clients(self, channel: str) -> tuple[str, ...]:
         nodes = (node_net_of(client.goal) for client in self._channels[channel].clients)

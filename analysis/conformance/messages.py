@@ -13,8 +13,9 @@ from collections.abc import Iterable
 from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.analysis.conformance.services.stages import AFTER, Before, Stages
-from dineros.metamodel.message_ids import MessageIdError, Numbers, parse_id
-from dineros.metamodel.records import Drop, GiveUp, Publish, Reply, Request, Response, Serve, Take
+from dineros.analysis.conformance.topics.fates import sender_and_number
+from dineros.metamodel.message_ids import Numbers
+from dineros.metamodel.records import Drop, GiveUp, Reply, Request, Response, Serve, Take
 from dineros.metamodel.records.schema import ChannelStep, ServiceStep
 
 
@@ -93,14 +94,6 @@ class Messages:
         """Return the numbers of the gap that ends with a number."""
         return range(taken.highest_up_to(last) + 1, last + 1)
 
-    def may_publish(self, record: Publish) -> Refusal | None:
-        """Refuse a message that was sent before."""
-        return self._fresh(record)
-
-    def published(self, record: Publish) -> None:
-        """Note a message."""
-        self._note(record)
-
     def may_take(self, record: Take) -> Refusal | None:
         """Refuse a message that the place has taken before, or that is not published yet."""
         if not record.message:
@@ -143,7 +136,7 @@ class Messages:
         kind, channel = type(record), record.channel
         after, done, _ = AFTER[kind]
         if after is None:
-            return self._fresh(record)
+            return self.may_send(record)
         message = self.stages.message(record, client)
         sender, number = _parts(message)
         if kind is Serve and self.stages.was_over(channel, client, number or 0):
@@ -185,7 +178,7 @@ class Messages:
     def served(self, record: ServiceStep, client: str, instance: int | None) -> None:
         """Note a step of a call."""
         if isinstance(record, Request):
-            self._note(record)
+            self.sent(record)
             self._clients[record.channel, _parts(record.message or "")[0]] = client
         self.stages.step(record, client, instance)
 
@@ -220,7 +213,8 @@ class Messages:
             asking,
         )
 
-    def _fresh(self, record: ChannelStep) -> Refusal | None:
+    def may_send(self, record: ChannelStep) -> Refusal | None:
+        """Refuse a message or a request that was sent before, or whose id is no id of its sender's."""
         if not record.message:
             return None
         sender, number = _parts(record.message)
@@ -230,7 +224,8 @@ class Messages:
         known = number in self._sent[record.channel, sender]
         return Fault(f"{record.message} was sent before") if known else None
 
-    def _note(self, record: ChannelStep) -> None:
+    def sent(self, record: ChannelStep) -> None:
+        """Note a message, or a request."""
         if record.message:
             sender, number = _parts(record.message)
             self._sent[record.channel, sender].add(number or 0)
@@ -243,11 +238,7 @@ def _node(sender: str) -> str:
 
 def _parts(message: str) -> tuple[str, int | None]:
     """Return sender and number of a message id; no number where it is none."""
-    try:
-        known = parse_id(message)
-    except MessageIdError:
-        known = None
-    return known or (message.rpartition("/")[0], None)
+    return sender_and_number(message) or (message.rpartition("/")[0], None)
 
 
 def _numbers() -> Numbers:

@@ -209,6 +209,11 @@ class ConformanceNet:
                 found[node.id][name] = self.subject.place_index[name]
         return found
 
+    @cached_property
+    def own_places(self) -> set[int]:
+        """Places of all node nets."""
+        return {index for places in self.places_of.values() for index in places.values()}
+
     def is_of_idle_server(self, place: str) -> bool:
         """Tell whether a place belongs to a server that no client of the model asks.
 

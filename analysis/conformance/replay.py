@@ -9,7 +9,7 @@ from typing import Any
 from dineros.analysis.conformance.goals import GoalFlow
 from dineros.analysis.conformance.messages import Messages
 from dineros.analysis.conformance.net import ConformanceNet
-from dineros.analysis.conformance.reasons import why_not
+from dineros.analysis.conformance.player import Player
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.analysis.conformance.services.nameless import is_nameless
 from dineros.analysis.conformance.services.replaying import Calls
@@ -37,7 +37,7 @@ from dineros.metamodel.records import (
 from dineros.metamodel.records.schema import Step
 
 
-class Replay:
+class Replay(Player):
     """A marking of the flattened net, and the messages under way.
 
     Parameters
@@ -62,16 +62,13 @@ class Replay:
         fates: Fates | None = None,
         draw: Random | None = None,
     ) -> None:
-        self.net = net
-        self.marking: list[int] = net.net.initial.tolist()
+        super().__init__(net, firings)
         self.messages = Messages(net)
         self.steps = 0
-        self.fired = 0
         self._recorded = 0
-        self._firings = firings
-        self.topics = Topics(net, self.marking, self.messages, self, keep, fates or Fates(), draw)
-        self._goals = GoalFlow(net, self.marking, self.fire, self._fire_at)
-        self.calls = Calls(net, self.marking, self.messages, self, firings)
+        self.topics = Topics(self, self.messages, keep, fates or Fates(), draw)
+        self._goals = GoalFlow(self)
+        self.calls = Calls(self, self.messages)
 
     @property
     def silent(self) -> int:
@@ -81,7 +78,7 @@ class Replay:
     @property
     def noted(self) -> list[int]:
         """The firings, where they are noted."""
-        return self._firings or []
+        return self.firings or []
 
     def is_ambiguous(self, record: Record) -> bool:
         """Tell whether the order of a step counts, since the server does not know whose request it serves."""
@@ -126,66 +123,6 @@ class Replay:
             self.steps += isinstance(record, Step)
             self._recorded += min(self.fired - before, _firings_of(record))
         return refusal
-
-    def fire(self, transition: int) -> None:
-        """Fire an enabled transition."""
-        marking = self.marking
-        assert all(marking[place] >= weight for place, weight in self.net.pre[transition]), transition
-        for place, tokens in self.net.net.delta[transition].items():
-            marking[place] += tokens
-        self.fired += 1
-        if self._firings is not None:
-            self._firings.append(transition)
-
-    def add_between(self, transition: int, times: int = 1) -> None:
-        """Let a transition have fired that the traces do not tell: its effect on places of no node."""
-        own = {index for places in self.net.places_of.values() for index in places.values()}
-        for place, tokens in self.net.net.delta[transition].items():
-            if place not in own:
-                self.marking[place] += times * tokens
-
-    def is_enabled(self, transition: int) -> bool:
-        """Tell whether a transition can fire."""
-        marking = self.marking
-        return all(marking[place] >= weight for place, weight in self.net.pre[transition]) and all(
-            marking[place] < weight for place, weight in self.net.inhibitor[transition]
-        )
-
-    def fire_recorded(self, record: Step, transition: int) -> Fault | None:
-        """Fire what a record stands for, if it is enabled and the record tells the same change."""
-        fault = self._differs(record, transition)
-        if fault is None:
-            self._supply(transition)
-        if fault is None and not self.is_enabled(transition):
-            fault = Fault(why_not(self.net, transition, self.marking))
-        if fault is None:
-            self.fire(transition)
-        return fault
-
-    def _fire_at(self, record: Step, transition: int) -> Fault | None:
-        """Fire what a record stands for, if its node and place are those of the model."""
-        return self.at(record, transition) or self.fire_recorded(record, transition)
-
-    def _supply(self, transition: int) -> None:
-        """Let happen what nobody records and a transition needs: the tick of its timer."""
-        for place, weight in self.net.pre[transition]:
-            for other in self.net.suppliers.get(place, ()):
-                if self.marking[place] < weight and self.is_enabled(other):
-                    self.fire(other)
-
-    def _differs(self, record: Step, transition: int) -> Fault | None:
-        """Compare the change that a record tells with the net's, on the places of its node."""
-        own = self.net.places_of.get(record.node or "", {})
-        told = {place: tokens for place, tokens in record.change.items() if tokens}
-        net_places = self.net.net.places
-        change = {
-            net_places[place]: tokens
-            for place, tokens in self.net.net.delta[transition].items()
-            if net_places[place] in own
-        }
-        if told == change:
-            return None
-        return Fault(f"it changes {_shown(told)}, in the model it changes {_shown(change)}")
 
     def _header(self, record: Header) -> Fault | None:
         if record.kind != "run":
@@ -239,7 +176,7 @@ class Replay:
             short = {place for place, weight in self.net.pre[transition] if self.marking[place] < weight}
             others = {self.net.node_of_state.get(place, "") for place in short}
             if others and others.isdisjoint({"", record.node or ""}):
-                return Waiting(why_not(self.net, transition, self.marking), tuple(sorted(others)))
+                return Waiting(self.why_not(transition), tuple(sorted(others)))
         return self.fire_recorded(record, transition)
 
     def _transition(self, record: Fire) -> Fault | None:
@@ -257,15 +194,6 @@ class Replay:
         if record.channel in self.net.depths:
             return self.calls.lose(record)
         return self.topics.drop(record, following)
-
-    def at(self, record: Step, transition: int) -> Fault | None:
-        """Refuse a port's step that another node or another place records, or with another change."""
-        role = self.net.roles[self.net.net.transitions[transition]]
-        if role.node != record.node:
-            return Fault(f"the port belongs to node {role.node}, not {record.node}")
-        if role.place != getattr(record, "place", None):
-            return Fault(f"the place of the port is {role.place}")
-        return self._differs(record, transition)
 
 
 _HANDLERS: Mapping[type[Record], Callable[..., Any]] = {
@@ -287,7 +215,3 @@ def _firings_of(record: Record) -> int:
     if isinstance(record, Start):  # signals that have other values than in the model
         return len(record.signals)
     return record.count if isinstance(record, Drop) else 1
-
-
-def _shown(change: Mapping[str, int]) -> str:
-    return ", ".join(f"{place} by {tokens:+}" for place, tokens in change.items()) or "nothing"

@@ -116,18 +116,18 @@ def _role(link: Link, copies: dict[tuple[EObject, int | None], str]) -> StepRole
 
 
 def _queue_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
+    assert meaning.step is not None
+    stage = None if meaning.step is Drop else f"{meaning.queue}.{meaning.part}"
     if meaning.queue == "request":
-        return _request_role(link, meaning, copies)
+        return _request_role(link, meaning.step, stage, copies)
     if meaning.queue == "feedback":
-        return _feedback_role(link, meaning, copies)
+        return _feedback_role(link, meaning.step, stage, copies)
     channel = source_of(link, sym.TopicChannel).id
     port = topic_port(link)
     place = None if port is None else copies.get((port.place, link.index), port.place.id)
     node = _node(port.place) if port is not None else source_of(link, sym.NodeNet).id
-    assert meaning.step is not None
     if meaning.step in (Publish, Take):
         return StepRole(meaning.step, node, channel, place=place)
-    stage = None if meaning.step is Drop else f"{meaning.queue}.{meaning.part}"
     queue = "inactive" if meaning.part == "discard" else meaning.queue
     return StepRole(meaning.step, node, channel, queue, stage, place)
 
@@ -158,13 +158,12 @@ def _lifecycle_role(link: Link, meaning: Meaning) -> StepRole:
     return StepRole(Lifecycle, _node(link.sources[0]), label=label, state=state)
 
 
-def _request_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
+def _request_role(
+    link: Link, kind: type[Step], stage: str | None, copies: dict[tuple[EObject, int | None], str]
+) -> StepRole:
     channel, client = source_of(link, sym.ServiceChannel), source_of(link, sym.ClientPort)
-    assert meaning.step is not None
-    stage = None if meaning.step is Drop else f"{meaning.queue}.{meaning.part}"
     place = copies[client.request, link.client_index]
-    node = _node(channel.server.entry)
-    return StepRole(meaning.step, node, channel.id, meaning.queue, stage, place, _client(link))
+    return StepRole(kind, _node(channel.server.entry), channel.id, "request", stage, place, _client(link))
 
 
 def _goal_role(link: Link, kind: type[GoalStep], copies: dict[tuple[EObject, int | None], str]) -> StepRole:
@@ -194,14 +193,14 @@ def _goal_role(link: Link, kind: type[GoalStep], copies: dict[tuple[EObject, int
     return StepRole(kind, _node(client.goal), channel.id, place=place, client=client.client, outcome=outcome)
 
 
-def _feedback_role(link: Link, meaning: Meaning, copies: dict[tuple[EObject, int | None], str]) -> StepRole:
-    channel, client = source_of(link, sym.ActionChannel), source_of(link, sym.ActionClientPort)
-    assert meaning.step is not None
-    if meaning.step is Hear:
+def _feedback_role(
+    link: Link, kind: type[Step], stage: str | None, copies: dict[tuple[EObject, int | None], str]
+) -> StepRole:
+    if kind is Hear:
         return _goal_role(link, Hear, copies)
-    stage = None if meaning.step is Drop else f"{meaning.queue}.{meaning.part}"
+    channel, client = source_of(link, sym.ActionChannel), source_of(link, sym.ActionClientPort)
     place = None if client.feedback is None else copies[client.feedback, None]
-    return StepRole(meaning.step, _node(client.goal), channel.id, meaning.queue, stage, place, client.client)
+    return StepRole(kind, _node(client.goal), channel.id, "feedback", stage, place, client.client)
 
 
 _OF_SERVER: tuple[type[GoalStep], ...] = (Accept, Canceling, Feedback, Finish)

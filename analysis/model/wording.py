@@ -96,27 +96,16 @@ def _writer(link: Link) -> str:
     return f" of instance {link.index}" + (f" of service {server.channel.service}" if server.channel else "")
 
 
-def _place_words(link: Link) -> str:
-    """Return a place of the model, and whose it is where server instances or slots have copies."""
-    place = source_of(link, pn.Place)
-    return f"{_id(place)}{_instance_words(link, place)}"
-
-
-def _callback_words(link: Link) -> str:
-    """Return a callback by its page, and which instance it is where server instances or slots have copies."""
-    page = source_of(link, sym.CallbackPage)
-    return f"callback {_id(page)}{_instance_words(link, page)}"
-
-
-def _instance_words(link: Link, element: EObject) -> str:
+def _with_instance(link: Link, element: EObject) -> str:
+    """Return an element of the model, and whose it is where server instances or slots have copies."""
     if link.index is None:
-        return ""
+        return _id(element)
     model: EObject | None = element
     while model is not None and not isinstance(model, pn.Net):
         model = model.eContainer()
     served = None if model is None else serving(element, server_pages(model))
     is_slot = isinstance(served, sym.ActionChannel)
-    return f" of {'slot' if is_slot else 'server instance'} {link.index}"
+    return f"{_id(element)} of {'slot' if is_slot else 'server instance'} {link.index}"
 
 
 def _waits(link: Link) -> str:
@@ -142,8 +131,8 @@ _PARTS: dict[str, Callable[[Link], object]] = {
     "instance": lambda link: link.index,
     "publisher": lambda link: _id(source_of(link, sym.PublisherPort).place),
     "subscriber": lambda link: _id(source_of(link, sym.SubscriberPort).place),
-    "place": _place_words,
-    "callback": _callback_words,
+    "place": lambda link: _with_instance(link, source_of(link, pn.Place)),
+    "callback": lambda link: f"callback {_with_instance(link, source_of(link, sym.CallbackPage))}",
     "group": lambda link: _id(source_of(link, sym.CallbackGroup)),
     "node": lambda link: _id(node_net_of(link.sources[0]) or link.sources[0]),
     "writing": lambda link: _id(node_net_of(source_of(link, sym.PublisherPort).place) or link.sources[0]),

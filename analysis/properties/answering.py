@@ -12,29 +12,19 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.answers.evidence import Row
 from dineros.analysis.explicit.layout import Layout
-from dineros.analysis.logic.ctl.checking import basic, satisfying
+from dineros.analysis.logic.ctl.checking import basic, initially, satisfying
 from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.rewriting import simplified
-from dineros.analysis.logic.language.syntax import (
-    TRUE,
-    And,
-    Atom,
-    Constant,
-    Exists,
-    ForAll,
-    Formula,
-    Globally,
-    Not,
-    Or,
-)
+from dineros.analysis.logic.language.syntax import TRUE, And, Atom, Constant, Exists, ForAll, Formula, Not
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.proofs.exclusion import excluded
@@ -45,11 +35,11 @@ from dineros.analysis.properties.engines import GIVEN_UP, Clock
 from dineros.analysis.properties.global_properties import GlobalQuestions
 from dineros.analysis.properties.normal_form import everywhere, goal_of, is_linear, linear_equal
 from dineros.analysis.properties.part_of_graph import PartialSets, PartOfGraph
-from dineros.analysis.properties.predicates import Int64Array, is_condition, satisfied, total
+from dineros.analysis.properties.predicates import Int64Array, is_condition, total
 from dineros.analysis.properties.property import Property, PropertyAnswer
 from dineros.analysis.properties.reduced import reduced
 from dineros.analysis.properties.sheet import Sheet
-from dineros.analysis.properties.solving import ask_solvers, is_met
+from dineros.analysis.properties.solving import ask_solvers, search_reduced
 from dineros.analysis.properties.walking import TRIES, Walker, follow
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 
@@ -135,7 +125,7 @@ class _Work:
             (self._exclude, 0.08, "the state equation"),
             (self._many, 0.08, "many markings"),
             (self._probe, 0.05, "markings far away"),
-            (self._solve, 0.08, "induction and clauses"),
+            (partial(ask_solvers, self.sheet, self.whole), 0.08, "induction and clauses"),
             (self._draw, 0.25, "decision diagrams"),
             (self._alone, 1.0, "each question alone"),
             (self._again, 1.0, "what is left"),
@@ -303,9 +293,6 @@ class _Work:
                         sheet.known[part] = False
             sheet.settle("explicit, from a random walk")
 
-    def _solve(self, clock: Clock) -> None:
-        ask_solvers(self.sheet, self.whole, clock)
-
     def _draw(self, clock: Clock) -> None:
         sheet = self.sheet
         if not any(not is_linear(part) for part in sheet.open_parts()) and not (
@@ -338,7 +325,7 @@ class _Work:
                 # What one part has made, others use; where it takes too much memory, it is made anew.
                 if sets is None:
                     sets = SymbolicSets(space, atoms, Budget(progress=clock.tell))
-                sheet.known[part] = _initially(basic(part), sets)
+                sheet.known[part] = initially(basic(part), sets)
             except BudgetExceededError:
                 continue
             except GIVEN_UP:
@@ -347,32 +334,6 @@ class _Work:
                 continue
             sheet.settle("symbolic")
         self.tried = True
-
-    def _search_reduced(self, clock: Clock) -> None:
-        """Look for goals in nets reduced for each of them: all markings where these are few, random walks."""
-        sheet = self.sheet
-        goals = sheet.open_goals()
-        for number, (part, condition, value) in enumerate(goals):
-            own = Clock(min(self.seconds, clock.left / (len(goals) - number)))
-            smaller = reduced(self.net, condition, sheet.names)
-            if smaller is None or own.is_over():
-                continue
-            bound = BoundAtoms(smaller.net, smaller.formula, NetNames(smaller.net)).conditions
-            met = is_met(smaller.net, smaller.formula, bound, Clock(own.left / 4))
-            if met is not None:
-                sheet.known[part] = value == met
-                sheet.settle("reduced net")
-                continue
-            graph = engines.part_of_graph(smaller.net, None, self.memory // 2, own.left / 2)
-            if graph is None:
-                continue
-            found = bool(satisfied(graph, smaller.formula, bound).any())
-            walker = Walker(smaller.net)
-            while not (found or graph.is_complete or own.is_over()):
-                found = bool(satisfied(walker.walk(), smaller.formula, bound).any())
-            if found or graph.is_complete:
-                sheet.known[part] = value == found
-                sheet.settle("reduced net")
 
     def _always(self, path: Formula, clock: Clock) -> bool | None:
         """Decide linear time on the net reduced for it where that can be, else on the net itself."""
@@ -399,7 +360,7 @@ class _Work:
             found = engines.can_deadlock(self.net, self.memory // 2, min(self.seconds, clock.left))
             if found is not None:
                 self.whole.tell("ReachabilityDeadlock", found, "stubborn sets")
-        self._search_reduced(Clock(clock.left / 2))
+        search_reduced(sheet, Clock(clock.left / 2), self.seconds, self.memory // 2)
         linear = [(part, (part.operands[0], True)) for part in sheet.open_parts() if is_linear(part)]
         branching = [(part, linear_equal(part)) for part in sheet.open_parts() if not is_linear(part)]
         parts = [*linear, *((part, equal) for part, equal in branching if equal is not None)]
@@ -409,20 +370,3 @@ class _Work:
             if holds is not None:
                 sheet.known[part] = value == holds
                 sheet.settle("on the fly")
-
-
-def _initially(formula: Formula, sets: SymbolicSets) -> bool:
-    """Whether the initial marking satisfies a basic formula; outside, only what decides is made."""
-    match formula:
-        case Not(operand):
-            return not _initially(operand, sets)
-        case And(operands) | Or(operands):
-            # Runs that last for ever take the most work.
-            ordered = sorted(operands, key=_has_globally)
-            values = (_initially(operand, sets) for operand in ordered)
-            return all(values) if isinstance(formula, And) else any(values)
-    return sets.initially(satisfying(formula, sets)[formula])
-
-
-def _has_globally(formula: Formula) -> bool:
-    return any(isinstance(part, Globally) for part in formula.subformulas())

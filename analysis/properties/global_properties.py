@@ -202,10 +202,10 @@ def is_stable(space: SymbolicStateSpace, place: int) -> bool:
 
 def _is_live(graph: PartOfGraph, able: dict[int, Flags]) -> bool:
     """Whether every transition is enabled somewhere in each part of the graph that nothing leaves."""
-    sources = np.repeat(np.arange(graph.size), np.diff(graph.pointer))
-    count, component = numbered_parts(graph.size, sources, graph.targets)
+    sources, targets = graph.arcs.tails(), graph.arcs.targets
+    count, component = numbered_parts(graph.size, sources, targets)
     is_last = np.ones(count, dtype=np.bool_)
-    is_last[component[sources][component[sources] != component[graph.targets]]] = False
+    is_last[component[sources][component[sources] != component[targets]]] = False
     for flags in able.values():
         has = np.zeros(count, dtype=np.bool_)
         has[component[flags]] = True

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from dineros.analysis.logic.language.rewriting import simplified
+from dineros.analysis.logic.language.rewriting import DUAL, simplified
 from dineros.analysis.logic.language.syntax import (
     FALSE,
     TEMPORAL,
@@ -44,14 +44,8 @@ def _branching(formula: Formula) -> Formula | None:
     if is_condition(formula):
         return formula
     match formula:
-        case And(operands):
-            found = [_branching(operand) for operand in operands]
-            return None if None in found else And(tuple(part for part in found if part is not None))
-        case Or(operands):
-            others = [operand for operand in operands if not is_condition(operand)]
-            inner = _branching(others[0]) if len(others) == 1 else None
-            conditions = tuple(operand for operand in operands if is_condition(operand))
-            return None if inner is None else Or((*conditions, inner))
+        case And() | Or():
+            return _each(formula, _branching)
         case Globally(operand) | Next(operand):
             inner = _branching(operand)
             return None if inner is None else ForAll(type(formula)(inner))
@@ -63,6 +57,15 @@ def _branching(formula: Formula) -> Formula | None:
         case Until(left, right) if is_condition(left) and is_condition(right):
             return ForAll(formula)
     return None
+
+
+def _each(formula: And | Or, made: Callable[[Formula], Formula | None]) -> Formula | None:
+    """Return what is made of each operand; in a disjunction, one of them may be more than a condition."""
+    others = [operand for operand in formula.operands if not is_condition(operand)]
+    if isinstance(formula, Or) and len(others) > 1:
+        return None
+    found = [made(operand) for operand in formula.operands]
+    return None if None in found else formula.with_operands(tuple(part for part in found if part is not None))
 
 
 def is_linear(part: Formula) -> bool:
@@ -179,7 +182,7 @@ def initially(formula: Formula, known: Callable[[Formula], bool | None]) -> bool
     Parameters
     ----------
     formula : Formula
-        Of state formulas, path formulas of linear time, or both.
+        Of state formulas, path formulas of linear time, or both; `folded`.
     known : callable
         Values of atoms and parts in the initial marking.
     """
@@ -202,11 +205,6 @@ def _from_operands(part: Formula, values: list[bool | None]) -> bool | None:
             return False if False in values else None if None in values else True
         case Or():
             return True if True in values else None if None in values else False
-        case Implies():
-            left, right = values
-            if left is False or right is True:
-                return True
-            return False if left is True and right is False else None
         case Equivalent():
             return None if None in values else values[0] == values[1]
         case Finally():
@@ -246,17 +244,8 @@ def _negation_inside(formula: Formula, positive: bool) -> Formula:
         case ForAll(path) | Exists(path):
             quantifier = ForAll if isinstance(formula, ForAll) == positive else Exists
             operands = tuple(_negation_inside(operand, positive) for operand in path.operands)
-            return quantifier(path.with_operands(operands) if positive else _DUAL[type(path)](*operands))
+            return quantifier(path.with_operands(operands) if positive else DUAL[type(path)](*operands))
     return Not(formula) if not positive else formula
-
-
-_DUAL: dict[type[Formula], Callable[..., Formula]] = {
-    Finally: Globally,
-    Globally: Finally,
-    Next: Next,
-    Until: Release,
-    Release: Until,
-}
 
 
 def _linear(formula: Formula) -> Formula | None:
@@ -264,14 +253,8 @@ def _linear(formula: Formula) -> Formula | None:
     if is_condition(formula):
         return formula
     match formula:
-        case And(operands):
-            found = [_linear(operand) for operand in operands]
-            return None if None in found else And(tuple(part for part in found if part is not None))
-        case Or(operands):
-            others = [operand for operand in operands if not is_condition(operand)]
-            inner = _linear(others[0]) if len(others) == 1 else None
-            conditions = tuple(operand for operand in operands if is_condition(operand))
-            return None if inner is None else Or((*conditions, inner))
+        case And() | Or():
+            return _each(formula, _linear)
         case ForAll(Globally(operand) | Next(operand) as path):
             inner = _linear(operand)
             return None if inner is None else path.with_operands((inner,))

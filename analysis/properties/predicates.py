@@ -9,8 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from dineros.analysis.logic.language.atoms import OPERATORS, Condition, Linear, NoneEnabled, SomeEnabled
+from dineros.analysis.logic.language.atoms import Condition, Linear, NoneEnabled, SomeEnabled
 from dineros.analysis.logic.language.syntax import (
+    OPERATORS,
     And,
     Atom,
     Constant,

@@ -40,18 +40,15 @@ from dineros.metamodel.files.xml import line_of, parse
 NAMESPACE = "http://mcc.lip6.fr/"
 
 _LARGEST_DIGITS = 18
-_QUANTIFIERS: dict[str, Callable[[Formula], Formula]] = {"all-paths": ForAll, "exists-path": Exists}
-_UNARY: dict[str, Callable[[Formula], Formula]] = {
+QUANTIFIERS: dict[str, type[ForAll | Exists]] = {"all-paths": ForAll, "exists-path": Exists}
+UNARY: dict[str, type[Not | Globally | Finally | Next]] = {
     "negation": Not,
     "globally": Globally,
     "finally": Finally,
     "next": Next,
 }
-_MANY: dict[str, Callable[[tuple[Formula, ...]], Formula]] = {"conjunction": And, "disjunction": Or}
-_BINARY: dict[str, Callable[[Formula, Formula], Formula]] = {
-    "implication": Implies,
-    "equivalence": Equivalent,
-}
+MANY: dict[str, type[And | Or]] = {"conjunction": And, "disjunction": Or}
+BINARY: dict[str, type[Implies | Equivalent]] = {"implication": Implies, "equivalence": Equivalent}
 _CONSTANTS: dict[str, Formula] = {"true": TRUE, "false": FALSE, "deadlock": Deadlock()}
 _TEMPORAL = ("globally", "finally", "next", "until")
 
@@ -131,7 +128,7 @@ class _Reader:
             return self.comparison(node)
         if kind == "is-fireable":
             return self.fireable(node)
-        if kind in _QUANTIFIERS:
+        if kind in QUANTIFIERS:
             if is_linear:
                 raise self.error(f"<{kind}> cannot stand within linear time", node)
             (path,) = self.children(node, 1, 1)
@@ -141,26 +138,26 @@ class _Reader:
         if kind in _TEMPORAL and not is_linear:
             hint = "put <all-paths> or <exists-path> around it"
             raise self.error(f"<{kind}> cannot stand without a quantifier", node, hint)
-        if kind in _UNARY:
+        if kind in UNARY:
             (operand,) = self.children(node, 1, 1)
-            return _UNARY[kind](self.formula(operand, is_linear))
-        if kind in _MANY:
+            return UNARY[kind](self.formula(operand, is_linear))
+        if kind in MANY:
             operands = tuple(self.formula(part, is_linear) for part in self.children(node, 1))
-            return operands[0] if len(operands) == 1 else _MANY[kind](operands)
-        if kind in _BINARY:
+            return operands[0] if len(operands) == 1 else MANY[kind](operands)
+        if kind in BINARY:
             left, right = self.children(node, 2, 2)
-            return _BINARY[kind](self.formula(left, is_linear), self.formula(right, is_linear))
-        known = [*_CONSTANTS, *_QUANTIFIERS, *_UNARY, *_MANY, *_BINARY, "integer-le", "is-fireable", "until"]
+            return BINARY[kind](self.formula(left, is_linear), self.formula(right, is_linear))
+        known = [*_CONSTANTS, *QUANTIFIERS, *UNARY, *MANY, *BINARY, "integer-le", "is-fireable", "until"]
         raise self.error(f"<{kind}> is no part of a formula", node, near_matches(kind, known))
 
     def quantified(self, node: etree._Element, path: etree._Element) -> Formula:
-        quantifier, kind = _QUANTIFIERS[_local(node)], _local(path)
+        quantifier, kind = QUANTIFIERS[_local(node)], _local(path)
         if kind == "until":
             return quantifier(self.until(path, False))
         if kind not in _TEMPORAL:
             raise self.error(f"<{_local(node)}> needs a temporal operator, not <{kind}>", path)
         (operand,) = self.children(path, 1, 1)
-        inner = quantifier(_UNARY[kind](self.formula(operand, False)))
+        inner = quantifier(UNARY[kind](self.formula(operand, False)))
         if kind != "next":
             return inner
         return And((inner, Not(Deadlock()))) if quantifier is Exists else Or((inner, Deadlock()))
@@ -224,7 +221,7 @@ def _is_linear(node: etree._Element) -> bool:
     outer = node[0] if _local(node) == "all-paths" and len(node) == 1 else node
     for part in outer.iter(tag=etree.Element):
         parent = part.getparent()
-        is_quantified = parent is not None and _local(parent) in _QUANTIFIERS
+        is_quantified = parent is not None and _local(parent) in QUANTIFIERS
         if _local(part) in _TEMPORAL and not is_quantified:
             return True
     return False

@@ -11,7 +11,7 @@ import numpy as np
 from dineros.analysis.answers.evidence import Evidence, Excluded, Weighting, together
 from dineros.analysis.logic.language.atoms import BoundAtoms, Condition, Linear, SomeEnabled
 from dineros.analysis.logic.language.names import Names
-from dineros.analysis.logic.language.syntax import TRUE, And, Atom, Constant, Formula
+from dineros.analysis.logic.language.syntax import OPERATORS, TRUE, And, Atom, Constant, Formula
 from dineros.analysis.nets.bounds import Bound
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties.normal_form import folded, goal_of, initially, of_linear, parts_of
@@ -194,16 +194,8 @@ def _decided(condition: Linear, most: Sequence[float]) -> bool | None:
     """The value of a comparison where places hold between 0 and so many tokens, if it is always the same."""
     terms = [factor * most[place] for place, factor in condition.factors.items() if most[place]]
     high, low = sum(term for term in terms if term > 0), sum(term for term in terms if term < 0)
-    bound = condition.bound
-    match condition.operator:
-        case "<=":
-            return True if high <= bound else False if low > bound else None
-        case "<":
-            return True if high < bound else False if low >= bound else None
-        case ">=":
-            return True if low >= bound else False if high < bound else None
-        case ">":
-            return True if low > bound else False if high <= bound else None
-        case "==" | "!=" if low > bound or high < bound:
-            return condition.operator == "!="
-    return None
+    compare, bound = OPERATORS[condition.operator], condition.bound
+    if condition.operator in ("==", "!="):
+        return condition.operator == "!=" if low > bound or high < bound else None
+    # The others change at most once as the sum grows.
+    return compare(low, bound) if compare(low, bound) == compare(high, bound) else None

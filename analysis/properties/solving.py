@@ -12,17 +12,20 @@ import numpy as np
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
-from dineros.analysis.logic.language.atoms import Condition, NoneEnabled
+from dineros.analysis.logic.language.atoms import BoundAtoms, Condition, NoneEnabled
+from dineros.analysis.logic.language.names import NetNames
 from dineros.analysis.logic.language.syntax import Atom, Deadlock, Formula
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import replay
 from dineros.analysis.proofs.encoding import Sums
 from dineros.analysis.proofs.induction import by_induction, sums_of
 from dineros.analysis.proofs.pdr import by_clauses
-from dineros.analysis.properties.engines import Clock
+from dineros.analysis.properties.engines import Clock, part_of_graph
 from dineros.analysis.properties.global_properties import GlobalQuestions
 from dineros.analysis.properties.predicates import MarkingMatrix, satisfied
+from dineros.analysis.properties.reduced import Reduced, reduced
 from dineros.analysis.properties.sheet import Sheet
+from dineros.analysis.properties.walking import Walker
 
 STUCK = Deadlock()
 
@@ -56,17 +59,49 @@ def ask_solvers(sheet: Sheet, whole: GlobalQuestions, clock: Clock) -> None:
                 whole.tell("ReachabilityDeadlock", met[0], met[1])
 
 
-def is_met(
-    net: CompiledNet, condition: Formula, conditions: Mapping[Atom, Condition], clock: Clock
-) -> bool | None:
+def search_reduced(sheet: Sheet, clock: Clock, seconds: float, memory: int) -> None:
+    """Look for goals in nets reduced for each of them: by solvers, all markings where few, random walks.
+
+    Parameters
+    ----------
+    sheet : Sheet
+        The questions.
+    clock : Clock
+        The time of all goals.
+    seconds : float
+        For each goal, at most.
+    memory : int
+        Bytes that the markings may take.
+    """
+    goals = sheet.open_goals()
+    for number, (part, condition, value) in enumerate(goals):
+        own = Clock(min(seconds, clock.left / (len(goals) - number)))
+        smaller = reduced(sheet.net, condition, sheet.names)
+        if smaller is not None and not own.is_over():
+            met = _is_met(smaller, memory, own)
+            if met is not None:
+                sheet.known[part] = value == met
+                sheet.settle("reduced net")
+
+
+def _is_met(smaller: Reduced, memory: int, clock: Clock) -> bool | None:
     """Decide whether some reachable marking fulfils a condition; None where time does not suffice."""
-    known = sums_of(net)
+    net, condition = smaller.net, smaller.formula
+    conditions = BoundAtoms(net, condition, NetNames(net)).conditions
+    own, known = Clock(clock.left / 4), sums_of(net)
     for solver, share in SOLVERS if known is not None else ():
         assert known is not None
-        met = _value(net, condition, conditions, Clock(share * clock.left), known, solver)
+        met = _value(net, condition, conditions, Clock(share * own.left), known, solver)
         if met is not None:
             return met[0]
-    return None
+    graph = part_of_graph(net, None, memory, clock.left / 2)
+    if graph is None:
+        return None
+    found = bool(satisfied(graph, condition, conditions).any())
+    walker = Walker(net)
+    while not (found or graph.is_complete or clock.is_over()):
+        found = bool(satisfied(walker.walk(), condition, conditions).any())
+    return found if found or graph.is_complete else None
 
 
 def _value(

@@ -64,8 +64,6 @@ class Walker:
     Parameters
     ----------
     net : CompiledNet
-    seed : int
-        Of the choices.
 
     Attributes
     ----------
@@ -77,9 +75,9 @@ class Walker:
         Last markings of walks, deadlocks first; a few.
     """
 
-    def __init__(self, net: CompiledNet, seed: int = 1) -> None:
+    def __init__(self, net: CompiledNet) -> None:
         self.net = net
-        self._random = np.random.default_rng(seed)
+        self._random = np.random.default_rng(1)
         self.arrays = NetArrays(net)
         transitions = len(net.transitions)
         self.fired = np.zeros(transitions, dtype=np.bool_)

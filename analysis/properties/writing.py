@@ -15,13 +15,9 @@ from dineros.analysis.logic.language.syntax import (
     Atom,
     Constant,
     Deadlock,
-    Equivalent,
     Exists,
-    Finally,
     ForAll,
     Formula,
-    Globally,
-    Implies,
     Next,
     Not,
     Or,
@@ -31,21 +27,12 @@ from dineros.analysis.logic.language.syntax import (
 )
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.properties.property import Property
-from dineros.analysis.properties.reading import NAMESPACE
+from dineros.analysis.properties.reading import BINARY, MANY, NAMESPACE, QUANTIFIERS, UNARY
 from dineros.metamodel.errors import DinerosError
 from dineros.metamodel.files.atomic import write_atomically
 
 _TAGS: dict[type[Formula], str] = {
-    Not: "negation",
-    And: "conjunction",
-    Or: "disjunction",
-    Implies: "implication",
-    Equivalent: "equivalence",
-    Globally: "globally",
-    Finally: "finally",
-    Next: "next",
-    ForAll: "all-paths",
-    Exists: "exists-path",
+    kind: tag for tag, kind in (*QUANTIFIERS.items(), *UNARY.items(), *MANY.items(), *BINARY.items())
 }
 
 

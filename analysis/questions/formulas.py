@@ -11,8 +11,9 @@ Computing 2, 1988 (every beginning goes on fairly).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
@@ -84,10 +85,7 @@ def verify_linear(
             check_counterexample(net, tree, bound, run.stem, run.loop, weakly, strongly)
         return run
 
-    asked: list[Callable[[Budget], Outcome]] = [
-        lambda share, condition=condition: ask_goal(condition, share)  # type: ignore[misc]
-        for condition in conditions
-    ]
+    asked = [partial(ask_goal, condition) for condition in conditions]
     return _all_of([*asked, *([ask_others] if others else [])], budget)
 
 
@@ -134,14 +132,11 @@ def verify_branching(
         status = "holds" if is_met == value_if_met else "violated"
         return replace(way, status=status, reason=f"shows EF {condition}" if is_met else "")
 
-    asked: list[Callable[[Budget], Outcome]] = [
-        lambda share, part=part: ask_goal(part, share)  # type: ignore[misc]
-        for part in goals
-    ]
+    asked = [partial(ask_goal, part) for part in goals]
     return _all_of([*asked, *([ask_others] if others else [])], budget)
 
 
-def _all_of(asked: list[Callable[[Budget], Outcome]], budget: Budget) -> Outcome:
+def _all_of(asked: Sequence[Callable[[Budget], Outcome]], budget: Budget) -> Outcome:
     """Return the answer to a conjunction: what violates it, what is not known, else the last of all."""
     answers: list[Outcome] = []
     for number, ask in enumerate(asked):

@@ -13,7 +13,6 @@ from dineros.analysis.explicit import Order, find
 from dineros.analysis.explicit.answers import Reduction
 from dineros.analysis.explicit.engine import NO_END
 from dineros.analysis.explicit.goals import Goal, excludes
-from dineros.analysis.logic.language.names import Names
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import coverability
 from dineros.analysis.nets.shortening import shortened
@@ -38,12 +37,7 @@ _REASONS = {
 }
 
 
-def find_firing(
-    net: CompiledNet,
-    transition: int,
-    budget: Budget = UNLIMITED,
-    order: Order = "breadth-first",
-) -> Outcome:
+def find_firing(net: CompiledNet, transition: int, budget: Budget = UNLIMITED) -> Outcome:
     """Find a trace that ends with a transition: a shortest one, unless only the reduced net is small enough.
 
     Reduction by rules that preserve LTL without next keeps whether the transition ever fires; a trace of the
@@ -51,14 +45,14 @@ def find_firing(
     """
     budget = budget.begun()
     name = net.transitions[transition]
-    answer = search(net, Goal.enabled(net, transition), budget.share(most_bytes=QUICK), order)
+    answer = search(net, Goal.enabled(net, transition), budget.share(most_bytes=QUICK), "breadth-first")
     if answer.trace is not None:
         return replace(answer, trace=(*answer.trace, transition))
     if answer.status != "unknown" or answer.reason == INTERRUPTED or budget.is_over:
         return answer
     reduction = reduce(net, {Property.LTL_WITHOUT_NEXT}, observed_transitions=[name])
     smaller = reduction.net
-    answer = search(smaller, Goal.enabled(smaller, name), budget, order)
+    answer = search(smaller, Goal.enabled(smaller, name), budget, "breadth-first")
     if answer.trace is None:
         return answer
     index = {name: number for number, name in enumerate(net.transitions)}
@@ -67,7 +61,7 @@ def find_firing(
     return Outcome("reachable", (*trace, transition))
 
 
-def way_to_firing(space: SymbolicStateSpace, names: Names, transition: int) -> tuple[int, ...]:
+def way_to_firing(space: SymbolicStateSpace, transition: int) -> tuple[int, ...]:
     """Return a firing sequence that ends with a transition, where some reachable marking enables it.
 
     It is led by the diagram of all reachable markings, so that it is found however far away it is; a shortest
@@ -80,11 +74,9 @@ def way_to_firing(space: SymbolicStateSpace, names: Names, transition: int) -> t
         If memory runs out.
     """
     from dineros.analysis.logic.ctl.symbolic_sets import SymbolicSets
-    from dineros.analysis.logic.language.atoms import BoundAtoms
-    from dineros.analysis.logic.language.syntax import Constant
     from dineros.analysis.symbolic.vector_sets import Scope
 
-    ways = SymbolicSets(space, BoundAtoms(space.net, Constant(True), names))
+    ways = SymbolicSets(space)
     sets, all_of_them = ways.sets, space.diagram.root
     with Scope(space.diagram) as scope:
         others = sets.without_boxes(all_of_them, space.event_masks(transition))

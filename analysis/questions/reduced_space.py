@@ -82,12 +82,11 @@ def _weighted(net: CompiledNet, budget: Budget, orders: OrderCache | None, began
     except (UnknownBoundError, LevelSizeError):
         return None
     if not space.complete:
-        return figures_of(small, (None, None, None), (None, None), "symbolic", space.reason, began)
+        return figures_of(small, "symbolic", began, reason=space.reason)
     weights = {place: partial(ways_to_share, places=number) for place, number in merged.items()}
     states = space.weighted(weights) * reduction.marking_factor
     counts = states, None, _times(space.deadlocks(), reduction.deadlock_factor)
-    found = figures_of(small, counts, (None, None), "symbolic", "", began)
-    return replace(found, reduced_states=space.markings)
+    return replace(figures_of(small, "symbolic", began, counts), reduced_states=space.markings)
 
 
 def _by_factor(

@@ -151,7 +151,7 @@ def state_space(
 def unfinished(net: CompiledNet, engine: str, states: int | None, reason: str, seconds: float) -> StateSpace:
     """Return the figures of a state space whose count ended early, with the markings seen if known."""
     began = time.perf_counter() - seconds
-    return figures_of(net, (states, None, None), (None, None), engine, reason, began)
+    return figures_of(net, engine, began, (states, None, None), reason=reason)
 
 
 def differences(net: CompiledNet, counts: TinaCounts, budget: Budget = UNLIMITED) -> list[str]:
@@ -191,15 +191,9 @@ def _symbolic(net: CompiledNet, budget: Budget, began: float, orders: OrderCache
     if not space.complete:
         return _nothing(net, "symbolic", RAN_OUT[space.reason], began)
     budget.stage("counting arcs, deadlocks and tokens")
-    counted = figures_of(
-        net,
-        (space.markings, space.arcs(), space.deadlocks()),
-        (max(space.largest_place(), default=0), space.largest_total()),
-        "symbolic",
-        "",
-        began,
-    )
-    return replace(counted, levels=space.order)
+    counts = space.markings, space.arcs(), space.deadlocks()
+    tokens = max(space.largest_place(), default=0), space.largest_total()
+    return replace(figures_of(net, "symbolic", began, counts, tokens), levels=space.order)
 
 
 def _explicit(net: CompiledNet, budget: Budget, began: float, order: Order) -> StateSpace:
@@ -216,14 +210,10 @@ def _explicit(net: CompiledNet, budget: Budget, began: float, order: Order) -> S
         grown = ", ".join(net.places[place] for place in pumping.places)
         reason = f"unbounded: {grown} can grow for ever"
         return replace(_nothing(net, "explicit", reason, began), pumping=pumping)
-    return figures_of(
-        net,
-        (space.markings, space.arcs, space.deadlocks),
-        (max(space.largest_place, default=0), space.largest_total),
-        "explicit",
-        "" if space.complete else RAN_OUT.get(space.reason or "", space.reason or "unknown"),
-        began,
-    )
+    counts = space.markings, space.arcs, space.deadlocks
+    tokens = max(space.largest_place, default=0), space.largest_total
+    reason = "" if space.complete else RAN_OUT.get(space.reason or "", space.reason or "unknown")
+    return figures_of(net, "explicit", began, counts, tokens, reason)
 
 
 def _tina(net: CompiledNet, budget: Budget, began: float) -> StateSpace:
@@ -235,7 +225,7 @@ def _tina(net: CompiledNet, budget: Budget, began: float) -> StateSpace:
         return _nothing(net, "tina", limit.why, began)
     if not counts.is_bounded:
         return _nothing(net, "tina", "unbounded", began)
-    return figures_of(net, (counts.states, counts.arcs, counts.deadlocks), (None, None), "tina", "", began)
+    return figures_of(net, "tina", began, (counts.states, counts.arcs, counts.deadlocks))
 
 
 def _with_rest(
@@ -270,16 +260,16 @@ def _with_rest(
 
 
 def _nothing(net: CompiledNet, engine: str, reason: str, began: float) -> StateSpace:
-    return figures_of(net, (None, None, None), (None, None), engine, reason, began)
+    return figures_of(net, engine, began, reason=reason)
 
 
 def figures_of(
     net: CompiledNet,
-    counts: tuple[int | None, int | None, int | None],
-    tokens: tuple[int | None, int | None],
     engine: str,
-    reason: str,
     began: float,
+    counts: tuple[int | None, int | None, int | None] = (None, None, None),
+    tokens: tuple[int | None, int | None] = (None, None),
+    reason: str = "",
 ) -> StateSpace:
     """Return counts (states, arcs, deadlocks) and largest tokens as figures; complete without a reason."""
     return StateSpace(

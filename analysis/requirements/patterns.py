@@ -95,7 +95,16 @@ def read_pattern(text: str) -> Reading:
     """
     if len(text) > MAX_LENGTH:
         raise FormulaError(f"the property has {len(text)} characters, more than {MAX_LENGTH}", column=1)
-    return _Reader(text).read()
+    body, scope = _Part(text, 0), None
+    colon = _found(body, ":")
+    if colon is not None:
+        scope, body = body.before(colon), body.after(colon)
+    possible = re.search(r"\b(is|stays)\s+possible\s*$", body.text)
+    if possible is None:
+        return Reading("ltl", _scoped(scope, body))
+    if scope is not None:
+        raise FormulaError("what is possible has no scope", column=1, hint="say never P with the scope")
+    return _possible(body.before(possible), possible[1] == "stays")
 
 
 @dataclass(frozen=True)
@@ -105,30 +114,11 @@ class _Part:
     text: str
     start: int
 
-    def cut(self, begin: int, end: int) -> _Part:
-        return _Part(self.text[begin:end], self.start + begin)
+    def before(self, match: re.Match[str]) -> _Part:
+        return _Part(self.text[: match.start()], self.start)
 
-
-class _Reader:
-    def __init__(self, text: str) -> None:
-        self._whole = _Part(text, 0)
-
-    def read(self) -> Reading:
-        body, scope = self._whole, None
-        colon = _found(self._whole, ":")
-        if colon is not None:
-            scope, body = (
-                self._whole.cut(0, colon.start()),
-                self._whole.cut(colon.end(), len(self._whole.text)),
-            )
-        possible = re.search(r"\b(is|stays)\s+possible\s*$", body.text)
-        if possible is not None:
-            if scope is not None:
-                raise FormulaError(
-                    "what is possible has no scope", column=1, hint="say never P with the scope"
-                )
-            return _possible(body.cut(0, possible.start()), possible[1] == "stays")
-        return Reading("ltl", _scoped(scope, body))
+    def after(self, match: re.Match[str]) -> _Part:
+        return _Part(self.text[match.end() :], self.start + match.end())
 
 
 def _possible(part: _Part, stays: bool) -> Reading:
@@ -153,7 +143,7 @@ def _scoped(scope: _Part | None, body: _Part) -> Formula:
             column=scope.start + 1,
             hint="before R, after Q, between Q and R, after Q until R",
         )
-    rest = scope.cut(words.end(), len(scope.text))
+    rest = scope.after(words)
     if words[1] == "before":
         end = _condition(rest)
         return Implies(Finally(end), _pattern(body, _Scope(end)))
@@ -184,7 +174,7 @@ def _two(part: _Part, word: str) -> tuple[Formula, Formula]:
     wrong: FormulaError | None = None
     for match in _all_found(part, rf"\b{word}\b"):
         try:
-            pair = _condition(part.cut(0, match.start())), _condition(part.cut(match.end(), len(part.text)))
+            pair = _sides(part, match)
         except FormulaError as error:
             wrong = wrong or error
         else:
@@ -204,27 +194,27 @@ def _pattern(body: _Part, scope: _Scope) -> Formula:
     """Return what a pattern says from now on, in a scope."""
     first = re.match(r"\s*(never|always|at\s+most)\b", body.text)
     if first is not None and first[1] in ("never", "always"):
-        condition = _condition(body.cut(first.end(), len(body.text)))
+        condition = _condition(body.after(first))
         return scope.throughout(Not(condition) if first[1] == "never" else condition)
     if first is not None:
-        return _bounded(body.cut(first.end(), len(body.text)), scope)
+        return _bounded(body.after(first), scope)
     happens = re.search(r"\bhappens\s*$", body.text)
     if happens is not None:
-        return scope.some_time(_condition(body.cut(0, happens.start())))
+        return scope.some_time(_condition(body.before(happens)))
     for words, make in (
         ("leads to", scope.response),
         ("only after", scope.precedence),
         ("until", scope.until),
     ):
-        if _found(body, _spaced(words)) is not None:
-            return make(*_parted(body, words))
+        match = _found(body, r"\b" + words.replace(" ", r"\s+") + r"\b")
+        if match is not None:
+            return make(*_sides(body, match))
     raise FormulaError("this is no pattern", column=body.start + 1, hint=_HINT)
 
 
-def _parted(body: _Part, words: str) -> tuple[Formula, Formula]:
-    match = _found(body, _spaced(words))
-    assert match is not None
-    return _condition(body.cut(0, match.start())), _condition(body.cut(match.end(), len(body.text)))
+def _sides(part: _Part, match: re.Match[str]) -> tuple[Formula, Formula]:
+    """Read the conditions before and after what parts them."""
+    return _condition(part.before(match)), _condition(part.after(match))
 
 
 @dataclass(frozen=True)
@@ -289,7 +279,7 @@ def _bounded(part: _Part, scope: _Scope) -> Formula:
     times = _TIMES.get(words[1]) or int(words[1].split()[0])
     if not 1 <= times <= MOST_TIMES:
         raise FormulaError(f"from 1 to {MOST_TIMES} times", column=part.start + words.start(1) + 1)
-    condition = _condition(part.cut(words.end(), len(part.text)))
+    condition = _condition(part.after(words))
     formula = scope.throughout(Not(condition))
     for _ in range(times):
         if _is_step(condition):
@@ -332,7 +322,3 @@ def _all_found(part: _Part, pattern: str) -> list[re.Match[str]]:
             flat[place] = "\0"
         depth -= letter == ")" and depth > 0
     return list(re.finditer(pattern, "".join(flat)))
-
-
-def _spaced(words: str) -> str:
-    return r"\b" + words.replace(" ", r"\s+") + r"\b"

@@ -124,7 +124,7 @@ class _Search:
             return Capacity(queue, self._limit(queue), 1)
         limit = self._limit(queue)
         if self._own is not None and _never_loses(self._own, queue):
-            return self._least(queue, limit, self._own)
+            return self._least(queue, self._own)
         endless = _without_limit(net, queue.drops, queue.capacity)
         if self._own is None:
             return self._on_the_way(queue, endless)
@@ -138,7 +138,7 @@ class _Search:
             if space is None:
                 return self._on_the_way(queue, endless)
             if _never_loses(space, queue):
-                return self._least(queue, limit, space)
+                return self._least(queue, space)
         return Capacity(queue, limit, None, f"a capacity of {large} is not enough")
 
     def _grows(self, queue: Queue, endless: CompiledNet, pumping: Pumping | None) -> Capacity:
@@ -210,23 +210,17 @@ class _Search:
         net = self._subject.net
         return int(net.initial[net.places.index(queue.capacity)])
 
-    def _least(self, queue: Queue, limit: int, space: SymbolicStateSpace) -> Capacity:
+    def _least(self, queue: Queue, space: SymbolicStateSpace) -> Capacity:
         # A full queue has no capacity, by which its drop is inhibited, and drops what stands at its source.
-        net = self._subject.net
-        drops = [self._subject.transition_index[drop] for drop in queue.drops]
+        net, drops = self._subject.net, self._drops(queue)
         sources = [net.places[place] for drop in drops for place, _ in net.pre.row(drop)]
         needed = 1
         while any(space.satisfying({queue.load: (needed, None), source: (1, None)}) for source in sources):
             needed += 1
-        witness = None
-        if needed > 1:
-            smaller = replace(self._subject, net=net.with_initial({queue.capacity: needed - 1}))
-            for drop in drops:
-                trace = find_firing(smaller.net, drop, self._budget).trace
-                if trace is not None:
-                    witness = witness_of(smaller, trace)
-                    break
-        return Capacity(queue, limit, needed, witness=witness)
+        smaller = net.with_initial({queue.capacity: needed - 1})
+        ways = (find_firing(smaller, drop, self._budget).trace for drop in drops if needed > 1)
+        way = next((way for way in ways if way is not None), None)
+        return Capacity(queue, self._limit(queue), needed, witness=self._lost(queue, needed - 1, way))
 
 
 def _never_loses(space: SymbolicStateSpace, queue: Queue) -> bool:

@@ -99,22 +99,20 @@ def against_circle(changes: Changes, circle: Circle) -> Iterator[Changes]:
             assert isinstance(one.model, sym.NodeNet)
             yield changes.with_thread(one.element)
         elif one.kind == "group":
-            yield from _own(changes, (before, after))
+            yield from _own(changes, (before.model, after.model))
             yield from _reentrant(changes, one, after)
 
 
 def against_run(changes: Changes, begun: Iterable[sym.CallbackPage]) -> Iterator[Changes]:
     """Yield what, added to some changes, keeps callbacks that begin in a run from running twice at once."""
-    for page in begun:
-        owner = _owner(page)
-        is_reentrant = page.group is not None and page.group.kind == sym.CallbackGroupKind.reentrant
-        if owner is not None and is_reentrant and owner not in changes.own:
-            yield replace(changes, own=changes.own | {owner})
+    reentrant = sym.CallbackGroupKind.reentrant
+    twice = [page for page in begun if page.group is not None and page.group.kind == reentrant]
+    yield from _own(changes, twice)
 
 
-def _own(changes: Changes, waiters: Sequence[Waiter]) -> Iterator[Changes]:
-    for waiter in waiters:
-        owner = _owner(waiter.model)
+def _own(changes: Changes, models: Sequence[object]) -> Iterator[Changes]:
+    for model in models:
+        owner = _owner(model)
         if owner is not None and owner not in changes.own:
             yield replace(changes, own=changes.own | {owner})
 

@@ -179,7 +179,10 @@ class _Search:
 
 def _consumers_first(model: sym.SystemModel) -> list[str]:
     """Return the managed nodes, each after those that its messages and requests go to, as far as possible."""
-    goes_to: dict[str, list[str]] = {node.id: [] for node in managed_nodes(model)}
+    import networkx as nx  # takes a while to import
+
+    goes_to: nx.DiGraph[str] = nx.DiGraph()
+    goes_to.add_nodes_from(node.id for node in managed_nodes(model))
     for channel in model.channels:
         if isinstance(channel, sym.TopicChannel):
             senders = [port.place for port in channel.publishers]
@@ -191,17 +194,5 @@ def _consumers_first(model: sym.SystemModel) -> list[str]:
             for getter in getters:
                 one, other = node_net_of(sender), node_net_of(getter)
                 if one is not None and other is not None and one.id in goes_to and other.id in goes_to:
-                    goes_to[one.id].append(other.id)
-    ordered: dict[str, None] = {}
-    seen: set[str] = set()
-
-    def visit(node: str) -> None:
-        if node not in seen:
-            seen.add(node)
-            for other in goes_to[node]:
-                visit(other)
-            ordered[node] = None
-
-    for node in goes_to:
-        visit(node)
-    return list(ordered)
+                    goes_to.add_edge(one.id, other.id)
+    return list(nx.dfs_postorder_nodes(goes_to))

@@ -22,6 +22,7 @@ from collections.abc import Iterable, Sequence
 
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, NoneEnabled, SomeEnabled, SomeFired
 from dineros.analysis.logic.language.syntax import (
+    OPERATORS,
     And,
     Atom,
     Constant,
@@ -44,6 +45,19 @@ TRUE, FALSE = "T", "F"
 _AND, _OR = "/\\", "\\/"
 PARTIAL = "L.sub"
 """Holds in states of a marking graph that were not explored further."""
+
+_FORMS: dict[type[Formula], str] = {
+    Not: "(- {0})",
+    Implies: "({0} => {1})",
+    Equivalent: "({0} <=> {1})",
+    Next: "(() {0})",
+    Finally: "(<> {0})",
+    Globally: "([] {0})",
+    Until: "({0} U {1})",
+    WeakUntil: "(({0} U {1}) \\/ ([] {0}))",
+    Release: "(- ((- {0}) U (- {1})))",
+}
+"""How operators are written, by the texts of their operands."""
 
 _PLAIN = re.compile(r"[A-Za-z0-9_']+")
 
@@ -128,29 +142,13 @@ def _part(net: CompiledNet, part: Formula, operands: list[str], atoms: BoundAtom
             return TRUE if value else FALSE
         case Atom():
             return _atom(net, atoms, part)
-        case Not():
-            return not_(operands[0])
         case And():
             return _joined(_AND, operands, TRUE)
         case Or():
             return _joined(_OR, operands, FALSE)
-        case Implies():
-            return f"({operands[0]} => {operands[1]})"
-        case Equivalent():
-            return f"({operands[0]} <=> {operands[1]})"
-        case Next():
-            return f"(() {operands[0]})"
-        case Finally():
-            return f"(<> {operands[0]})"
-        case Globally():
-            return always(operands[0])
-        case Until():
-            return f"({operands[0]} U {operands[1]})"
-        case WeakUntil():
-            return f"(({operands[0]} U {operands[1]}) {_OR} {always(operands[0])})"
-        case Release():
-            return not_(f"({not_(operands[0])} U {not_(operands[1])})")
-    raise TinaError(f"selt has nothing that surely means {part}", hint="use another engine")
+    if type(part) not in _FORMS:
+        raise TinaError(f"selt has nothing that surely means {part}", hint="use another engine")
+    return _FORMS[type(part)].format(*operands)
 
 
 def _atom(net: CompiledNet, atoms: BoundAtoms, atom: Atom) -> str:
@@ -171,8 +169,6 @@ def _fired(net: CompiledNet, transition: int) -> str:
 
 def _comparison(net: CompiledNet, factors: dict[int, int], operator: str, bound: int) -> str:
     """Compare two sums of natural numbers."""
-    from dineros.analysis.logic.language.atoms import OPERATORS
-
     if not factors:
         return TRUE if OPERATORS[operator](0, bound) else FALSE
     if operator == "!=":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from dineros.analysis.answers.outcome import Outcome
@@ -55,10 +55,7 @@ class Witness:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the witness for JSON."""
-        steps = [
-            {"transition": step.transition, "text": step.text, "change": step.change} for step in self.steps
-        ]
-        return {"steps": steps, "loop": self.loop}
+        return {"steps": [asdict(step) for step in self.steps], "loop": self.loop}
 
 
 def witness_of(subject: Subject, trace: Sequence[int], loop: int | None = None) -> Witness:

@@ -40,6 +40,7 @@ from dineros.analysis.logic.language.syntax import (
     Not,
 )
 from dineros.analysis.model.subject import Subject
+from dineros.analysis.nets.witness import replay
 from dineros.analysis.witnesses.causal_past import CausalPast, TokenNeed
 from dineros.analysis.witnesses.findings import Witness
 from dineros.analysis.witnesses.token_levels import TokenLevels
@@ -192,7 +193,9 @@ class _Search:
             bound = BoundAtoms(self._net, formula, self._subject.names)
         except FormulaError:
             return None
-        letters = [Step(tuple(m), t) for m, t in zip(self._levels.markings(), self._sequence, strict=False)]
+        letters = [
+            Step(tuple(m), t) for m, t in zip(replay(self._net, self._sequence), self._sequence, strict=False)
+        ]
         last = Step(tuple(self._levels.marking(self._end)), None)
         back = self._end if self._loop is None else self._loop
         if only_end:
@@ -207,10 +210,8 @@ class _Search:
     def of_firing(self) -> Cause | None:
         """Return the cause of the last firing: what enables it."""
         outcome, at = _Outcome(firings={self._end - 1}), self._end - 1
-        for place, weight in self._net.pre.row(self._sequence[at]):
-            self._level(outcome, place, weight, at, at_least=True)
-        for place, weight in self._net.inhibitor.row(self._sequence[at]):
-            self._level(outcome, place, weight, at, at_least=False)
+        for place, weight, at_least in self._asked(self._sequence[at]):
+            self._level(outcome, place, weight, at, at_least)
         return self._cause(outcome)
 
     def of_blocked(self, transition: int) -> Cause | None:
@@ -230,7 +231,7 @@ class _Search:
         marking, waiting = self._levels.marking(position), False
         for t in range(len(self._net.transitions)):
             blockers = self._blockers(t, marking)
-            waits = len(blockers) < len(self._net.pre.row(t)) + len(self._net.inhibitor.row(t))
+            waits = len(blockers) < len(self._asked(t))
             waiting |= waits
             for place, weight, at_least in blockers if waits else ():
                 self._level(outcome, place, weight, position, at_least)
@@ -247,13 +248,18 @@ class _Search:
         past = CausalPast(self._net, self._sequence).of(outcome.needs, firings)
         return Cause(outcome.first, tuple(firing + 1 for firing in past), outcome.decided)
 
+    def _asked(self, t: int) -> list[tuple[int, int, bool]]:
+        """Return what enables a transition: place, weight, and whether it must hold so many, or fewer."""
+        at_least = [(place, weight, True) for place, weight in self._net.pre.row(t)]
+        return at_least + [(place, weight, False) for place, weight in self._net.inhibitor.row(t)]
+
     def _blockers(self, t: int, marking: Sequence[int]) -> list[tuple[int, int, bool]]:
         """Return what keeps a transition from firing: place, weight, and whether it holds too many."""
-        few = [(place, weight, False) for place, weight in self._net.pre.row(t) if marking[place] < weight]
-        many = [
-            (place, weight, True) for place, weight in self._net.inhibitor.row(t) if marking[place] >= weight
+        return [
+            (place, weight, not at_least)
+            for place, weight, at_least in self._asked(t)
+            if (marking[place] >= weight) != at_least
         ]
-        return few + many
 
     def _first_blocker(self, t: int, position: int) -> TokenNeed:
         """Return the need that a transition is not enabled: that which has been so for the longest time."""
@@ -315,10 +321,8 @@ class _Search:
                 yield from _linear_needs(factors, operator, bound, value, marking, position)
             case SomeEnabled(transitions) if value:
                 enabled = next(t for t in sorted(transitions) if self._net.is_enabled(t, marking))
-                for place, weight in self._net.pre.row(enabled):
-                    yield _need(place, position, True, weight)
-                for place, weight in self._net.inhibitor.row(enabled):
-                    yield _need(place, position, False, weight)
+                for place, weight, at_least in self._asked(enabled):
+                    yield _need(place, position, at_least, weight)
             case SomeEnabled(transitions):
                 for t in transitions:
                     yield self._first_blocker(t, position)

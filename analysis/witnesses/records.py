@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 from dineros.analysis.model.step_roles import StepRole, step_roles
-from dineros.analysis.model.subject import Subject
 from dineros.analysis.witnesses.findings import Witness
 from dineros.analysis.witnesses.first_cause import Cause, first_cause
-from dineros.metamodel import pn, sym
-from dineros.metamodel.elements import pages
+from dineros.metamodel.elements import node_nets
 from dineros.metamodel.records import Fire, Header, Record
 
 
@@ -41,21 +38,27 @@ def witness_records(
     subject = witness.subject
     assert subject is not None, "witness_of() made it"
     cause = cause or first_cause(witness, asked, verdict)
-    yield _header(
-        subject,
-        witness,
-        Header(
-            sequence=0,
-            kind="witness",
-            model=str(subject.model.id),
-            source=source,
-            settings=list(settings),
-            property=asked,
-            verdict=verdict,
-            cause=None if cause is None else cause.first,
-            causes=[] if cause is None else list(cause.steps),
-            decided={} if cause is None else {text: list(span) for text, span in cause.decided.items()},
-        ),
+    net = None if subject.flattened is None else subject.flattened.net
+    marking = zip(subject.net.places, subject.net.initial.tolist(), strict=True)
+    yield Header(
+        sequence=0,
+        kind="witness",
+        model=str(subject.model.id),
+        source=source,
+        settings=list(settings),
+        property=asked,
+        verdict=verdict,
+        cause=None if cause is None else cause.first,
+        causes=[] if cause is None else list(cause.steps),
+        decided={} if cause is None else {text: list(span) for text, span in cause.decided.items()},
+        # The header is record 0, so step i is record i + 1.
+        loop=None if witness.loop is None else witness.loop + 1,
+        signals=None if net is None else _variant(str(net.signals)),
+        overflow=None if net is None else _variant(str(net.overflow)),
+        marking={place: tokens for place, tokens in marking if tokens},
+        signals_initial={
+            signal.id: bool(signal.initial) for node in node_nets(subject.model) for signal in node.signals
+        },
     )
     roles = step_roles(subject.links())
     for sequence, step in enumerate(witness.steps, 1):
@@ -69,29 +72,6 @@ def witness_records(
         )
 
 
-def _header(subject: Subject, witness: Witness, header: Header) -> Header:
-    net = None if subject.flattened is None else subject.flattened.net
-    marking = dict(zip(subject.net.places, subject.net.initial.tolist(), strict=True))
-    return replace(
-        header,
-        # The header is record 0, so step i is record i + 1.
-        loop=None if witness.loop is None else witness.loop + 1,
-        signals=None if net is None else _variant(str(net.signals)),
-        overflow=None if net is None else _variant(str(net.overflow)),
-        marking={place: tokens for place, tokens in marking.items() if tokens},
-        signals_initial=_initial_signals(subject.model),
-    )
-
-
 def _variant(literal: str) -> str:
     """Return the name of a variant as options have it: `ioEnabled` is ``io-enabled``."""
     return "".join(f"-{letter.lower()}" if letter.isupper() else letter for letter in literal)
-
-
-def _initial_signals(model: pn.Net) -> dict[str, bool]:
-    return {
-        signal.id: bool(signal.initial)
-        for page in pages(model)
-        if isinstance(page, sym.NodeNet)
-        for signal in page.signals
-    }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 from dineros.analysis.nets.compiled import CompiledNet
 
@@ -34,15 +34,6 @@ class TokenLevels:
             values[bisect_right(positions, position) - 1]
             for positions, values in zip(self._positions, self._values, strict=True)
         ]
-
-    def markings(self) -> Iterator[list[int]]:
-        """Yield all markings, the initial one first."""
-        marking = self._net.initial.tolist()
-        yield list(marking)
-        for transition in self._sequence:
-            for place, change in self._net.delta[transition].items():
-                marking[place] += change
-            yield list(marking)
 
     def marking_near(self, position: int) -> Callable[[int], list[int]]:
         """Return a function from positions to markings that is quick where it is asked step by step."""

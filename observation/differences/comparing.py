@@ -251,10 +251,12 @@ def _of_quality(wanted: Quality, there: Quality) -> Iterator[tuple[str, str, str
 def _compare_topics(expected: ObservedSystem, found: ObservedSystem, report: Report, said: Described) -> None:
     """Compare topics that were recorded: no recording tells which node has them."""
     wanted: dict[str, list[tuple[str, TopicEndpoint]]] = defaultdict(list)
-    for role, ends in (("publishers", expected.publishers()), ("subscribers", expected.subscribers())):
-        for node, endpoint in ends:
+    for role in ("publishers", "subscribers"):
+        for node, endpoint in expected.ports(role):
             wanted[endpoint.topic].append((said.elements[node.name, role, endpoint.topic], endpoint))
-    offered = {topic: [endpoint.quality for _, endpoint in _ends(expected, topic)] for topic in wanted}
+    offered: dict[str, list[Quality]] = defaultdict(list)
+    for _, endpoint in expected.publishers():
+        offered[endpoint.topic].append(endpoint.quality)
     recorded = {topic.name for topic in found.topics}
     for topic in found.topics:
         if topic.name not in wanted:
@@ -290,9 +292,8 @@ def _compare_services(
         return
     wanted = {
         each.name: (said.elements[node.name, role, each.name], each.type)
-        for node in expected.nodes
         for role in ("clients", "servers")
-        for each in getattr(node, role)
+        for node, each in expected.ports(role)
     }
     recorded = {service.name for service in found.services}
     for service in found.services:
@@ -310,10 +311,6 @@ def _compare_services(
             report.proved.append(f"service {name} is as in the model")
     for name in sorted(set(wanted) - recorded):
         report.findings.append(NO_EVENTS.found(wanted[name][0], service=name))
-
-
-def _ends(system: ObservedSystem, topic: str) -> Iterator[tuple[ObservedNode, TopicEndpoint]]:
-    return (each for each in system.publishers() if each[1].topic == topic)
 
 
 def _near(name: str, others: Sequence[str]) -> str:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import difflib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.metamodel.matching import shown, unmet
-from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint
+from dineros.observation.systems import Endpoint, ObservedNode, ObservedSystem, TopicEndpoint, name_of
 
 QUALITY = Fault(
     "quality-not-matched",
@@ -94,14 +95,15 @@ def _of_nodes(system: ObservedSystem) -> Iterator[Finding]:
     simulated = [node.name for node in system.nodes if node.use_sim_time]
     real = [node.name for node in system.nodes if node.use_sim_time is False]
     if simulated and real:
-        yield TIME.found(*simulated, *real, simulated=_listed(simulated), real=_listed(real))
+        yield TIME.found(*simulated, *real, simulated=listed(simulated), real=listed(real))
 
 
-Ends = dict[str, list[tuple[ObservedNode, TopicEndpoint]]]
+Ends = dict[str, list[tuple[ObservedNode, Any]]]
+"""By name of topic, service or action: the ports, each with its node."""
 
 
 def _of_topics(system: ObservedSystem) -> Iterator[Finding]:
-    publishers, subscribers = _by_topic(system.publishers()), _by_topic(system.subscribers())
+    publishers, subscribers = _by_name(system, "publishers"), _by_name(system, "subscribers")
     for topic in sorted({*publishers, *subscribers}):
         yield from _of_types(topic, [*publishers[topic], *subscribers[topic]])
         for sender, offer in publishers[topic]:
@@ -121,9 +123,9 @@ def _of_topics(system: ObservedSystem) -> Iterator[Finding]:
     unfilled = {topic: _names(ends) for topic, ends in subscribers.items() if ends and not publishers[topic]}
     yield from _of_names(unheard, unfilled)
     for topic, nodes in sorted(unheard.items()):
-        yield UNHEARD.found(topic, *nodes, topic=topic, nodes=_listed(nodes))
+        yield UNHEARD.found(topic, *nodes, topic=topic, nodes=listed(nodes))
     for topic, nodes in sorted(unfilled.items()):
-        yield UNFILLED.found(topic, *nodes, topic=topic, nodes=_listed(nodes))
+        yield UNFILLED.found(topic, *nodes, topic=topic, nodes=listed(nodes))
 
 
 def _of_types(name: str, ends: Iterable[tuple[ObservedNode, TopicEndpoint | Endpoint]]) -> Iterator[Finding]:
@@ -131,7 +133,7 @@ def _of_types(name: str, ends: Iterable[tuple[ObservedNode, TopicEndpoint | Endp
     for node, endpoint in ends:
         types[endpoint.type].append(node.name)
     if len(types) > 1:
-        said = "; ".join(f"{type} at {_listed(nodes)}" for type, nodes in types.items())
+        said = "; ".join(f"{type} at {listed(nodes)}" for type, nodes in types.items())
         nodes = dict.fromkeys(node for nodes in types.values() for node in nodes)
         yield TYPE.found(name, *nodes, name=name, types=said)
 
@@ -143,12 +145,12 @@ def _of_services(system: ObservedSystem) -> Iterator[Finding]:
             yield from _of_types(name, [*served[name], *called[name]])
             if len(served[name]) > 1:
                 nodes = [node.name for node, _ in served[name]]
-                yield SERVERS.found(name, *nodes, name=name, nodes=_listed(nodes))
+                yield SERVERS.found(name, *nodes, name=name, nodes=listed(nodes))
         unserved = {name: _names(ends) for name, ends in called.items() if ends and not served[name]}
         uncalled = {name: _names(ends) for name, ends in served.items() if ends and not called[name]}
         yield from _of_names(uncalled, unserved)
         for name, nodes in sorted(unserved.items()):
-            yield UNSERVED.found(name, *nodes, name=name, nodes=_listed(nodes))
+            yield UNSERVED.found(name, *nodes, name=name, nodes=listed(nodes))
 
 
 def _of_names(givers: Mapping[str, list[str]], takers: Mapping[str, list[str]]) -> Iterator[Finding]:
@@ -158,23 +160,15 @@ def _of_names(givers: Mapping[str, list[str]], takers: Mapping[str, list[str]]) 
             *(first, second, *givers[first], *takers[second]),
             first=first,
             second=second,
-            givers=_listed(givers[first]),
-            takers=_listed(takers[second]),
+            givers=listed(givers[first]),
+            takers=listed(takers[second]),
         )
 
 
-def _by_topic(ends: Iterable[tuple[ObservedNode, TopicEndpoint]]) -> Ends:
+def _by_name(system: ObservedSystem, role: str) -> Ends:
     found: Ends = defaultdict(list)
-    for node, endpoint in ends:
-        found[endpoint.topic].append((node, endpoint))
-    return found
-
-
-def _by_name(system: ObservedSystem, role: str) -> dict[str, list[tuple[ObservedNode, Endpoint]]]:
-    found: dict[str, list[tuple[ObservedNode, Endpoint]]] = defaultdict(list)
-    for node in system.nodes:
-        for endpoint in getattr(node, role):
-            found[endpoint.name].append((node, endpoint))
+    for node, port in system.ports(role):
+        found[name_of(port)].append((node, port))
     return found
 
 
@@ -192,6 +186,7 @@ def _near(givers: Iterable[str], takers: Iterable[str]) -> Iterator[tuple[str, s
                 yield first, second
 
 
-def _listed(names: Iterable[str]) -> str:
+def listed(names: Iterable[str]) -> str:
+    """Return the first of some names, and how many more there are."""
     known = list(dict.fromkeys(names))
     return ", ".join(known[:3]) + (f" and {len(known) - 3} more" if len(known) > 3 else "")

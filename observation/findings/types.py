@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from dineros.analysis.witnesses.findings import Fault, Finding
 from dineros.metamodel.token_types.installed import UnknownInterfaceError, installed_fields
+from dineros.observation.findings.mismatches import listed
 from dineros.observation.systems import ObservedSystem
 
 UNKNOWN = Fault(
@@ -33,5 +34,4 @@ def unknown_types(system: ObservedSystem) -> Iterator[Finding]:
             installed_fields(type)
         except UnknownInterfaceError as error:
             topics = sorted({topic for kind, topic, _ in found if kind == type})
-            shown = ", ".join(topics[:3]) + (f" and {len(topics) - 3} more" if len(topics) > 3 else "")
-            yield UNKNOWN.found(*names, topics=shown, why=error)
+            yield UNKNOWN.found(*names, topics=listed(topics), why=error)

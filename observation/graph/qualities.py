@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from dineros.metamodel.matching import Quality
-from dineros.observation.systems import TopicEndpoint
+from dineros.observation.systems import TopicEndpoint, quality_of_profile
 
 _UNBOUNDED = 9_223_372_036
 """Seconds from which on a time is without bound: rmw writes 2^63 - 1 nanoseconds for that."""
@@ -22,14 +21,7 @@ def endpoint_of(topic: str, info: Any) -> TopicEndpoint:
         What was discovered.
     """
     profile = info.qos_profile
-    quality = Quality(
-        "bestEffort" if profile.reliability.name == "BEST_EFFORT" else "reliable",
-        "transientLocal" if profile.durability.name == "TRANSIENT_LOCAL" else "volatile",
-        "manualByTopic" if profile.liveliness.name == "MANUAL_BY_TOPIC" else "automatic",
-        _seconds(profile.deadline),
-        _seconds(profile.liveliness_lease_duration),
-        _seconds(profile.lifespan),
-    )
+    quality = quality_of_profile(profile, _seconds)
     depths = {"KEEP_ALL": 0, "KEEP_LAST": profile.depth or None}
     return TopicEndpoint(topic, info.topic_type, quality, depths.get(profile.history.name))
 

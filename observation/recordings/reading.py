@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.reading import open_plain, read_bytes
-from dineros.metamodel.matching import Quality
 from dineros.observation.systems import (
     OF_EVENTS,
     ObservedSystem,
@@ -26,10 +25,11 @@ from dineros.observation.systems import (
     is_house_service,
     is_house_topic,
     is_of_action,
+    quality_of_profile,
 )
 
 if TYPE_CHECKING:
-    from rosbags.interfaces import Connection, Qos
+    from rosbags.interfaces import Connection
     from rosbags.interfaces import QosTime as Duration
     from rosbags.rosbag2 import Reader
 
@@ -230,7 +230,7 @@ class Recording:
         if len(types) > 1:
             raise self.error(f"topic {name} is of several types: {', '.join(types):.300}")
         offered = [
-            _quality(quality)
+            quality_of_profile(quality, _seconds)
             for connection in connections
             for quality in getattr(connection.ext, "offered_qos_profiles", ())
         ]
@@ -277,18 +277,6 @@ def _is_of_events(topic: RecordedTopic) -> bool:
 def _service(topic: RecordedTopic) -> RecordedService:
     return RecordedService(
         topic.name.removesuffix(OF_EVENTS), topic.type.removesuffix(_EVENT), topic.messages
-    )
-
-
-def _quality(offered: Qos) -> Quality:
-    """Return an offered quality of service in our words; what is not told is as usual in ROS 2."""
-    return Quality(
-        "bestEffort" if offered.reliability.name == "BEST_EFFORT" else "reliable",
-        "transientLocal" if offered.durability.name == "TRANSIENT_LOCAL" else "volatile",
-        "manualByTopic" if offered.liveliness.name == "MANUAL_BY_TOPIC" else "automatic",
-        _seconds(offered.deadline),
-        _seconds(offered.liveliness_lease_duration),
-        _seconds(offered.lifespan),
     )
 
 

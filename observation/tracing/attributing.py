@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sized
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, TypeVar
 
 from dineros.metamodel.errors import Location
 from dineros.observation.tracing.errors import TracingError
@@ -22,6 +22,8 @@ MOST = 100_000
 MOST_NESTED = 100
 """Callbacks that run within each other on a thread; the outermost of more has lost its end."""
 
+K = TypeVar("K")
+V = TypeVar("V")
 Kind = Literal["subscription", "service", "timer"]
 Effect = tuple[str, str]
 """A node, and a topic on which it publishes."""
@@ -216,7 +218,7 @@ class _Attributing:
         thread = self._thread(event.thread)
         thread.within = None
         # A callback does not begin again before it has ended: its end was not told, nor those within it.
-        yield from self._unwound(thread, address)
+        yield from self._unwound(thread, address, has_end=False)
         callback = self._callback(event.process, address)
         if callback is None:
             self._uncertain.callbacks += 1
@@ -230,12 +232,7 @@ class _Attributing:
         if thread is None:
             return
         thread.within = None
-        place = self._place(thread, address)
-        if place is not None:
-            for frame in reversed(thread.frames[place + 1 :]):
-                yield from frame.run(has_end=False)
-            yield from thread.frames[place].run(has_end=True)
-            del thread.frames[place:]
+        yield from self._unwound(thread, address, has_end=True)
         if not thread.frames:
             del self._threads[event.thread]
 
@@ -246,23 +243,15 @@ class _Attributing:
         self._bound(self._threads, "threads")
         return thread
 
-    def _unwound(self, thread: _Thread, address: str) -> Iterator[Run]:
-        place = self._place(thread, address)
-        if place is not None:
-            for frame in reversed(thread.frames[place:]):
-                yield from frame.run(has_end=False)
-            del thread.frames[place:]
-
     @staticmethod
-    def _place(thread: _Thread, address: str) -> int | None:
-        return next(
-            (
-                place
-                for place in range(len(thread.frames) - 1, -1, -1)
-                if thread.frames[place].address == address
-            ),
-            None,
-        )
+    def _unwound(thread: _Thread, address: str, *, has_end: bool) -> Iterator[Run]:
+        """End a callback and those within it, whose ends were not told; its own was if it has one."""
+        places = [place for place, frame in enumerate(thread.frames) if frame.address == address]
+        if places:
+            for frame in reversed(thread.frames[places[-1] + 1 :]):
+                yield from frame.run(has_end=False)
+            yield from thread.frames[places[-1]].run(has_end=has_end)
+            del thread.frames[places[-1] :]
 
     def _published(self, event: TracedEvent, *, within: bool) -> Iterator[Publication]:
         (handle,) = event.fields
@@ -290,22 +279,18 @@ class _Attributing:
         match event.name:
             case "rcl_node_init":
                 handle, name, namespace = values
-                self._nodes[process, handle] = f"{namespace.rstrip('/')}/{name}"
-                self._bound(self._nodes, "nodes")
+                self._keep(self._nodes, (process, handle), f"{namespace.rstrip('/')}/{name}", "nodes")
             case "rcl_publisher_init":
                 handle, node, topic = values
                 known = self._nodes.get((process, node))
                 if known is not None:
-                    self._publishers[process, handle] = known, topic
-                    self._bound(self._publishers, "publishers")
+                    self._keep(self._publishers, (process, handle), (known, topic), "publishers")
             case "rcl_subscription_init" | "rcl_service_init":
                 handle, node, name = values
-                self._handles[process, handle] = node, name
-                self._bound(self._handles, "subscriptions and services")
+                self._keep(self._handles, (process, handle), (node, name), "subscriptions and services")
             case "rclcpp_subscription_init":
                 handle, subscription = values
-                self._subscriptions[process, subscription] = handle
-                self._bound(self._subscriptions, "subscriptions")
+                self._keep(self._subscriptions, (process, subscription), handle, "subscriptions")
             case "rclcpp_subscription_callback_added":
                 self._add(process, values, "subscription")
             case "rclcpp_service_callback_added":
@@ -314,21 +299,21 @@ class _Attributing:
                 self._add(process, values, "timer")
             case "rcl_timer_init":
                 handle, period = values
-                self._periods[process, handle] = int(period, 0)
-                self._bound(self._periods, "timers")
+                self._keep(self._periods, (process, handle), int(period, 0), "timers")
             case "rclcpp_timer_link_node":
                 handle, node = values
-                self._timer_nodes[process, handle] = node
-                self._bound(self._timer_nodes, "timers")
+                self._keep(self._timer_nodes, (process, handle), node, "timers")
             case "rclcpp_callback_register":
                 callback, symbol = values
-                self._symbols[process, callback] = symbol
-                self._bound(self._symbols, "callbacks")
+                self._keep(self._symbols, (process, callback), symbol, "callbacks")
 
     def _add(self, process: str, values: tuple[str, ...], kind: Kind) -> None:
         owner, callback = values
-        self._callbacks[process, callback] = kind, owner
-        self._bound(self._callbacks, "callbacks")
+        self._keep(self._callbacks, (process, callback), (kind, owner), "callbacks")
+
+    def _keep(self, known: dict[K, V], key: K, value: V, what: str) -> None:
+        known[key] = value
+        self._bound(known, what)
 
     def _callback(self, process: str, address: str) -> Callback | None:
         kind, owner = self._callbacks.get((process, address), ("timer", ""))

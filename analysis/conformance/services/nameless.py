@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import islice
 
-from dineros.analysis.conformance.net import ConformanceNet
+from dineros.analysis.conformance.player import Player
 from dineros.metamodel.records import Record, Reply, Serve
 
 
@@ -40,23 +40,15 @@ class NamelessCalls:
 
     Parameters
     ----------
-    net : ConformanceNet
-        The net.
+    player : Player
+        Its marking and firings are changed when a call turns out to be another client's.
     channel : str
         Id of the service channel.
-    marking : list of int
-        The marking, which is changed when a call turns out to be another client's.
-    firings : list of int or None
-        The firings so far, where they are noted; changed likewise.
     """
 
-    def __init__(
-        self, net: ConformanceNet, channel: str, marking: list[int], firings: list[int] | None
-    ) -> None:
-        self._net = net
+    def __init__(self, player: Player, channel: str) -> None:
+        self._net, self._marking, self._firings = player.net, player.marking, player.firings
         self._channel = channel
-        self._marking = marking
-        self._firings = firings
         self._asking: dict[_Ask, int] = {}  # request -> number of the firing, the oldest request first
         self._calls: list[_Call] = []  # those not ascribed for good, the oldest first
         self._are_there = False

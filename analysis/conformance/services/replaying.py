@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from dineros.analysis.conformance.messages import Messages
-from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.conformance.player import Player
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.analysis.conformance.services.nameless import NamelessCalls, is_nameless
@@ -24,33 +23,19 @@ class Calls:
 
     Parameters
     ----------
-    net : ConformanceNet
-        The net.
-    marking : list of int
-        The marking.
-    messages : Messages
-        What is under way.
     player : Player
         Fires transitions.
-    firings : list of int or None
-        The firings so far, where they are noted.
+    messages : Messages
+        What is under way.
     """
 
-    def __init__(
-        self,
-        net: ConformanceNet,
-        marking: list[int],
-        messages: Messages,
-        player: Player,
-        firings: list[int] | None,
-    ) -> None:
-        self._net = net
-        self._marking = marking
+    def __init__(self, player: Player, messages: Messages) -> None:
+        self._net, self._marking = player.net, player.marking
         self._messages = messages
         self._player = player
         self._nameless = {
-            channel.id: NamelessCalls(net, channel.id, marking, firings)
-            for channel in net.model.channels
+            channel.id: NamelessCalls(player, channel.id)
+            for channel in player.net.model.channels
             if isinstance(channel, sym.ServiceChannel)
         }
 
@@ -93,7 +78,7 @@ class Calls:
 
     def _catch_up(self, channel: str, client: str, stage: type[ServiceStep], request: int) -> None:
         """Let what the server did happen to a request that it had served when its trace begins."""
-        own = {index for places in self._net.places_of.values() for index in places.values()}
+        own = self._net.own_places
         for place, tokens in self._net.net.delta[request].items():
             if tokens > 0 and place not in own:
                 self._marking[place] -= tokens
@@ -174,7 +159,7 @@ class Calls:
         )
         fault = Fault(f"client {record.client} has no time-out") if not ways else None
         for way in ways:
-            fault = self._player.at(record, way) or self._player.fire_recorded(record, way)
+            fault = self._player.fire_at(record, way)
             if fault is None:
                 stages.give_up(record.channel, record.client, message)
                 break

@@ -40,7 +40,7 @@ class Fates:
             self.told[at] += record.count
             return
         self._takes[at] += 1
-        known = _parsed(record.message or "")
+        known = sender_and_number(record.message or "")
         if known is None:
             self._nameless.add((record.channel, record.place))
         else:
@@ -49,7 +49,7 @@ class Fates:
 
     def is_lost(self, channel: str, place: str, message: str) -> bool | None:
         """Tell whether a subscriber's place never gets a message; None: that is not known yet."""
-        known = _parsed(message)
+        known = sender_and_number(message)
         if known is None:
             return False
         sender, number = known
@@ -70,7 +70,7 @@ class Fates:
 
     def is_left(self, channel: str, place: str, message: str) -> bool:
         """Tell whether a message comes after all that a subscriber's place ever takes of its sender."""
-        known = _parsed(message)
+        known = sender_and_number(message)
         if known is None or not self.are_known or self.are_nameless(channel, place):
             return False
         taken = self._taken.get((channel, place, known[0]))
@@ -78,7 +78,8 @@ class Fates:
 
 
 @lru_cache(maxsize=4096)  # those under way are looked at again and again
-def _parsed(message: str) -> tuple[str, int] | None:
+def sender_and_number(message: str) -> tuple[str, int] | None:
+    """Return sender and number of a message id; None where it is none, or has no number."""
     try:
         return parse_id(message)
     except MessageIdError:

@@ -12,12 +12,11 @@ while that is not known, the take waits until nothing else can be done.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
 from random import Random
 
-from dineros.analysis.conformance.net import ConformanceNet
-from dineros.analysis.conformance.reasons import why_not
+from dineros.analysis.conformance.player import Player
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.topics.parts import HistoryTopic, Pair
@@ -41,16 +40,12 @@ class HistoryFlow:
 
     Parameters
     ----------
-    net : ConformanceNet
-        The net.
+    player : Player
+        Fires transitions.
     channel : str
         Id of the topic channel.
     topic : HistoryTopic
         The topic.
-    marking : list of int
-        The marking that `fire` changes.
-    fire : callable
-        Fires an enabled transition.
     fates : Fates
         What became of messages.
     draw : Random, optional
@@ -58,20 +53,12 @@ class HistoryFlow:
     """
 
     def __init__(
-        self,
-        net: ConformanceNet,
-        channel: str,
-        topic: HistoryTopic,
-        marking: list[int],
-        fire: Callable[[int], None],
-        fates: Fates,
-        draw: Random | None = None,
+        self, player: Player, channel: str, topic: HistoryTopic, fates: Fates, draw: Random | None = None
     ) -> None:
         self.topic = topic
-        self._net = net
+        self._player = player
+        self._net, self._marking, self._fire = player.net, player.marking, player.fire
         self._channel = channel
-        self._marking = marking
-        self._fire = fire
         self._fates = fates
         self._draw = draw
         self._readiness = 0.0 if draw is None else draw.random()  # to lose what may be lost
@@ -86,7 +73,7 @@ class HistoryFlow:
             refusal = self._make_way(pair, forced) or self._finds_nobody(pair, record, forced)
             if refusal is not None:
                 return refusal
-        reason = why_not(self._net, transition, self._marking)
+        reason = self._player.why_not(transition)
         if reason:
             return Fault(reason)
         self._fire(transition)
@@ -193,7 +180,7 @@ class HistoryFlow:
             return Waiting(reason, (self.topic.node_of[record.place],), is_forcible=True)
         if not self._fill(record.place, 1, pairs):
             return False
-        reason = why_not(self._net, leave, self._marking)
+        reason = self._player.why_not(leave)
         if reason:
             return Fault(reason)
         self._fire(leave)

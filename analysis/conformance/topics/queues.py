@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
+from dineros.analysis.conformance.player import Player
 from dineros.analysis.conformance.topics.parts import Queue, Topic
 
 
@@ -17,22 +18,17 @@ class TopicFlow:
 
     Parameters
     ----------
+    player : Player
+        Fires transitions.
     topic : Topic
         The topic.
-    marking : list of int
-        The marking that `fire` changes.
-    fire : callable
-        Fires an enabled transition.
     keep : collection of str
         Places of publishers whose queues should stay as full as they can.
     """
 
-    def __init__(
-        self, topic: Topic, marking: list[int], fire: Callable[[int], None], keep: Collection[str] = ()
-    ) -> None:
+    def __init__(self, player: Player, topic: Topic, keep: Collection[str] = ()) -> None:
         self.topic = topic
-        self._marking = marking
-        self._fire = fire
+        self._marking, self._fire = player.marking, player.fire
         kept = {topic.publishers[place].load for place in keep if place in topic.publishers}
         self._keep = keep = {place for place, queue in topic.publishers.items() if queue.load in kept}
         self._sources = sorted(topic.publishers.items(), key=lambda item: item[0] in keep)

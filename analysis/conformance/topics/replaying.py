@@ -8,9 +8,7 @@ from functools import partial
 from random import Random
 
 from dineros.analysis.conformance.messages import Messages
-from dineros.analysis.conformance.net import ConformanceNet
 from dineros.analysis.conformance.player import Player
-from dineros.analysis.conformance.reasons import why_not
 from dineros.analysis.conformance.refusals import Fault, Refusal, Waiting
 from dineros.analysis.conformance.topics.fates import Fates
 from dineros.analysis.conformance.topics.histories import HistoryFlow
@@ -24,14 +22,10 @@ class Topics:
 
     Parameters
     ----------
-    net : ConformanceNet
-        The net.
-    marking : list of int
-        The marking.
-    messages : Messages
-        What is under way.
     player : Player
         Fires transitions.
+    messages : Messages
+        What is under way.
     keep : collection of (str, str)
         Channel and place of publishers whose queues should stay as full as they can.
     fates : Fates
@@ -42,28 +36,24 @@ class Topics:
 
     def __init__(
         self,
-        net: ConformanceNet,
-        marking: list[int],
-        messages: Messages,
         player: Player,
+        messages: Messages,
         keep: Collection[tuple[str, str]],
         fates: Fates,
         draw: Random | None,
     ) -> None:
-        self._net = net
-        self._marking = marking
+        self._net, self._marking = player.net, player.marking
         self._messages = messages
         self._player = player
         self._flows: dict[str, TopicFlow] = {}
         self._histories: dict[str, HistoryFlow] = {}
         self._nameless: set[str] = set()
-        for channel, topic in net.topics.items():
+        for channel, topic in player.net.topics.items():
             if isinstance(topic, HistoryTopic):
-                flow = HistoryFlow(net, channel, topic, marking, player.fire, fates, draw)
-                self._histories[channel] = flow
+                self._histories[channel] = HistoryFlow(player, channel, topic, fates, draw)
             else:
                 kept = {place for other, place in keep if other == channel}
-                self._flows[channel] = TopicFlow(topic, marking, player.fire, kept)
+                self._flows[channel] = TopicFlow(player, topic, kept)
 
     def is_full(self, record: Publish) -> bool:
         """Tell whether the queue of a publisher is full."""
@@ -80,7 +70,7 @@ class Topics:
         queue = self._flows[record.channel].topic.publishers[record.place or ""]
         self._marking[queue.source] -= 1
         if isinstance(record, Publish):
-            self._messages.published(record)
+            self._messages.sent(record)
 
     def begin(self, channel: str, sender: str, place: str, taken: int, sent: int) -> None:
         """Put on a topic what a sender had sent, and a subscriber not taken, before the traces begin."""
@@ -95,12 +85,12 @@ class Topics:
         enter = self._net.end(Publish, record.channel, record.place)
         if enter is None:
             return Fault(f"{record.place} is no publisher of topic channel {record.channel!r}")
-        refusal = self._player.at(record, enter) or self._messages.may_publish(record)
+        refusal = self._player.at(record, enter) or self._messages.may_send(record)
         histories = self._histories.get(record.channel)
         if refusal is None and histories is not None:
             refusal = histories.publish(record, enter, forced)
             if refusal is None:
-                self._messages.published(record)
+                self._messages.sent(record)
             return refusal
         if refusal is not None:
             return refusal
@@ -115,7 +105,7 @@ class Topics:
             self._player.fire(queue.drop)
         else:
             flow.publish(record.place)
-        self._messages.published(record)
+        self._messages.sent(record)
         return None
 
     def take(self, record: Take) -> Refusal | None:
@@ -150,7 +140,7 @@ class Topics:
         histories = self._histories.get(record.channel)
         if histories is not None:
             return histories.take(record, leave)
-        reason = _without_room(self._net, leave, self._marking)
+        reason = _without_room(self._player, leave)
         if reason:
             return Fault(reason)
         sender = (record.message or "").rpartition("/")[0].rpartition("/")[2]
@@ -230,10 +220,10 @@ class Topics:
         return self._player.fire_recorded(record, queue.drop)
 
 
-def _without_room(net: ConformanceNet, leave: int, marking: list[int]) -> str:
+def _without_room(player: Player, leave: int) -> str:
     """Return why a message cannot leave a queue for its place; nothing where that has room."""
-    short = {place for place, weight in net.pre[leave] if marking[place] < weight}
-    return why_not(net, leave, marking) if short & set(net.room.values()) else ""
+    short = {place for place, weight in player.net.pre[leave] if player.marking[place] < weight}
+    return player.why_not(leave) if short & set(player.net.room.values()) else ""
 
 
 _RESTARTED = (

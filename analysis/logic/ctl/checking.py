@@ -10,7 +10,7 @@ temporal logic specifications*, TOPLAS 8(2), 1986.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from typing import TYPE_CHECKING, Literal
@@ -23,6 +23,7 @@ from dineros.analysis.logic.ctl.state_sets import Run, States, StateSets
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.names import Names, NetNames
 from dineros.analysis.logic.language.parser import parse
+from dineros.analysis.logic.language.rewriting import DUAL
 from dineros.analysis.logic.language.syntax import (
     TRUE,
     And,
@@ -71,7 +72,7 @@ def basic(formula: Formula) -> Formula:
     raise TypeError(f"no CTL formula: {formula}")
 
 
-def _some(kind: type[Formula], parts: list[Formula]) -> Formula:
+def _some(kind: Callable[..., Formula], parts: Sequence[Formula]) -> Formula:
     """Some run satisfies the temporal operator."""
     if kind is Finally:
         return Exists(Until(TRUE, parts[0]))
@@ -86,16 +87,9 @@ def _some(kind: type[Formula], parts: list[Formula]) -> Formula:
 def _some_not(kind: type[Formula], parts: list[Formula]) -> Formula:
     """Some run violates the temporal operator."""
     no = [Not(part) for part in parts]
-    if kind is Next:
-        return Exists(Next(no[0]))
-    if kind is Finally:
-        return Exists(Globally(no[0]))
-    if kind is Globally:
-        return Exists(Until(TRUE, no[0]))
-    if kind is Release:
-        return Exists(Until(no[0], no[1]))
-    never = Exists(Until(no[1], And((no[0], no[1]))))
-    return never if kind is WeakUntil else Or((never, Exists(Globally(no[1]))))
+    if kind is WeakUntil:
+        return Exists(Until(no[1], And((no[0], no[1]))))
+    return _some(DUAL[kind], no)
 
 
 def satisfying(formula: Formula, sets: StateSets[States]) -> dict[Formula, States]:
@@ -120,6 +114,22 @@ def satisfying(formula: Formula, sets: StateSets[States]) -> dict[Formula, State
             case Exists(Globally(operand)):
                 found[part] = sets.some_globally(found[operand])
     return found
+
+
+def initially(formula: Formula, sets: StateSets[States]) -> bool:
+    """Whether the initial state satisfies a `basic` formula; outside, only what decides is made."""
+    match formula:
+        case Not(operand):
+            return not initially(operand, sets)
+        case And(operands) | Or(operands):
+            # Runs that last for ever take the most work.
+            values = (initially(operand, sets) for operand in sorted(operands, key=_has_globally))
+            return all(values) if isinstance(formula, And) else any(values)
+    return sets.initially(satisfying(formula, sets)[formula])
+
+
+def _has_globally(formula: Formula) -> bool:
+    return any(isinstance(part, Globally) for part in formula.subformulas())
 
 
 def show(
@@ -240,7 +250,7 @@ def _explicitly(net: CompiledNet, tree: Formula, atoms: BoundAtoms, budget: Budg
     states = 0
     try:
         budget.stage("the graph of markings")
-        graph = StateGraph(net, list(atoms.conditions.items()), budget)
+        graph = StateGraph(net, atoms.conditions, budget)
         try:
             graph.explore()
         finally:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from dineros.analysis.logic.verdicts.verdict import Marking, moves
 from dineros.analysis.nets.compiled import CompiledNet
 
-Marking = tuple[int, ...]
 #: Markings looked at between two firings, before another way to search is worth more.
 MOST_MARKINGS = 2_000
 
@@ -68,10 +68,7 @@ def _up(
     now, later = [start], list[Marking]()
     while now:
         for marking in now:
-            for transition in range(len(net.transitions)):
-                if not net.is_enabled(transition, marking):
-                    continue
-                after = tuple(net.fire(transition, marking))
+            for transition, after in moves(net, marking):
                 if after in came or not is_near(after):
                     continue
                 came[after] = marking, transition

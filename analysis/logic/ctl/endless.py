@@ -25,8 +25,7 @@ from dineros.analysis.explicit import find
 from dineros.analysis.explicit.goals import Goal
 from dineros.analysis.logic.language.atoms import BoundAtoms
 from dineros.analysis.logic.language.disjunctions import goals_of
-from dineros.analysis.logic.language.limited_names import LimitedNames
-from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.names import LimitedNames, Names
 from dineros.analysis.logic.language.syntax import (
     And,
     Exists,
@@ -127,7 +126,7 @@ def _by_run(net: CompiledNet, tree: Formula, names: Names, budget: Budget) -> Ou
     linear = _without_quantifiers(tree)
     if linear is None:
         return None
-    runs = EndlessRuns(net, linear, BoundAtoms(net, linear, names), names, (), (), (), verify_ltl)
+    runs = EndlessRuns(net, linear, BoundAtoms(net, linear, names), names, (), (), verify_ltl)
     answer = runs.decide(budget.share(0.5))
     if answer is None or answer.status == "violated":
         return answer
@@ -144,12 +143,9 @@ def _without_quantifiers(tree: Formula) -> Formula | None:
     if _is_condition(tree):
         return tree
     match tree:
-        case ForAll(path):
-            parts = [_without_quantifiers(operand) for operand in path.operands]
-            return None if None in parts else path.with_operands(tuple(filter(None, parts)))
-        case And() | Or():
-            parts = [_without_quantifiers(operand) for operand in tree.operands]
-            return None if None in parts else tree.with_operands(tuple(filter(None, parts)))
+        case ForAll(outer) | (And() as outer) | (Or() as outer):
+            parts = [_without_quantifiers(operand) for operand in outer.operands]
+            return None if None in parts else outer.with_operands(tuple(filter(None, parts)))
         case Implies(left, right) if _is_condition(left):
             later = _without_quantifiers(right)
             return None if later is None else Implies(left, later)

@@ -8,7 +8,6 @@ import numpy as np
 
 from dineros.analysis.logic.ctl.state_sets import Run
 from dineros.analysis.logic.graphs.stored import StateGraph, StateSet
-from dineros.analysis.logic.kernels.stored import some_globally, some_successor, some_until
 from dineros.analysis.logic.language.syntax import Atom, Exists, Formula, Globally, Next, Until
 from dineros.analysis.logic.verdicts.verdict import ReplayError, replayed
 from dineros.analysis.nets.graph_parts import numbered_parts
@@ -48,24 +47,15 @@ class ExplicitSets:
 
     def some_next(self, states: StateSet) -> StateSet:
         """EX: return the states with a successor in a set."""
-        result = np.zeros_like(states)
-        some_successor(self.graph.pointer, self.graph.targets, states, result)
-        return result
+        return self.graph.arcs.some_next(states)
 
     def some_until(self, stay: StateSet, goal: StateSet) -> StateSet:
         """EU: return the states from which some run stays in one set until it is in the other."""
-        result = goal.copy()
-        queue = np.empty(result.size, dtype=np.int32)
-        some_until(self.graph.back_pointer, self.graph.sources, stay, result, queue)
-        return result
+        return self.graph.arcs.some_until(stay, goal)
 
     def some_globally(self, states: StateSet) -> StateSet:
         """EG: return the states from which some run never leaves a set."""
-        result = states.copy()
-        queue = np.empty(result.size, dtype=np.int32)
-        graph = self.graph
-        some_globally(graph.pointer, graph.targets, graph.back_pointer, graph.sources, result, queue)
-        return result
+        return self.graph.arcs.some_globally(states)
 
     def initially(self, states: StateSet) -> bool:
         """Whether the initial state is in a set."""
@@ -106,9 +96,9 @@ def _states_of_run(
 
 def _on_cycles(graph: StateGraph, states: StateSet) -> StateSet:
     """Return the states of a set that lie on a cycle within it."""
-    sources = np.repeat(np.arange(graph.size, dtype=np.int32), np.diff(graph.pointer))
-    inside = states[sources] & states[graph.targets]
-    sources, targets = sources[inside], graph.targets[inside]
+    sources, targets = graph.arcs.tails(), graph.arcs.targets
+    inside = states[sources] & states[targets]
+    sources, targets = sources[inside], targets[inside]
     _, component = numbered_parts(graph.size, sources, targets)
     result = np.zeros(graph.size, dtype=np.bool_)
     result[sources[component[sources] == component[targets]]] = True

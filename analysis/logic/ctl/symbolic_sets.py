@@ -24,13 +24,11 @@ from dineros.analysis.logic.ctl.climbing import climb
 from dineros.analysis.logic.ctl.state_sets import Run
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, NoneEnabled, SomeEnabled
 from dineros.analysis.logic.language.syntax import Atom, Exists, Formula, Globally, Next, Until
-from dineros.analysis.logic.verdicts.verdict import ReplayError, replayed
+from dineros.analysis.logic.verdicts.verdict import Marking, ReplayError, fired, moves, replayed
 from dineros.analysis.nets.repetition import repeatable_transitions
 from dineros.analysis.nets.shortening import shortened
 from dineros.analysis.symbolic.engine import SymbolicStateSpace
 from dineros.analysis.symbolic.vector_sets import Scope, VectorSets
-
-Marking = tuple[int, ...]
 
 
 class SymbolicSets:
@@ -40,14 +38,17 @@ class SymbolicSets:
     ----------
     space : SymbolicStateSpace
         Complete.
-    atoms : BoundAtoms
-        The atoms that may be asked for.
+    atoms : BoundAtoms, optional
+        The atoms that may be asked for; without it there are none.
     budget : Budget, optional
         Told now and then how far it is; when its time is up, the computation ends.
     """
 
-    def __init__(self, space: SymbolicStateSpace, atoms: BoundAtoms, budget: Budget = UNLIMITED) -> None:
-        self.space, self.atoms = space, atoms
+    def __init__(
+        self, space: SymbolicStateSpace, atoms: BoundAtoms | None = None, budget: Budget = UNLIMITED
+    ) -> None:
+        self.space = space
+        self._conditions = {} if atoms is None else atoms.conditions
         self.sets = VectorSets(space.diagram, budget)
         self.everything = space.diagram.root
         #: By what lasts: markings where it ends, which stay as they are or take repeatable steps for ever.
@@ -59,7 +60,7 @@ class SymbolicSets:
 
     def atom(self, atom: Atom) -> int:
         """Return the states in which an atom is true."""
-        match self.atoms.conditions[atom]:
+        match self._conditions[atom]:
             case Linear(factors, symbol, bound):
                 return self._pinned(self._sums(factors, symbol, bound))
             case SomeEnabled(transitions):
@@ -163,8 +164,9 @@ class SymbolicSets:
     def way_to(self, goal: int) -> tuple[int, ...]:
         """Return transitions that lead from the initial marking into a set of reachable markings."""
         near = self._pinned(self.sets.closure(goal, self.everything, backwards=True))
-        route = self._way(tuple(self.space.net.initial.tolist()), self.everything, goal, near)
-        if not self.contains(goal, self._after(tuple(self.space.net.initial.tolist()), route)):
+        start = tuple(self.space.net.initial.tolist())
+        route = self._way(start, self.everything, goal, near)
+        if not self.contains(goal, fired(self.space.net, start, route)[1]):
             raise ReplayError("a way does not lead to its goal")
         return route
 
@@ -253,16 +255,8 @@ class SymbolicSets:
                 states = smaller
         return states, states == 0
 
-    def _moves(self, marking: Marking) -> list[tuple[int, Marking]]:
-        net = self.space.net
-        return [
-            (t, tuple(net.fire(t, marking)))
-            for t in range(len(net.transitions))
-            if net.is_enabled(t, marking)
-        ]
-
     def _step(self, marking: Marking, goal: int) -> tuple[int, ...]:
-        for transition, after in self._moves(marking):
+        for transition, after in moves(self.space.net, marking):
             if self.contains(goal, after):
                 return (transition,)
         return ()  # it stays in a deadlock
@@ -270,7 +264,7 @@ class SymbolicSets:
     def _lasso(self, start: Marking, lasting: int) -> Run:
         unchanged, ends = self._unchanged, self._ends[lasting]
         stem = self._way(start, lasting, ends, lasting)
-        marking = self._after(start, stem)
+        marking = fired(self.space.net, start, stem)[1]
         sets = self._repeating
         with Scope(self.space.diagram) as scope:
             single = self.single(marking)
@@ -281,10 +275,12 @@ class SymbolicSets:
             part = still or sets.last_part(ahead)[0]
             scope.hold(ahead, part)
             stem += self._route(sets, marking, ahead, part)
-            marking = self._after(start, stem)
+            marking = fired(self.space.net, start, stem)[1]
             if still:
-                return stem, tuple(t for t, after in self._moves(marking) if after == marking)[:1]
-            first, after = next(move for move in self._moves(marking) if self.contains(part, move[1]))
+                return stem, tuple(t for t, after in moves(self.space.net, marking) if after == marking)[:1]
+            first, after = next(
+                move for move in moves(self.space.net, marking) if self.contains(part, move[1])
+            )
             home = self.single(marking)
             scope.hold(part, home)
             return stem, (first, *self._route(sets, after, part, home))
@@ -299,11 +295,6 @@ class SymbolicSets:
         if stay != self.everything:
             return route
         return shortened(net, route, lambda marking: is_goal(tuple(marking)))
-
-    def _after(self, marking: Marking, transitions: tuple[int, ...]) -> Marking:
-        for transition in transitions:
-            marking = tuple(self.space.net.fire(transition, marking))
-        return marking
 
     def _route(self, sets: VectorSets, start: Marking, stay: int, goal: int) -> tuple[int, ...]:
         """Transitions from a marking to a set over another one; of no more steps than layers were needed.

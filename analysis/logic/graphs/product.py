@@ -10,7 +10,7 @@ from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progres
 from dineros.analysis.explicit.goals import goal_tables
 from dineros.analysis.explicit.kernels.markings import rebuild, repack
 from dineros.analysis.explicit.layout import Layout, layout, signed
-from dineros.analysis.explicit.tables import ints
+from dineros.analysis.explicit.tables import NetTables, ints
 from dineros.analysis.logic.automata.automaton import Automaton
 from dineros.analysis.logic.graphs.tables import edge_tables, step_tables
 from dineros.analysis.logic.kernels.product import (
@@ -18,6 +18,7 @@ from dineros.analysis.logic.kernels.product import (
     OVERFLOW_STATE,
     STATES,
     Conditions,
+    Edges,
     Scratch,
     Store,
 )
@@ -101,6 +102,11 @@ class Product:
         self.store.words[0, self.edges.state_word] += signed([automaton.initial << self.edges.state_shift])[0]
         self.store.counters[STATES] = 1
         self._fill_table()
+
+    @property
+    def parts(self) -> tuple[NetTables, Conditions, Edges, Store, Scratch]:
+        """What kernels read and write, in their order."""
+        return self.tables, self.conditions, self.edges, self.store, self.scratch
 
     @property
     def states(self) -> int:

@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import TypeVar
+from typing import ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.explicit.layout import Layout
 from dineros.analysis.logic.automata.automaton import Automaton, Edge
 from dineros.analysis.logic.graphs.product import Product
+from dineros.analysis.logic.kernels import stored as kernels
 from dineros.analysis.logic.kernels.product import BITS
-from dineros.analysis.logic.kernels.stored import (
-    ARCS_FULL,
-    COMPLETE,
-    OVERFLOW,
-    PAUSED,
-    STORE_FULL,
-    build,
-    letters,
-    path_states,
-    predecessors,
-)
+from dineros.analysis.logic.kernels.stored import ARCS_FULL, COMPLETE, OVERFLOW, PAUSED, STORE_FULL
 from dineros.analysis.logic.language.atoms import Condition
 from dineros.analysis.logic.language.syntax import Atom
 from dineros.analysis.nets.compiled import CompiledNet
@@ -33,19 +25,9 @@ Int64Array = NDArray[np.int64]
 StateSet = NDArray[np.bool_]
 Number = TypeVar("Number", bound=np.generic)
 
-VISITS = 100_000
-"""States expanded between looks at the clock."""
 
-
-class StateGraph:
-    """All reachable markings of a net, and for each its successors; a deadlock is its own successor.
-
-    Parameters
-    ----------
-    net : CompiledNet
-    atoms : sequence of (Atom, Condition)
-        Conditions evaluated in every state.
-    budget : Budget
+class Arcs(NamedTuple):
+    """The arcs between states that are numbered from 0 on, and the same reversed.
 
     Attributes
     ----------
@@ -54,64 +36,142 @@ class StateGraph:
         The successors of state s are ``targets[pointer[s]:pointer[s + 1]]``.
     back_pointer, sources : int64 array, int32 array
         The same for predecessors.
-
-    Raises
-    ------
-    BudgetExceededError
-        When a limit is hit before the graph is complete.
     """
 
-    def __init__(self, net: CompiledNet, atoms: Sequence[tuple[Atom, Condition]], budget: Budget) -> None:
+    pointer: Int64Array
+    targets: Int32Array
+    back_pointer: Int64Array
+    sources: Int32Array
+
+    @classmethod
+    def of(cls, pointer: Int64Array, targets: Int32Array) -> Arcs:
+        """Reverse arcs."""
+        arcs = cls(pointer, targets, np.zeros_like(pointer), np.empty_like(targets))
+        kernels.predecessors(*arcs)
+        return arcs
+
+    def tails(self) -> Int32Array:
+        """Return by arc the state that it leads from."""
+        return np.repeat(np.arange(self.pointer.size - 1, dtype=np.int32), np.diff(self.pointer))
+
+    def some_next(self, states: StateSet) -> StateSet:
+        """EX: return the states with a successor in a set."""
+        result = np.zeros_like(states)
+        kernels.some_successor(self.pointer, self.targets, states, result)
+        return result
+
+    def some_until(self, stay: StateSet, goal: StateSet) -> StateSet:
+        """EU: return the states from which some run stays in one set until it is in the other."""
+        result = goal.copy()
+        queue = np.empty(result.size, dtype=np.int32)
+        kernels.some_until(self.back_pointer, self.sources, stay, result, queue)
+        return result
+
+    def some_globally(self, states: StateSet) -> StateSet:
+        """EG: return the states from which some run never leaves a set."""
+        result = states.copy()
+        kernels.some_globally(*self, result, np.empty(result.size, dtype=np.int32))
+        return result
+
+
+class Exploration:
+    """Markings of a net, breadth first, with their successors; a deadlock is its own successor.
+
+    Parameters
+    ----------
+    net : CompiledNet
+    atoms : mapping of Atom to Condition
+        Conditions that may be evaluated in every state.
+    budget : Budget
+    cells : Layout, optional
+        How to write markings, where that is known.
+
+    Attributes
+    ----------
+    expanded : int
+        The first so many states have their successors.
+    """
+
+    #: States expanded between looks at the clock.
+    visits: ClassVar[int] = 100_000
+    #: Tables of arcs that are there together at the end.
+    copies: ClassVar[int] = 1
+
+    def __init__(
+        self, net: CompiledNet, atoms: Mapping[Atom, Condition], budget: Budget, cells: Layout | None = None
+    ) -> None:
         self.net, self.budget = net, budget
-        self.atoms = {atom: i for i, (atom, _) in enumerate(atoms)}
         # An automaton that reads everything: its product with the net is the reachability graph.
-        everything = Automaton(tuple(self.atoms), 0, 0, ((Edge(0, 0, 0, 0),),))
-        self.product = Product(net, everything, [condition for _, condition in atoms], (), (), budget)
+        everything = Automaton(tuple(atoms), 0, 0, ((Edge(0, 0, 0, 0),),))
+        self.product = Product(net, everything, list(atoms.values()), (), (), budget, cells)
         self.pointer: Int64Array = np.zeros(len(self.product.store.words) + 1, dtype=np.int64)
         self.targets: Int32Array = np.empty(1 << 14 | 2 * self.product.room, dtype=np.int32)
+        self.expanded = 0
 
-    def explore(self) -> None:
-        """Find all states."""
+    def expand(self) -> None:
+        """Find all states.
+
+        Raises
+        ------
+        BudgetExceededError
+            When a limit is hit before.
+        """
         product = self.product
         labels = np.empty(product.room, dtype=np.int32)
-        state, status = 0, PAUSED
+        status = PAUSED
         while status != COMPLETE:
-            status, state = build(
-                product.tables,
-                product.conditions,
-                product.edges,
-                product.store,
-                product.scratch,
-                self.pointer,
-                self.targets,
-                labels,
-                state,
-                VISITS,
+            status, self.expanded = kernels.build(
+                *product.parts, self.pointer, self.targets, labels, self.expanded, self.visits
             )
+            arcs = self.copies * self.targets.nbytes
+            others = self.pointer.nbytes + arcs
             if status in (PAUSED, STORE_FULL):
-                self.budget.report(self.product.progress(self.memory_bytes))
+                self.budget.report(product.progress(product.memory_bytes + others))
             if status == STORE_FULL:
-                product.grow(self.pointer.nbytes + self.targets.nbytes)
+                product.grow(others)
                 self.pointer = _lengthened(self.pointer, len(product.store.words) + 1)
             elif status == ARCS_FULL:
-                self.budget.check_memory(self.memory_bytes + 2 * self.targets.nbytes)
+                self.budget.check_memory(product.memory_bytes + others + 2 * arcs)
                 self.targets = _lengthened(self.targets, 2 * self.targets.size)
             elif status == OVERFLOW:
-                product.widen(self.pointer.nbytes + self.targets.nbytes)
-        self._index()
+                product.widen(others)
 
-    def _index(self) -> None:
+
+class StateGraph(Exploration):
+    """All reachable markings of a net, and for each its successors.
+
+    Parameters
+    ----------
+    net : CompiledNet
+    atoms : mapping of Atom to Condition
+        Conditions evaluated in every state.
+    budget : Budget
+
+    Attributes
+    ----------
+    arcs : Arcs
+        There once it is explored.
+    """
+
+    arcs: Arcs
+
+    def explore(self) -> None:
+        """Find all states, and evaluate the atoms.
+
+        Raises
+        ------
+        BudgetExceededError
+            When a limit is hit before the graph is complete.
+        """
+        self.expand()
         size, arcs = self.size, int(self.pointer[self.size])
         # Predecessors, letters, and room for the sets of a few subformulas.
         words = self.product.scratch.letter.size
         self.budget.check_memory(self.memory_bytes + 4 * arcs + (32 + 8 * words) * size)
-        self.pointer, self.targets = self.pointer[: size + 1], self.targets[:arcs]
-        self.back_pointer: Int64Array = np.zeros(size + 1, dtype=np.int64)
-        self.sources: Int32Array = np.empty(arcs, dtype=np.int32)
-        predecessors(self.pointer, self.targets, self.back_pointer, self.sources)
+        self.arcs = Arcs.of(self.pointer[: size + 1], self.targets[:arcs])
         self.letters: Int64Array = np.empty((size, words), dtype=np.int64)
-        product = self.product
-        letters(product.tables, product.conditions, product.store, product.scratch, self.letters)
+        steps, conditions, _, store, scratch = self.product.parts
+        kernels.letters(steps, conditions, store, scratch, self.letters)
 
     @property
     def size(self) -> int:
@@ -125,7 +185,7 @@ class StateGraph:
 
     def where(self, atom: Atom) -> StateSet:
         """Return the states in which an atom is true."""
-        word, bit = divmod(self.atoms[atom], BITS)
+        word, bit = divmod(self.product.automaton.atoms.index(atom), BITS)
         result: StateSet = (self.letters[:, word] & (1 << bit)) != 0
         return result
 
@@ -133,7 +193,8 @@ class StateGraph:
         """Return the states of a shortest path of at least one edge over allowed states to a goal, or []."""
         parents = np.full(self.size, -1, dtype=np.int32)
         queue = np.empty(self.size, dtype=np.int32)
-        state, end = path_states(self.pointer, self.targets, start, allowed, goal, parents, queue)
+        pointer, targets, *_ = self.arcs
+        state, end = kernels.path_states(pointer, targets, start, allowed, goal, parents, queue)
         if end < 0:
             return []
         found = [end]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from dineros.analysis.logic.language.errors import FormulaError
-from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.names import Names, resolved
 from dineros.analysis.logic.language.syntax import (
+    OPERATORS,
     Atom,
     Comparison,
     Constant,
@@ -17,19 +16,9 @@ from dineros.analysis.logic.language.syntax import (
     Enabled,
     Fired,
     Formula,
-    Name,
     SignalTrue,
 )
 from dineros.analysis.nets.compiled import CompiledNet
-
-OPERATORS: dict[str, Callable[[int, int], bool]] = {
-    "<=": operator.le,
-    ">=": operator.ge,
-    "==": operator.eq,
-    "!=": operator.ne,
-    "<": operator.lt,
-    ">": operator.gt,
-}
 
 
 @dataclass(frozen=True)
@@ -131,17 +120,9 @@ class BoundAtoms:
                 return not any(self.net.is_enabled(t, step.marking) for t in range(len(self.net.transitions)))
 
 
-def resolved_transitions(names: Names, name: Name) -> Sequence[int]:
-    """Return the transitions of a name; an error gets the name's column."""
-    try:
-        return names.transitions(name.text)
-    except FormulaError as error:
-        raise error.at(name.column) from None
-
-
 def all_resolved(names: Names, wanted: Iterable[str]) -> list[int]:
     """Return the transitions of some names, each once."""
-    return list(dict.fromkeys(t for name in wanted for t in resolved_transitions(names, Name(name))))
+    return list(dict.fromkeys(t for name in wanted for t in names.transitions(name)))
 
 
 def _condition(atom: Atom, names: Names) -> Condition:
@@ -149,22 +130,15 @@ def _condition(atom: Atom, names: Names) -> Condition:
         case Comparison(terms, symbol, bound):
             factors: dict[int, int] = {}
             for factor, name in terms:
-                try:
-                    places = names.places(name.text)
-                except FormulaError as error:
-                    raise error.at(name.column) from None
-                for place in places:
+                for place in resolved(names.places, name):
                     factors[place] = factors.get(place, 0) + factor
             return Linear({p: k for p, k in factors.items() if k}, symbol, bound)
         case SignalTrue(name):
-            try:
-                return Linear({names.signal(name.text): 1}, ">=", 1)
-            except FormulaError as error:
-                raise error.at(name.column) from None
+            return Linear({resolved(names.signal, name): 1}, ">=", 1)
         case Enabled(name):
-            return SomeEnabled(frozenset(resolved_transitions(names, name)))
+            return SomeEnabled(frozenset(resolved(names.transitions, name)))
         case Fired(name):
-            return SomeFired(frozenset(resolved_transitions(names, name)))
+            return SomeFired(frozenset(resolved(names.transitions, name)))
         case Deadlock():
             return NoneEnabled()
     raise TypeError(f"unknown atom: {atom}")

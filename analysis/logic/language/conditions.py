@@ -7,13 +7,15 @@ sum over its instances, ``Pick[2].PickRun`` is that of server instance 2.
 
 from __future__ import annotations
 
-import operator
 import re
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 
 from dineros.analysis.logic.language.errors import FormulaError
+from dineros.analysis.logic.language.names import look_up, resolved
 from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.logic.language.syntax import (
+    OPERATORS,
     And,
     Comparison,
     Constant,
@@ -25,17 +27,8 @@ from dineros.analysis.logic.language.syntax import (
     Or,
     SignalTrue,
 )
-from dineros.metamodel.errors import near_matches
 
 _INSTANCE = re.compile(r".+\[\d+\]\.(.+)")
-_COMPARE: dict[str, Callable[[int, int], bool]] = {
-    "<=": operator.le,
-    ">=": operator.ge,
-    "==": operator.eq,
-    "!=": operator.ne,
-    "<": operator.lt,
-    ">": operator.gt,
-}
 
 Predicate = Callable[[Mapping[str, int], Mapping[str, bool]], bool]
 
@@ -70,7 +63,7 @@ class Condition:
             instance = _INSTANCE.fullmatch(place)
             if instance:
                 self._places.setdefault(instance[1], []).append(place)
-        self._signals = set(signals)
+        self._signals = {signal: signal for signal in signals}
         self._holds = self._compiled(parse(text, "state"))
 
     def __call__(self, marking: Mapping[str, int], signals: Mapping[str, bool]) -> bool:
@@ -104,19 +97,13 @@ class Condition:
 
     def _comparison(self, formula: Comparison) -> Predicate:
         terms = [(factor, place) for factor, name in formula.terms for place in self._named(name)]
-        compare, bound = _COMPARE[formula.operator], formula.bound
+        compare, bound = OPERATORS[formula.operator], formula.bound
         return lambda marking, signals: compare(
             sum(factor * marking.get(place, 0) for factor, place in terms), bound
         )
 
     def _named(self, name: Name) -> list[str]:
-        if name.text not in self._places:
-            hint = near_matches(name.text, self._places)
-            raise FormulaError(f"no place is named {name.text!r}", hint=hint, column=name.column or None)
-        return self._places[name.text]
+        return resolved(partial(look_up, self._places, "place"), name)
 
     def _signal(self, name: Name) -> str:
-        if name.text not in self._signals:
-            hint = near_matches(name.text, self._signals)
-            raise FormulaError(f"no signal is named {name.text!r}", hint=hint, column=name.column or None)
-        return name.text
+        return resolved(partial(look_up, self._signals, "signal"), name)

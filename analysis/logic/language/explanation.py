@@ -12,10 +12,11 @@ Methods in System Design 40(1), 2012.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
 from dineros.analysis.logic.language.rewriting import simplified
+from dineros.analysis.logic.language.semantics import values_on_lasso
 from dineros.analysis.logic.language.syntax import (
     And,
     Atom,
@@ -60,72 +61,25 @@ def explanation(
     >>> [(position, str(atom), value) for position, atom, value in found or []]
     [(2, 'asked >= 1', True), (2, 'done >= 1', False), (3, 'done >= 1', False)]
     """
-    word = _Word(simplified(formula), [*stem, *loop], len(stem), is_true)
-    return None if word.holds else word.explain()
+    normal = simplified(formula)
+    values = values_on_lasso(normal, stem, loop, is_true)
+    return None if values[normal][0] else _Word(values, len(stem)).explain(normal)
 
 
 class _Word:
-    """The values of all parts of a formula in negation normal form, at all positions."""
+    """The values of all parts of a formula in negation normal form, at all positions of a lasso."""
 
-    def __init__(
-        self,
-        formula: Formula,
-        letters: Sequence[Letter],
-        back: int,
-        is_true: Callable[[Atom, Letter], bool],
-    ) -> None:
-        self._formula, self._size, self._back = formula, len(letters), back
-        self._values: dict[Formula, list[bool]] = {}
-        for part in formula.subformulas():
-            self._values[part] = self._row(part, letters, is_true)
+    def __init__(self, values: Mapping[Formula, Sequence[bool]], back: int) -> None:
+        self._values, self._back = values, back
 
-    @property
-    def holds(self) -> bool:
-        return self._values[self._formula][0]
+    def _after(self, part: Formula, position: int) -> tuple[Formula, int]:
+        return part, position + 1 if position + 1 < len(self._values[part]) else self._back
 
-    def _after(self, position: int) -> int:
-        return position + 1 if position + 1 < self._size else self._back
-
-    def _row(
-        self, part: Formula, letters: Sequence[Letter], is_true: Callable[[Atom, Letter], bool]
-    ) -> list[bool]:
-        rows = [self._values[operand] for operand in part.operands]
-        match part:
-            case Constant(value):
-                return [value] * self._size
-            case Atom():
-                return [is_true(part, letter) for letter in letters]
-            case Not():
-                return [not value for value in rows[0]]
-            case And():
-                return [all(column) for column in zip(*rows, strict=True)]
-            case Or():
-                return [any(column) for column in zip(*rows, strict=True)]
-            case Next():
-                return [rows[0][self._after(i)] for i in range(self._size)]
-            case Finally():
-                return self._fixpoint(False, lambda i, later: rows[0][i] or later)
-            case Globally():
-                return self._fixpoint(True, lambda i, later: rows[0][i] and later)
-            case Until():
-                return self._fixpoint(False, lambda i, later: rows[1][i] or (rows[0][i] and later))
-            case Release():
-                return self._fixpoint(True, lambda i, later: rows[1][i] and (rows[0][i] or later))
-        raise TypeError(f"no LTL formula in normal form: {part}")
-
-    def _fixpoint(self, start: bool, value: Callable[[int, bool], bool]) -> list[bool]:
-        row = [start] * self._size
-        later = start
-        for _ in range(2):  # twice around the loop is enough
-            for i in reversed(range(self._size)):
-                later = row[i] = value(i, later if i + 1 < self._size else row[self._back])
-        return row
-
-    def explain(self) -> list[Occurrence]:
-        """Return what it rests on that the formula is false at the first position."""
+    def explain(self, formula: Formula) -> list[Occurrence]:
+        """Return what it rests on that a formula is false at the first position."""
         found: dict[Occurrence, None] = {}
         seen: set[tuple[Formula, int]] = set()
-        todo: list[tuple[Formula, int]] = [(self._formula, 0)]
+        todo: list[tuple[Formula, int]] = [(formula, 0)]
         while todo:
             part, position = todo.pop()
             if (part, position) in seen:
@@ -142,12 +96,12 @@ class _Word:
     def _blamed(self, part: Formula, position: int) -> list[tuple[Formula, int]]:
         """Return the parts, with positions, that make a part false."""
         operands = part.operands
-        after = (part, self._after(position))
+        after = self._after(part, position)
         match part:
             case And() | Or():
                 return [(operand, position) for operand in operands if self._is_false(operand, position)]
             case Next():
-                return [(operands[0], after[1])]
+                return [self._after(operands[0], position)]
             case Finally():
                 return [(operands[0], position), after]
             case Globally():

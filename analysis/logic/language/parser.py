@@ -206,14 +206,8 @@ class _Builder:
     def number(self, children: list[Token]) -> _Sum:
         return _Sum((), int(children[0]))
 
-    def term(self, children: list[_Sum]) -> _Sum:
-        return children[0]
-
     def named(self, children: list[Name]) -> _Sum:
         return _Sum(((1, children[0]),))
-
-    def factor(self, children: list[_Sum]) -> _Sum:
-        return children[0]
 
     def name(self, children: list[Token]) -> Name:
         token = children[0]

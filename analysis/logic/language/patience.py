@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dineros.analysis.logic.language.rewriting import simplified
+from dineros.analysis.logic.language.rewriting import opposite, simplified
 from dineros.analysis.logic.language.syntax import (
     And,
     Finally,
@@ -44,14 +44,11 @@ def _kind(formula: Formula) -> str | None:
             return decisive if decisive in kinds else (kinds.pop() if len(kinds) == 1 else None)
         case Finally(operand):
             return "patient" if _kind(operand) in ("patient", "false") else None
-        case Globally(operand):
-            return "patient" if _kind(operand) in ("patient", "true") else None
         case Until(left, right):
             is_so = _kind(left) in ("patient", "true") and _kind(right) in ("patient", "false")
             return "patient" if is_so else None
-        case Release(left, right):
-            is_so = _kind(left) in ("patient", "false") and _kind(right) in ("patient", "true")
-            return "patient" if is_so else None
+        case Globally() | Release():
+            return _kind(opposite(formula))
         case Next():
             return None
     return "patient" if all(not isinstance(part, Fired | Next) for part in formula.subformulas()) else None

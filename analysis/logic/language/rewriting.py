@@ -2,7 +2,8 @@
 
 The result uses constants, atoms, negated atoms, conjunction, disjunction, ``X F G U R`` only. Rules are
 applied by the constructors below, bottom-up: propositional ones, pure eventuality and universality (Etessami
-and Holzmann), syntactic implication (Somenzi and Bloem), and joining of equal temporal operators.
+and Holzmann), syntactic implication (Somenzi and Bloem), and joining of equal temporal operators. Of two
+operators that are dual to each other one has rules; the other is made of it by negation.
 
 References
 ----------
@@ -12,7 +13,7 @@ K. Etessami, G. J. Holzmann, *Optimizing Buchi automata*, CONCUR 2000, LNCS 1877
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import lru_cache
 
 from dineros.analysis.logic.language.syntax import (
@@ -34,7 +35,7 @@ from dineros.analysis.logic.language.syntax import (
     WeakUntil,
 )
 
-_DUAL: dict[type[Formula], Callable[..., Formula]] = {
+DUAL: dict[type[Formula], Callable[..., Formula]] = {
     And: Or,
     Or: And,
     Finally: Globally,
@@ -43,6 +44,7 @@ _DUAL: dict[type[Formula], Callable[..., Formula]] = {
     Release: Until,
     Next: Next,
 }
+"""By operator: the one that the negation of its operands, negated, makes of it."""
 
 
 def simplified(formula: Formula) -> Formula:
@@ -64,38 +66,21 @@ def negated(formula: Formula) -> Formula:
 def _normal(formula: Formula, positive: bool) -> Formula:
     """Return the formula, or its negation unless `positive`, in normal form."""
     match formula:
-        case Constant(value):
-            return TRUE if value == positive else FALSE
         case Atom():
-            return formula if positive else Not(formula)
+            return formula if positive else opposite(formula)
         case Not(operand):
             return _normal(operand, not positive)
         case Implies(left, right):
-            parts = [_normal(left, not positive), _normal(right, positive)]
-            return disjunction(parts) if positive else conjunction(parts)
+            return _normal(Or((Not(left), right)), positive)
         case Equivalent(left, right):
-            both = [_normal(left, True), _normal(right, positive)]
-            neither = [_normal(left, False), _normal(right, not positive)]
-            return disjunction([conjunction(both), conjunction(neither)])
+            other = right if positive else Not(right)
+            return _normal(Or((And((left, other)), And((Not(left), Not(other))))), True)
         case WeakUntil(left, right):
             return _normal(Release(right, Or((left, right))), positive)
+    if type(formula) not in DUAL:
+        raise TypeError(f"no LTL formula: {formula}")
     parts = [_normal(operand, positive) for operand in formula.operands]
-    match formula:
-        case And():
-            return conjunction(parts) if positive else disjunction(parts)
-        case Or():
-            return disjunction(parts) if positive else conjunction(parts)
-        case Next():
-            return next_(parts[0])
-        case Finally():
-            return finally_(parts[0]) if positive else globally(parts[0])
-        case Globally():
-            return globally(parts[0]) if positive else finally_(parts[0])
-        case Until():
-            return until(*parts) if positive else release(*parts)
-        case Release():
-            return release(*parts) if positive else until(*parts)
-    raise TypeError(f"no LTL formula: {formula}")
+    return _MAKERS[type(formula) if positive else DUAL[type(formula)]](*parts)
 
 
 def next_(operand: Formula) -> Formula:
@@ -115,33 +100,19 @@ def finally_(operand: Formula) -> Formula:
         case Until(_, right):
             return finally_(right)
         case Or(operands):
-            return disjunction(finally_(part) for part in operands)
+            return disjunction(*map(finally_, operands))
         case And(operands):
             # F (a & G F b) = F a & G F b
             lasting = [part for part in operands if _is_eventual(part) and _is_universal(part)]
             if lasting:
-                rest = conjunction(part for part in operands if part not in lasting)
-                return conjunction([finally_(rest), *lasting])
+                rest = conjunction(*(part for part in operands if part not in lasting))
+                return conjunction(finally_(rest), *lasting)
     return Finally(operand)
 
 
 def globally(operand: Formula) -> Formula:
     """Return ``G operand``, simplified."""
-    if isinstance(operand, Constant) or _is_universal(operand):
-        return operand
-    match operand:
-        case Next(inner):
-            return next_(globally(inner))
-        case Release(_, right):
-            return globally(right)
-        case And(operands):
-            return conjunction(globally(part) for part in operands)
-        case Or(operands):
-            lasting = [part for part in operands if _is_eventual(part) and _is_universal(part)]
-            if lasting:
-                rest = disjunction(part for part in operands if part not in lasting)
-                return disjunction([globally(rest), *lasting])
-    return Globally(operand)
+    return opposite(finally_(opposite(operand)))
 
 
 def until(left: Formula, right: Formula) -> Formula:
@@ -162,49 +133,47 @@ def until(left: Formula, right: Formula) -> Formula:
 
 def release(left: Formula, right: Formula) -> Formula:
     """Return ``left R right``, simplified."""
-    if isinstance(right, Constant) or left == TRUE or implies(right, left) or _is_universal(right):
-        return right
-    if left == FALSE or implies(right, opposite(left)):
-        return globally(right)
-    match left, right:
-        case Next(a), Next(b):
-            return next_(release(a, b))
-        case _, Release(a, b) if implies(a, left):
-            return release(a, b)
-        case _, Globally(_):
-            return right
-    return Release(left, right)
+    return opposite(until(opposite(left), opposite(right)))
 
 
-def conjunction(operands: Iterable[Formula]) -> Formula:
+def conjunction(*operands: Formula) -> Formula:
     """Return the conjunction, flattened, without implied parts, equal temporal operators joined."""
-    parts = _flattened(And, operands)
+    flat = [
+        part for operand in operands for part in (operand.operands if isinstance(operand, And) else [operand])
+    ]
+    parts = sorted(dict.fromkeys(flat), key=str)
     if FALSE in parts or any(opposite(part) in parts for part in parts):
         return FALSE
-    parts = _without_implied([part for part in parts if part != TRUE], implies)
+    parts = _without_implied([part for part in parts if part != TRUE])
     if any(implies(part, opposite(other)) for part in parts for other in parts):
         return FALSE
-    joined = _join(parts, Next, lambda inner: next_(conjunction(inner)))
+    steps = [part.operand for part in parts if isinstance(part, Next)]
+    if len(steps) > 1:
+        others = [part for part in parts if not isinstance(part, Next)]
+        return conjunction(*others, next_(conjunction(*steps)))
     # F G a & F G b = F G (a & b)
-    joined = _join_pairs(joined, Finally, Globally, lambda inner: finally_(globally(conjunction(inner))))
-    if joined != parts:
-        return conjunction(joined)
-    return _combined(And, parts, TRUE)
+    ends = [part for part in parts if isinstance(part, Finally) and isinstance(part.operand, Globally)]
+    if len(ends) > 1:
+        others = [part for part in parts if part not in ends]
+        inner = conjunction(*(part.operand.operands[0] for part in ends))
+        return conjunction(*others, finally_(globally(inner)))
+    return _combined(And, parts) if parts else TRUE
 
 
-def disjunction(operands: Iterable[Formula]) -> Formula:
+def disjunction(*operands: Formula) -> Formula:
     """Return the disjunction, flattened, without parts implying others, equal temporal operators joined."""
-    parts = _flattened(Or, operands)
-    if TRUE in parts or any(opposite(part) in parts for part in parts):
-        return TRUE
-    parts = _without_implied([part for part in parts if part != FALSE], lambda a, b: implies(b, a))
-    if any(implies(opposite(part), other) for part in parts for other in parts):
-        return TRUE
-    joined = _join(parts, Next, lambda inner: next_(disjunction(inner)))
-    joined = _join_pairs(joined, Globally, Finally, lambda inner: globally(finally_(disjunction(inner))))
-    if joined != parts:
-        return disjunction(joined)
-    return _combined(Or, parts, FALSE)
+    return opposite(conjunction(*map(opposite, operands)))
+
+
+_MAKERS: dict[Callable[..., Formula], Callable[..., Formula]] = {
+    And: conjunction,
+    Or: disjunction,
+    Next: next_,
+    Finally: finally_,
+    Globally: globally,
+    Until: until,
+    Release: release,
+}
 
 
 @lru_cache(maxsize=8192)
@@ -217,11 +186,9 @@ def opposite(formula: Formula) -> Formula:
             return operand
         case Atom():
             return Not(formula)
-    operands = tuple(opposite(operand) for operand in formula.operands)
-    dual = _DUAL[type(formula)]
-    if dual in (And, Or):
-        return _combined(dual, list(operands), TRUE)
-    return dual(*operands)
+    operands = [opposite(operand) for operand in formula.operands]
+    dual = DUAL[type(formula)]
+    return _combined(dual, operands) if dual in (And, Or) else dual(*operands)
 
 
 @lru_cache(maxsize=65536)
@@ -297,36 +264,17 @@ def _is_eventual(formula: Formula) -> bool:
     return False
 
 
-@lru_cache(maxsize=8192)
 def _is_universal(formula: Formula) -> bool:
     """Pure universality: true of every suffix whenever it is true of the word."""
-    match formula:
-        case Constant() | Globally():
-            return True
-        case And(operands) | Or(operands):
-            return all(_is_universal(part) for part in operands)
-        case Release(left, right):
-            return left == FALSE or _is_universal(right)
-        case Until(left, right):
-            return _is_universal(left) and _is_universal(right)
-        case Next(operand) | Finally(operand):
-            return _is_universal(operand)
-    return False
+    return _is_eventual(opposite(formula))
 
 
-def _flattened(kind: type[And | Or], operands: Iterable[Formula]) -> list[Formula]:
-    parts: dict[Formula, None] = {}
-    for operand in operands:
-        parts.update(dict.fromkeys(operand.operands if isinstance(operand, kind) else [operand]))
-    return sorted(parts, key=str)
-
-
-def _without_implied(parts: list[Formula], stronger: Callable[[Formula, Formula], bool]) -> list[Formula]:
+def _without_implied(parts: list[Formula]) -> list[Formula]:
     kept: list[Formula] = []
     for i, part in enumerate(parts):
         # Of two that imply each other the later one stays.
         if not any(
-            stronger(other, part) and (j > i or not stronger(part, other))
+            implies(other, part) and (j > i or not implies(part, other))
             for j, other in enumerate(parts)
             if j != i
         ):
@@ -334,27 +282,5 @@ def _without_implied(parts: list[Formula], stronger: Callable[[Formula, Formula]
     return kept
 
 
-def _join(parts: list[Formula], kind: type[Next], join: Callable[[list[Formula]], Formula]) -> list[Formula]:
-    inner = [part.operand for part in parts if isinstance(part, kind)]
-    if len(inner) < 2:
-        return parts
-    return [part for part in parts if not isinstance(part, kind)] + [join(inner)]
-
-
-def _join_pairs(
-    parts: list[Formula],
-    outer: type[Finally | Globally],
-    inner: type[Finally | Globally],
-    join: Callable[[list[Formula]], Formula],
-) -> list[Formula]:
-    found = [p for p in parts if isinstance(p, outer) and isinstance(p.operand, inner)]
-    if len(found) < 2:
-        return parts
-    bodies = [p.operand.operands[0] for p in found]
-    return [part for part in parts if part not in found] + [join(bodies)]
-
-
-def _combined(kind: Callable[..., Formula], parts: list[Formula], neutral: Formula) -> Formula:
-    if not parts:
-        return neutral
+def _combined(kind: Callable[..., Formula], parts: list[Formula]) -> Formula:
     return parts[0] if len(parts) == 1 else kind(tuple(sorted(parts, key=str)))

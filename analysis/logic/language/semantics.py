@@ -47,6 +47,13 @@ def holds_on_lasso(
     is_true : callable
         Whether an atom (not a constant) is true at a letter.
     """
+    return values_on_lasso(formula, stem, loop, is_true)[formula][0]
+
+
+def values_on_lasso(
+    formula: Formula, stem: Sequence[Letter], loop: Sequence[Letter], is_true: Callable[[Atom, Letter], bool]
+) -> dict[Formula, list[bool]]:
+    """Return the value of each part of an LTL formula at each letter; see `holds_on_lasso`."""
     letters = [*stem, *loop]
     size, back = len(letters), len(stem)
     values: dict[Formula, list[bool]] = {}
@@ -92,4 +99,4 @@ def holds_on_lasso(
             case _:
                 raise TypeError(f"no LTL formula: {part}")
         values[part] = row
-    return values[formula][0]
+    return values

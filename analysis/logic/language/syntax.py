@@ -13,11 +13,22 @@ taken).
 
 from __future__ import annotations
 
+import operator
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
 ComparisonOperator = Literal["<=", ">=", "==", "!=", "<", ">"]
+OPERATORS: dict[str, Callable[[float, float], bool]] = {
+    "<=": operator.le,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    ">": operator.gt,
+}
+"""What comparisons mean."""
 
 PLAIN_NAME = re.compile(r"[^\W\d]\w*(?:\[\d+\])?(?:\.\w+(?:\[\d+\])?)*")
 RESERVED = frozenset(

@@ -59,11 +59,7 @@ class Emptiness:
         product = self.product
         while True:
             status = explore(
-                product.tables,
-                product.conditions,
-                product.edges,
-                product.store,
-                product.scratch,
+                *product.parts,
                 self.search,
                 VISITS,
             )

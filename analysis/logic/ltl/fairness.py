@@ -70,11 +70,7 @@ class InnerGraph:
                 product.memory_bytes + sum(array.nbytes for part in parts for array in part)
             )
             position, count = inner_edges(
-                product.tables,
-                product.conditions,
-                product.edges,
-                product.store,
-                product.scratch,
+                *product.parts,
                 states,
                 position,
                 number,

@@ -20,7 +20,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, SomeFired
-from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.names import LimitedNames, Names
 from dineros.analysis.logic.language.patience import is_patient
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet, Transition
@@ -32,7 +32,7 @@ MOST_PASSES = 256
 """Of a loop, until free parts are again as they were at its beginning."""
 
 EXACTLY = "\0"
-"""Before the name of one transition: what no model calls anything."""
+"""Before the number of one transition: what no model calls anything."""
 
 #: Tokens of a part's places.
 Local = tuple[int, ...]
@@ -193,7 +193,7 @@ class _Walk:
             self._drive(self._tested(transition)[0], transition, False)
 
     def _tested(self, transition: int) -> list[Part]:
-        touched = {p for p, _ in (*self._net.pre.row(transition), *self._net.inhibitor.row(transition))}
+        touched = _looked_at(self._net, transition)
         return [part for part in self._smaller.parts if touched.intersection(part.places)]
 
     def _drive(self, part: Part, transition: int, is_to_hold: bool) -> None:
@@ -264,14 +264,18 @@ def _candidates(net: CompiledNet, bound: BoundAtoms, fair: Collection[int]) -> I
                 observed.update(factors)
             case SomeEnabled(transitions):
                 watched |= transitions
-                arcs = [arc for t in transitions for arc in (*net.pre.row(t), *net.inhibitor.row(t))]
-                observed.update(place for place, _ in arcs)
+                observed.update(*(_looked_at(net, t) for t in transitions))
             case SomeFired(transitions):
                 watched |= transitions
     for home, places in members.items():
         inside = movers.get(home, [])
         if inside and observed.isdisjoint(places) and watched.isdisjoint(inside):
             yield _part(net, tuple(places), tuple(inside))
+
+
+def _looked_at(net: CompiledNet, transition: int) -> set[int]:
+    """Return the places whose tokens decide whether a transition is enabled."""
+    return {place for arcs in (net.pre, net.inhibitor) for place, _ in arcs.row(transition)}
 
 
 def _part(net: CompiledNet, places: tuple[int, ...], movers: tuple[int, ...]) -> Part | None:
@@ -310,8 +314,7 @@ def _is_free(
             return False
     inside, movers = set(part.places), set(part.movers)
     for t in range(len(net.transitions)):
-        arcs = {p for p, _ in (*net.pre.row(t), *net.inhibitor.row(t))}
-        if t in movers or arcs.isdisjoint(inside):
+        if t in movers or _looked_at(net, t).isdisjoint(inside):
             continue
         if t in strongly:
             return False
@@ -335,7 +338,7 @@ def _smaller(
 ) -> Smaller:
     free = {p for part in parts for p in part.places}
     movers = {t for part in parts for t in part.movers}
-    is_kept = [place not in free for place in range(len(net.places))]
+    kept = [place for place in range(len(net.places)) if place not in free]
     back: list[int | None] = []
     transitions: list[Transition] = []
 
@@ -348,8 +351,8 @@ def _smaller(
 
     for t, name in enumerate(net.transitions):
         if t not in movers:
-            needs = _Needs.of(net, t, is_kept.__getitem__)
-            add(name, needs, {p: w for p, w in net.post.row(t) if is_kept[p]}, t)
+            needs = _Needs.of(net, t, lambda p: p not in free)
+            add(name, needs, {p: w for p, w in net.post.row(t) if p not in free}, t)
     idles: dict[int, tuple[Part, _Needs]] = {}
     known: set[object] = set()
     for part in parts:
@@ -359,45 +362,30 @@ def _smaller(
                 idles[len(back)] = part, needs
                 # The mover's name, which stands for nothing else now.
                 add(net.transitions[mover], needs, needs.inputs, None)
-    initial = net.initial.tolist()
-    places = {name: initial[p] for p, name in enumerate(net.places) if is_kept[p]}
-    smaller = CompiledNet.build(places, transitions)
-    tested = {
-        t
-        for t in range(len(net.transitions))
-        if any(p in free for p, _ in (*net.pre.row(t), *net.inhibitor.row(t)))
-    }
+    smaller = CompiledNet.build({net.places[p]: int(net.initial[p]) for p in kept}, transitions)
+    tested = {t for t in range(len(net.transitions)) if not free.isdisjoint(_looked_at(net, t))}
     return Smaller(
         net,
         tuple(parts),
         smaller,
-        _Renumbered(names, net, smaller),
-        tuple(f"{EXACTLY}{net.transitions[t]}" for t in weakly if t not in tested),
-        tuple(f"{EXACTLY}{net.transitions[t]}" for t in strongly),
+        _Named(
+            names,
+            {place: number for number, place in enumerate(kept)},
+            {t: (number,) for number, t in enumerate(back) if t is not None},
+        ),
+        tuple(f"{EXACTLY}{t}" for t in weakly if t not in tested),
+        tuple(f"{EXACTLY}{t}" for t in strongly),
         tuple(back),
         idles,
         tuple(t for t in weakly if t in tested),
     )
 
 
-class _Renumbered:
-    """Names of a net, in a smaller one that has the elements of the same names."""
-
-    def __init__(self, names: Names, net: CompiledNet, smaller: CompiledNet) -> None:
-        self._names, self._net = names, net
-        self._place = {name: number for number, name in enumerate(smaller.places)}
-        self._transition = {name: number for number, name in enumerate(smaller.transitions)}
-
-    def places(self, name: str) -> Sequence[int]:
-        """Return the places of a name."""
-        return [self._place[self._net.places[p]] for p in self._names.places(name)]
+class _Named(LimitedNames):
+    """Names of a net in one without its free parts; `EXACTLY` and a number name one transition of the net."""
 
     def transitions(self, name: str) -> Sequence[int]:
         """Return the transitions of a name."""
         if name.startswith(EXACTLY):
-            return [self._transition[name.removeprefix(EXACTLY)]]
-        return [self._transition[self._net.transitions[t]] for t in self._names.transitions(name)]
-
-    def signal(self, name: str) -> int:
-        """Return the place that is marked while an input signal is true."""
-        return self._place[self._net.places[self._names.signal(name)]]
+            return self.images[int(name.removeprefix(EXACTLY))]
+        return super().transitions(name)

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 from dineros.analysis.answers.budget import Budget, Progress
 from dineros.analysis.answers.outcome import Outcome
@@ -33,13 +34,12 @@ from dineros.analysis.covering.growing import (
     limited,
     without_growth,
 )
-from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, Step
-from dineros.analysis.logic.language.limited_names import LimitedNames
-from dineros.analysis.logic.language.names import Names
+from dineros.analysis.logic.language.atoms import BoundAtoms, Linear, SomeEnabled, Step, all_resolved
+from dineros.analysis.logic.language.names import LimitedNames, Names
 from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.logic.ltl.near_lassos import near_lassos
-from dineros.analysis.logic.verdicts.verdict import ReplayError
+from dineros.analysis.logic.verdicts.verdict import ReplayError, fired, replayed, unfair_to
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping, coverability
 
@@ -116,8 +116,6 @@ class EndlessRuns:
         What names stand for.
     weak, strong : tuple of str
         Names of fair transitions.
-    fair : tuple of pairs of str and int
-        The kind of fairness, and the transition.
     verify : callable
         Decides the formula of a net with bounds.
     """
@@ -128,8 +126,12 @@ class EndlessRuns:
     names: Names
     weak: tuple[str, ...]
     strong: tuple[str, ...]
-    fair: tuple[tuple[str, int], ...]
     verify: Verify
+
+    @property
+    def _fair(self) -> tuple[list[int], list[int]]:
+        """Transitions that are weakly, and strongly fair."""
+        return all_resolved(self.names, self.weak), all_resolved(self.names, self.strong)
 
     def decide(self, budget: Budget) -> Outcome | None:
         """Return the answer; None where it is not known."""
@@ -183,7 +185,7 @@ class EndlessRuns:
                 return None
             if isinstance(condition, SomeEnabled) and not free.issuperset(condition.transitions):
                 return None
-        if not free.issuperset(t for _, t in self.fair) or len(left_out) == len(self.net.places):
+        if not free.issuperset(chain(*self._fair)) or len(left_out) == len(self.net.places):
             return None
         # A run that ends in a deadlock would be no run of what is left.
         if not bounded_part(self.net, budget.share(0.5)).has_no_deadlock:
@@ -206,12 +208,8 @@ class EndlessRuns:
             return None
         if holds_on_lasso(self.formula, first, again, self.atoms.is_true):
             return None
-        for kind, t in self.fair:
-            enabled = [self.net.is_enabled(t, step.marking) for step in again]
-            asked = all(enabled) if kind == "weakly" else any(enabled)
-            if asked and all(step.transition != t for step in again):
-                return None
-        return replace(answer, trace=stem, loop=loop)
+        unfair = unfair_to(self.net, again, *self._fair)
+        return None if unfair else replace(answer, trace=stem, loop=loop)
 
 
 def compared_tokens(net: CompiledNet, atoms: BoundAtoms) -> Mapping[int, int] | None:
@@ -241,24 +239,11 @@ def settled(
     ReplayError
         The run cannot be fired, or its loop cannot be repeated for ever.
     """
-    marking: list[int] = net.initial.tolist()
-    steps: list[Step] = []
-
-    def fire(transitions: Sequence[int]) -> None:
-        nonlocal marking
-        for t in transitions:
-            if not net.is_enabled(t, marking):
-                raise ReplayError(f"witness fires {net.transitions[t]!r}, which is not enabled")
-            steps.append(Step(tuple(marking), t))
-            marking = net.fire(t, marking)
-
-    fire(stem)
     if not loop:
-        if any(net.is_enabled(t, marking) for t in range(len(net.transitions))):
-            raise ReplayError("a witness without a loop does not end in a deadlock")
-        return steps, [Step(tuple(marking), None)]
-    start = list(marking)
-    fire(loop)
+        return replayed(net, stem, loop)
+    steps, start = fired(net, tuple(net.initial.tolist()), stem)
+    more, marking = fired(net, start, loop)
+    steps += more
     gains = [after - before for before, after in zip(start, marking, strict=True)]
     grown = {place for place, gain in enumerate(gains) if gain}
     if min(gains, default=0) < 0:
@@ -269,7 +254,8 @@ def settled(
     if rounds * len(loop) > MOST_ROUNDS:
         raise ReplayError("the loop of a witness takes too many rounds until atoms stay as they are")
     for _ in range(rounds):
-        fire(loop)
+        more, marking = fired(net, marking, loop)
+        steps += more
     first = len(steps) - len(loop)
     return steps[:first], steps[first:]
 

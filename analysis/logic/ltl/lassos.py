@@ -97,11 +97,7 @@ class _Finder:
         assert callable(kernel)
         return int(
             kernel(
-                product.tables,
-                product.conditions,
-                product.edges,
-                product.store,
-                product.scratch,
+                *product.parts,
                 start,
                 *arguments,
                 self.parents,
@@ -144,11 +140,7 @@ class _Finder:
         product = self.product
         product.store.counters[MAY_ADD] = 0
         expand(
-            product.tables,
-            product.conditions,
-            product.edges,
-            product.store,
-            product.scratch,
+            *product.parts,
             state,
             self.targets,
             self.new_labels,

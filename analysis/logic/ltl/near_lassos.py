@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from dineros.analysis.answers.budget import Budget
+from dineros.analysis.logic.verdicts.verdict import Marking, moves
 from dineros.analysis.nets.compiled import CompiledNet
 
-Marking = tuple[int, ...]
 Lasso = tuple[tuple[int, ...], tuple[int, ...]]
 """Transitions of the stem, and of the loop."""
 
@@ -32,10 +32,7 @@ def near_lassos(net: CompiledNet, most: int, budget: Budget) -> Iterator[Lasso]:
         if len(todo) > most or budget.is_over:
             return
         way, fired = _way(came, marking)
-        for t in range(len(net.transitions)):
-            if not net.is_enabled(t, marking):
-                continue
-            after: Marking = tuple(net.fire(t, marking))
+        for t, after in moves(net, marking):
             for position in range(len(way) - 1, -1, -1):
                 before = way[position]
                 if all(new >= old for new, old in zip(after, before, strict=True)):

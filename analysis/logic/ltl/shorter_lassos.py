@@ -56,11 +56,7 @@ def _explore(product: Product, limit: int) -> int:
         # Only the states count here, not their arcs: each call starts writing anew.
         pointer[state] = 0
         status, state = build(
-            product.tables,
-            product.conditions,
-            product.edges,
-            product.store,
-            product.scratch,
+            *product.parts,
             pointer,
             targets,
             labels,

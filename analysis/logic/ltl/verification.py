@@ -114,9 +114,8 @@ def verify_ltl(
         try:
             product, run = search(watching(budget, net))
         except EndlessError as endless:
-            fair = (*(("weakly", t) for t in weakly), *(("strongly", t) for t in strongly))
             budget.stage("runs whose tokens grow")
-            runs = EndlessRuns(net, tree, atoms, names, weak, strong, fair, verify_ltl)
+            runs = EndlessRuns(net, tree, atoms, names, weak, strong, verify_ltl)
             answer = runs.decide(budget.share(0.5))
             if answer is not None:
                 return replace(answer, seconds=budget.spent)

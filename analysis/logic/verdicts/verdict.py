@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from dineros.analysis.answers.outcome import Outcome as Verdict
 from dineros.analysis.logic.language.atoms import BoundAtoms, Step
@@ -10,7 +10,9 @@ from dineros.analysis.logic.language.semantics import holds_on_lasso
 from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.nets.compiled import CompiledNet
 
-__all__ = ["ReplayError", "Verdict", "check_counterexample", "replayed"]
+Marking = tuple[int, ...]
+
+__all__ = ["ReplayError", "Verdict", "check_counterexample", "fired", "moves", "replayed", "unfair_to"]
 
 
 class ReplayError(AssertionError):
@@ -31,23 +33,39 @@ def replayed(
         If a transition is not enabled, or the loop does not return to where it began, or does not loop but
         must.
     """
-    marking = tuple(net.initial.tolist())
-    steps: list[list[Step]] = [[], []]
-    start = marking
-    for part, transitions in enumerate((stem, loop)):
-        start = marking
-        for transition in transitions:
-            if not net.is_enabled(transition, marking):
-                raise ReplayError(f"witness fires {net.transitions[transition]!r}, which is not enabled")
-            steps[part].append(Step(marking, transition))
-            marking = tuple(net.fire(transition, marking))
-    if loop and marking != start:
+    first, start = fired(net, tuple(net.initial.tolist()), stem)
+    again, end = fired(net, start, loop)
+    if loop and end != start:
         raise ReplayError("the loop of a witness does not return to its first marking")
     if not loop:
-        if must_loop and any(net.is_enabled(t, marking) for t in range(len(net.transitions))):
+        if must_loop and any(moves(net, end)):
             raise ReplayError("a witness without a loop does not end in a deadlock")
-        steps[1].append(Step(marking, None))
-    return steps[0], steps[1]
+        again = [Step(end, None)]
+    return first, again
+
+
+def fired(net: CompiledNet, marking: Marking, transitions: Sequence[int]) -> tuple[list[Step], Marking]:
+    """Fire transitions from a marking; return the steps, and the marking after them.
+
+    Raises
+    ------
+    ReplayError
+        One of them is not enabled.
+    """
+    steps = []
+    for transition in transitions:
+        if not net.is_enabled(transition, marking):
+            raise ReplayError(f"witness fires {net.transitions[transition]!r}, which is not enabled")
+        steps.append(Step(marking, transition))
+        marking = tuple(net.fire(transition, marking))
+    return steps, marking
+
+
+def moves(net: CompiledNet, marking: Marking) -> Iterator[tuple[int, Marking]]:
+    """Yield the transitions that a marking enables, each with the marking after it."""
+    for transition in range(len(net.transitions)):
+        if net.is_enabled(transition, marking):
+            yield transition, tuple(net.fire(transition, marking))
 
 
 def check_counterexample(
@@ -69,9 +87,15 @@ def check_counterexample(
     first, again = replayed(net, stem, loop)
     if holds_on_lasso(formula, first, again, atoms.is_true):
         raise ReplayError(f"the witness satisfies {formula}")
-    for kind, fair in (("weakly", weak), ("strongly", strong)):
-        for t in fair:
-            enabled = [net.is_enabled(t, step.marking) for step in again]
-            asked = all(enabled) if kind == "weakly" else any(enabled)
-            if asked and all(step.transition != t for step in again):
-                raise ReplayError(f"the witness is not {kind} fair to {net.transitions[t]!r}")
+    if unfair := unfair_to(net, again, weak, strong):
+        kind = "strongly" if unfair[0] in strong else "weakly"
+        raise ReplayError(f"the witness is not {kind} fair to {net.transitions[unfair[0]]!r}")
+
+
+def unfair_to(
+    net: CompiledNet, again: Sequence[Step], weak: Sequence[int], strong: Sequence[int]
+) -> list[int]:
+    """Return the weakly and strongly fair transitions that a run neglects, as it repeats these steps."""
+    fired = {step.transition for step in again}
+    enabled = {t: [net.is_enabled(t, step.marking) for step in again] for t in {*weak, *strong} - fired}
+    return [t for t in (*weak, *strong) if t in enabled and (any if t in strong else all)(enabled[t])]

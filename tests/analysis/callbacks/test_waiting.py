@@ -46,7 +46,7 @@ def circles(model: sym.SystemModel) -> list[Circle | None]:
     """Return the circles of a model; each is closed where its witness leads."""
     subject = base_subject(model)
     waiting, space = Waiting(subject), symbolic_state_space(subject.net)
-    each = list(blocked(subject, space, waiting))
+    each = list(blocked(space, waiting))
     assert [waiting.circle(replay(subject.net, one.trace)[-1]) for one in each] == [
         one.circle for one in each
     ]
@@ -82,7 +82,7 @@ def test_generated_models_block_alike(model: sym.SystemModel) -> None:
         subject, waits = base_subject(model), some_waits_for_ever(model, most=400)
     except (DinerosError, TooManyStatesError):
         assume(False)
-    found = list(blocked(subject, symbolic_state_space(subject.net), Waiting(subject)))
+    found = list(blocked(symbolic_state_space(subject.net), Waiting(subject)))
     assert bool(found) == waits
 
 

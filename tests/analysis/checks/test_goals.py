@@ -7,7 +7,7 @@ import pytest
 from dineros.analysis.checks.boundedness import Boundedness
 from dineros.analysis.checks.check import check
 from dineros.analysis.checks.goals import Goals
-from dineros.analysis.checks.ways import Race, overtaking
+from dineros.analysis.checks.ways import overtaking
 from dineros.analysis.model.subject import base_subject
 from dineros.analysis.witnesses.findings import Finding, Report
 from dineros.metamodel import pn, sym
@@ -175,8 +175,8 @@ def test_a_race_that_cannot_be_lost() -> None:
     """What ends the second goal needs the first one to be over."""
     subject = base_subject(deliveries(1, 2, goals=2, cancels=0, rejects=False))
     places, index = subject.place_index, subject.transition_index
-    race = Race(places["Delivery.client.office0.inUse[1]"], index["Delivery.client.office0.accept[2]"], ())
-    assert overtaking(subject.net, race) == (None, True)
+    slots = places["Delivery.client.office0.inUse[1]"], index["Delivery.client.office0.accept[2]"]
+    assert overtaking(subject.net, *slots, ()) == (None, True)
 
 
 def test_a_result_that_nobody_fetches() -> None:

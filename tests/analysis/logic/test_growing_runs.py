@@ -103,9 +103,7 @@ def test_answers_agree_with_the_product(net: CompiledNet, formula: str, fair: bo
     tree, names = parse(formula), NetNames(net)
     atoms = BoundAtoms(net, tree, names)
     expected = verify_ltl(net, tree, weak=["t0"] if fair else [], budget=Budget(states=20_000))
-    runs = EndlessRuns(
-        net, tree, atoms, names, ("t0",) if fair else (), (), (("weakly", 0),) if fair else (), verify_ltl
-    )
+    runs = EndlessRuns(net, tree, atoms, names, ("t0",) if fair else (), (), verify_ltl)
     found = runs.decide(Budget(seconds=20, states=20_000))
     if found is None:
         return

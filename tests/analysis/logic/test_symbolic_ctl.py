@@ -57,7 +57,7 @@ def test_runs_that_last_are_those_of_the_stored_graph(seed: int) -> None:
         formula = rng.choice(atoms_of(rng, net, with_fired=False))
         tree = Exists(Globally(rng.choice([formula, Not(formula)])))
         atoms = BoundAtoms(net, tree, NetNames(net))
-        graph = StateGraph(net, list(atoms.conditions.items()), Budget(states=3_000).begun())
+        graph = StateGraph(net, atoms.conditions, Budget(states=3_000).begun())
         try:
             graph.explore()
         except BudgetExceededError:
