@@ -47,7 +47,7 @@ def answer_on_workers(
 
     from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.sweeps.cluster import cluster_answers
-    from dineros.analysis.sweeps.parts import all_of, check_names, conjuncts, outcome_of, question_parts
+    from dineros.analysis.sweeps.parts import all_of, check_names, conjuncts, question_parts
     from dineros.metamodel.files.xmi import xmi_bytes
 
     check_names(subject, asked["kind"], asked["text"])
@@ -60,8 +60,8 @@ def answer_on_workers(
     ]
     known, answer = dict[str, Outcome](), None
     with closing(cluster_answers(parts, address)) as answers:
-        for part, found in answers:
-            text, said = part.asked["text"], outcome_of(subject.net, found)
+        for part, said in answers:
+            text = part.asked["text"]
             if known.get(text, Outcome("unknown")).status == "unknown":
                 known[text] = said
             answer = all_of(known, texts)
@@ -87,19 +87,16 @@ def properties_on_workers(
     """Divide properties among workers, and tell their answers as they come; raises as the other."""
     from contextlib import closing
 
-    from dineros.analysis.properties.property import PropertyAnswer
     from dineros.analysis.sweeps.cluster import cluster_answers
-    from dineros.analysis.sweeps.parts import property_parts
+    from dineros.analysis.sweeps.parts import property_answers, property_parts
     from dineros.metamodel.files.xmi import xmi_bytes
 
     told = {**asked, "memory": _of_engines(asked["memory"])}
     parts = property_parts(xmi_bytes(subject.model).decode(), told, properties, names, uuid.uuid4().hex)
     with closing(cluster_answers(parts, address)) as found:
         for part, answer in found:
-            why = str(answer.get("error") or "no answer")
-            unknown = [{"id": one["id"], "reason": why} for one in part.asked["properties"]]
-            for one in answer.get("answers", unknown):
-                answered(PropertyAnswer(**{"value": None, "seconds": 0.0, **one}))
+            for one in property_answers(part, answer):
+                answered(one)
 
 
 def check_on_workers(
@@ -120,6 +117,7 @@ def check_on_workers(
     """
     from contextlib import closing
 
+    from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import base_subject
     from dineros.analysis.sweeps.cluster import cluster_answers
@@ -135,8 +133,6 @@ def check_on_workers(
         answer = answers[part.questions]
         if not part.asked.get("confirm"):
             add_report(report, subject, part, answer)
-        elif "findings" in answer:
-            said = answer["confirmation"]
         else:
-            said = {"agrees": None, "by": (), "reason": str(answer.get("error") or "no answer")}
-    return None if said is None else Confirmation(said["agrees"], tuple(said["by"]), said["reason"])
+            said = Confirmation(None, reason=answer.reason) if isinstance(answer, Outcome) else answer
+    return said
