@@ -15,7 +15,7 @@ import argparse
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -56,37 +56,29 @@ for line in sys.stdin:
 """
 
 
-class Side:
-    """A checkout, and the process that measures there.
-
-    Parameters
-    ----------
-    process : subprocess.Popen
-        Takes a row in a line, answers processor seconds, seconds and markings.
-    """
-
-    def __init__(self, process: subprocess.Popen[str]) -> None:
-        self._process = process
-
-    def measure(self, name: str, engine: str) -> tuple[float, float, str]:
-        """Count a net once."""
-        assert self._process.stdin is not None and self._process.stdout is not None
-        print(name, engine, file=self._process.stdin, flush=True)
-        answer = self._process.stdout.readline()
-        if not answer.strip():
-            raise SystemExit(f"{name} {engine} did not end")
-        processor, seconds, markings = json.loads(answer)
-        return processor, seconds, markings
+Measure = Callable[[str, str], tuple[float, float, str]]
+"""Counts a net once by an engine: processor seconds, seconds and markings."""
 
 
 @contextmanager
-def measuring(checkout: Path) -> Iterator[Side]:
-    """Start the process of a side, and end it."""
+def measuring(checkout: Path) -> Iterator[Measure]:
+    """Start the process that measures in a checkout, and end it."""
     command = [str(checkout / ".venv/bin/python"), "-c", WORKER]
     with subprocess.Popen(
         command, cwd=checkout, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as process:
-        yield Side(process)
+        asked, answers = process.stdin, process.stdout
+        assert asked is not None and answers is not None
+
+        def measure(name: str, engine: str) -> tuple[float, float, str]:
+            print(name, engine, file=asked, flush=True)
+            answer = answers.readline()
+            if not answer.strip():
+                raise SystemExit(f"{name} {engine} did not end")
+            processor, seconds, markings = json.loads(answer)
+            return processor, seconds, markings
+
+        yield measure
         process.kill()
 
 
@@ -119,7 +111,7 @@ def main() -> int:
             while len(found) < LEAST or (
                 len(found) < MOST and sum(each[0][1] for each in found) < given.seconds
             ):
-                pair = there.measure(name, engine), here.measure(name, engine)
+                pair = there(name, engine), here(name, engine)
                 if pair[0][2] != pair[1][2]:
                     raise SystemExit(f"{name} {engine}: {pair[0][2]} there, {pair[1][2]} here")
                 found.append(pair)

@@ -8,13 +8,13 @@ come in orders that were not there before.
 
 import argparse
 import random
-import resource
 import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
+from benchmarks._processes import watched
 from dineros.metamodel import sym
 from dineros.observation.explaining import Explainer, explain
 from dineros.observation.importing.building import to_model
@@ -84,16 +84,9 @@ def followed(messages: list[tuple[str, int]], count: int, tolerance: float) -> N
     model = to_model(robot(mended=True)).model
     topics = [RecordedTopic(topic, "") for topic in sorted({topic for topic, _ in messages})]
     explainer = Explainer(model, topics, tolerance=tolerance, midway=True)
-    began, before = time.process_time(), 0
-    print(f"{'messages':>12} {'per second':>12} {'MiB':>8}")
-    for number, (topic, at) in enumerate(again(messages, count), 1):
+    for topic, at in watched(again(messages, count), count):
         if (first := explainer.add(topic, at)) is not None:
             raise SystemExit(str(first))
-        if number in (1000, 10_000, 100_000) or not number % max(1, count // 10):
-            rate = (number - before) / max(time.process_time() - began, 1e-9)
-            pages = int(Path("/proc/self/statm").read_text().split()[1])
-            print(f"{number:12,} {rate:12,.0f} {pages * resource.getpagesize() / 2**20:8.1f}", flush=True)
-            began, before = time.process_time(), number
     assert explainer.finish() is None
 
 

@@ -19,6 +19,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 from pathlib import Path
 
+from benchmarks._processes import thread_seconds
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
 from dineros.metamodel.clauses import set_clause
@@ -73,12 +74,6 @@ def children(process: int) -> list[int]:
     return found
 
 
-def seconds(process: int) -> float:
-    """Return the processor time of a process, of all threads that it has now."""
-    threads = Path(f"/proc/{process}/task").iterdir()
-    return sum(int((thread / "schedstat").read_text().split()[0]) for thread in threads) / 1e9
-
-
 def kind(process: int) -> str:
     """Return what a process is, by its command line."""
     words = Path(f"/proc/{process}/cmdline").read_text().split("\0")
@@ -117,12 +112,12 @@ def measure(folders: Mapping[str, Path | None], duration: float) -> Mapping[tupl
                     time.sleep(SETTLING / 3)
             time.sleep(SETTLING)
             processes = {each: (name, kind(each)) for name, process in runs for each in children(process.pid)}
-            before, begun = {each: seconds(each) for each in processes}, time.monotonic()
+            before, begun = {each: thread_seconds(each) for each in processes}, time.monotonic()
             time.sleep(duration)
             wall = time.monotonic() - begun
             percents: defaultdict[tuple[str, str], float] = defaultdict(float)
             for each, what in processes.items():
-                percents[what] += 100 * (seconds(each) - before[each]) / wall
+                percents[what] += 100 * (thread_seconds(each) - before[each]) / wall
             return percents
         finally:
             for _, process in runs:

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import signal
 import statistics
 import subprocess
@@ -21,6 +20,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from benchmarks._processes import mebibytes, processor_seconds
 from benchmarks.diagnostics import lamp
 from dineros.metamodel.files import save
 from dineros.runtime.ros.process.domains import claimed_domain
@@ -45,19 +45,9 @@ rclpy.spin(node)
 """
 
 
-def processor_time(process: int) -> float:
-    """Return what a process has used so far, in seconds."""
-    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
 def memory(process: int) -> dict[str, float]:
     """Return the memory of a process in MiB: anonymous, its part of all that it shares, and all it uses."""
-    text = Path(f"/proc/{process}/smaps_rollup").read_text()
-    return {
-        name: int(re.findall(rf"^{name}:\s+(\d+)", text, re.MULTILINE)[0]) / 1024
-        for name in ("Pss_Anon", "Pss", "Rss")
-    }
+    return {name: mebibytes(process, name, "smaps_rollup") for name in ("Pss_Anon", "Pss", "Rss")}
 
 
 def measure(command: list[str], environment: dict[str, str]) -> tuple[float, dict[str, float]]:
@@ -65,7 +55,7 @@ def measure(command: list[str], environment: dict[str, str]) -> tuple[float, dic
     with subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL) as process:
         try:
             last, end = -1.0, time.monotonic() + PATIENCE
-            while (used := processor_time(process.pid)) != last or used < 0.1:
+            while (used := processor_seconds(process.pid)) != last or used < 0.1:
                 if time.monotonic() > end:
                     raise SystemExit(f"does not come to rest: {' '.join(command)}")
                 last = used

@@ -4,7 +4,6 @@ Usage: ``python -m benchmarks.recordings [--messages 10000000] [--tolerance 0.01
 """
 
 import argparse
-import resource
 import tempfile
 import time
 from collections.abc import Iterator
@@ -12,6 +11,7 @@ from pathlib import Path
 
 from rosbags.rosbag2 import StoragePlugin, Writer
 
+from benchmarks._processes import mebibytes, watched
 from dineros.metamodel import sym
 from dineros.metamodel.files import load
 from dineros.observation.explaining import Explainer
@@ -36,28 +36,15 @@ def stream(messages: int) -> Iterator[tuple[str, int]]:
         yield TOPICS[0] if sends else TOPICS[1], number * GAP
 
 
-def mebibytes() -> float:
-    """Return how much memory the process has now."""
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * resource.getpagesize() / 2**20
-
-
 def explained(messages: int, tolerance: float) -> None:
     """Explain a stream, and print speed and memory now and then."""
     model = load(MODEL)
     assert isinstance(model, sym.SystemModel)
     recorded = [RecordedTopic(topic, TEXT) for topic in TOPICS]
     explainer = Explainer(model, recorded, tolerance=tolerance)
-    began, last = time.process_time(), 0
-    print(f"{'messages':>12} {'per second':>12} {'MiB':>8}")
-    for number, (topic, at) in enumerate(stream(messages), 1):
+    for number, (topic, at) in enumerate(watched(stream(messages), messages), 1):
         if explainer.add(topic, at) is not None:
             raise SystemExit(f"no run shows message {number}")
-        if number in (1000, 10_000, 100_000) or not number % max(1, messages // 10):
-            now = time.process_time()
-            rate = (number - last) / max(now - began, 1e-9)
-            print(f"{number:12,} {rate:12,.0f} {mebibytes():8.1f}", flush=True)
-            began, last = time.process_time(), number
     assert explainer.finish() is None
 
 

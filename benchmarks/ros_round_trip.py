@@ -17,7 +17,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -163,17 +163,10 @@ class Stopwatch:
             sys.exit("no round trip: a message was lost")
 
 
-def processor_seconds(processes: Sequence[int]) -> float:
-    """Return the processor time of all threads that some processes have now."""
-    found = 0
-    for process in processes:
-        for thread in Path(f"/proc/{process}/task").iterdir():
-            found += int((thread / "schedstat").read_text().split()[0])
-    return found / 1e9
-
-
 def measure(folder: Path | None, other: int) -> tuple[list[float], list[float], list[float]]:
     """Return the seconds of each round trip, of the plain nodes and of the nets, and both processor times."""
+    from benchmarks._processes import thread_seconds  # the other process is none of a package
+
     processes, times = [os.getpid(), other], [0.0, 0.0]
     plain_watch, net_watch = Stopwatch(), Stopwatch()
 
@@ -196,18 +189,18 @@ def measure(folder: Path | None, other: int) -> tuple[list[float], list[float], 
     arguments = ["--ros-args", "-p", "expected_subscribers.to:=1"]
     with RosNode(net, recorder(folder, "ping"), arguments=arguments):
         for block in range(BLOCKS):
-            begun = processor_seconds(processes)
+            begun = sum(map(thread_seconds, processes))
             plain_watch.begin()
             plain.publish(String(data=TEXT))
             plain_watch.wait()
-            between = processor_seconds(processes)
+            between = sum(map(thread_seconds, processes))
             if block:
                 net_watch.begin()
                 net.signal("Go").set(True)
             net_watch.wait()
             if block:  # the first one begins before
                 times[0] += between - begun
-                times[1] += processor_seconds(processes) - between
+                times[1] += sum(map(thread_seconds, processes)) - between
             net.wait_for(lambda state: not state.signals["Go"] and state.count("Back") == 1, 60)
     plain.close()
     rounds = (BLOCKS - 1) * (ROUNDS + WARMING)

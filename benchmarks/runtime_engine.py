@@ -1,6 +1,6 @@
 """Speed and memory of the Petri Net Engine, in process and without handlers, on the case study's controller.
 
-``python benchmarks/runtime_engine.py`` runs a million firings; ``--firings 10000000`` shows that memory
+``python -m benchmarks.runtime_engine`` runs a million firings; ``--firings 10000000`` shows that memory
 stays flat.
 
 * *engine*: marking and enabling alone; arrivals and departures are done by the benchmark, one call each.
@@ -16,10 +16,10 @@ Times are CPU seconds of this process, so that other work on the machine counts 
 from __future__ import annotations
 
 import argparse
-import resource
 import time
 from pathlib import Path
 
+from benchmarks._processes import mebibytes
 from dineros.metamodel.files import load
 from dineros.metamodel.sym import SystemModel
 from dineros.metamodel.token_data import Value
@@ -68,12 +68,6 @@ def controller() -> Net:
     return Net(next(part for part in split(model) if part.node.id == "controller"), seed=1)
 
 
-def resident() -> float:
-    """Return the memory of this process now, in MiB."""
-    with Path("/proc/self/statm").open(encoding="ascii") as file:
-        return int(file.read().split()[1]) * resource.getpagesize() / 2**20
-
-
 def engine_alone(firings: int) -> float:
     structure = controller().structure
     engine = Engine(structure)
@@ -113,7 +107,7 @@ def whole_node(firings: int, recorder: Recorder | None = None, report: bool = Fa
         while node.step():
             pass
         if report and number % tenth == 0:
-            print(f"  {number * 5:>12,} firings: {resident():.1f} MiB", flush=True)
+            print(f"  {number * 5:>12,} firings: {mebibytes():.1f} MiB", flush=True)
     elapsed = time.process_time() - start
     fired = net.inspect().firings
     node.close()

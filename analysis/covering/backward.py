@@ -28,7 +28,7 @@ from dineros.analysis.answers.budget import Budget, Progress
 from dineros.analysis.covering.distance import StateEquation
 from dineros.analysis.covering.tree import with_complements, without_inhibitors
 from dineros.analysis.nets.compiled import ArcTable, CompiledNet
-from dineros.analysis.nets.witness import replay
+from dineros.analysis.nets.witness import replay, way_to
 
 MOST_MINIMAL = 5_000
 """Smallest markings that a search for one target may store."""
@@ -131,7 +131,9 @@ class Backward:
             return None, False
         if self._is_excluded(start):
             return None, True
-        most = _most(budget, most, MARKING_BYTES + 16 * len(start))
+        marking_bytes = MARKING_BYTES + 16 * len(start)
+        limits = (most, budget.states, budget.memory_bytes and budget.memory_bytes // marking_bytes)
+        most = min(limit for limit in limits if limit is not None)
         minimal = _Minimal(len(start))
         minimal.add(start)
         parents, depths = [(-1, -1)], [0]
@@ -141,13 +143,13 @@ class Backward:
                 return None, False
             if budget.progress is not None and len(parents) > told + REPORTED:
                 told = len(parents)
-                budget.progress(Progress("markings", told, told * (MARKING_BYTES + 16 * len(start))))
+                budget.progress(Progress("markings", told, told * marking_bytes))
             _, node = heappop(queue)
             if not minimal.holds(node):
                 continue
             marking = minimal.markings[node]
             if self._lacking(marking) == 0:
-                return _firings(parents, node), True
+                return list(reversed(way_to(parents, node))), True
             for t in self._leading_to(marking):
                 before = self._before(t, marking)
                 if minimal.has_below(before) or self._is_excluded(before):
@@ -262,22 +264,3 @@ def _with_transitions(net: CompiledNet, kept: Sequence[int]) -> CompiledNet:
         ArcTable.from_rows([dict(table.row(t)) for t in kept]) for table in (net.pre, net.post, net.inhibitor)
     )
     return CompiledNet(net.places, names, net.initial, pre, post, inhibitor)
-
-
-def _most(budget: Budget, most: int, marking_bytes: int) -> int:
-    """Return how many markings may be stored."""
-    limits = [most]
-    if budget.states is not None:
-        limits.append(budget.states)
-    if budget.memory_bytes is not None:
-        limits.append(budget.memory_bytes // marking_bytes)
-    return min(limits)
-
-
-def _firings(parents: Sequence[tuple[int, int]], node: int) -> list[int]:
-    """Return the transitions on the way from a marking to the target."""
-    fired = []
-    while node > 0:
-        node, t = parents[node]
-        fired.append(t)
-    return fired

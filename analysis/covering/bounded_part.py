@@ -7,7 +7,7 @@ that no place left out can hold up, the net has no deadlock.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from dineros.analysis.answers.budget import Budget, BudgetExceededError
@@ -74,17 +74,14 @@ def free_transitions(net: CompiledNet, unbounded: Collection[int]) -> list[int]:
 
 def without_places(net: CompiledNet, places: Collection[int]) -> CompiledNet:
     """Return the net without some places; transitions keep their numbers."""
-    names = net.places
+    gone = {net.places[p] for p in places}
 
-    def kept(row: tuple[tuple[int, int], ...]) -> dict[str, int]:
-        return {names[p]: weight for p, weight in row if p not in places}
+    def kept(row: Mapping[str, int]) -> dict[str, int]:
+        return {place: number for place, number in row.items() if place not in gone}
 
-    rows = [
-        Transition(name, kept(net.pre.row(t)), kept(net.post.row(t)), kept(net.inhibitor.row(t)))
-        for t, name in enumerate(net.transitions)
-    ]
-    tokens = {name: int(net.initial[p]) for p, name in enumerate(names) if p not in places}
-    return CompiledNet.build(tokens, rows)
+    tokens, rows = net.by_names()
+    smaller = [Transition(row.name, *map(kept, (row.inputs, row.outputs, row.inhibitors))) for row in rows]
+    return CompiledNet.build(kept(tokens), smaller)
 
 
 def _looked_at(net: CompiledNet, transition: int) -> set[int]:

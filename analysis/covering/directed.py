@@ -18,6 +18,7 @@ from math import inf
 from dineros.analysis.answers.budget import Budget, Progress
 from dineros.analysis.covering.distance import Distance, StateEquation
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import way_to
 
 MOST_MARKINGS = 100_000
 """Markings that a search for one target may store."""
@@ -49,35 +50,16 @@ class Directed:
         self._inhibitors = [net.inhibitor.row(t) for t in count]
         self._changes = [list(change.items()) for change in net.delta]
 
-    def is_excluded(self, transition: int) -> bool:
-        """Whether the state equation alone proves that a transition can never fire."""
-        initial: list[int] = self._net.initial.tolist()
-        return self._equation.excluding(initial, dict(self._needs[transition])) is not None
-
     def way_to(
         self, transition: int, budget: Budget, most: int = MOST_MARKINGS
     ) -> tuple[tuple[int, ...] | None, bool]:
-        """Search for a marking that enables a transition.
+        """Search for a marking that enables a transition, with so many markings stored at the most.
 
-        Parameters
-        ----------
-        transition : int
-            The transition.
-        budget : Budget
-            Of its time.
-        most : int
-            Markings that may be stored.
-
-        Returns
-        -------
-        trace : tuple of int or None
-            A firing sequence that ends with the transition.
-        is_complete : bool
-            Whether there is no more to be seen: without a trace, it can never fire.
+        Asked and answered as `dineros.analysis.covering.backward.Backward.way_to`, but for memory and states.
         """
         distance = Distance(self._equation, dict(self._needs[transition]))
         start = tuple(self._net.initial.tolist())
-        seen, markings, parents = {start}, [start], [(-1, -1, 0)]
+        seen, markings, parents, depths = {start}, [start], [(-1, -1)], [0]
         bounds = [distance.of(start)]
         queue, told = [(0.0, 0, False)], 0
         while queue:
@@ -87,9 +69,9 @@ class Directed:
                 told = len(markings)
                 budget.progress(Progress("markings", told, told * (MARKING_BYTES + 8 * len(start))))
             _, node, is_best = heappop(queue)
-            marking, depth = markings[node], parents[node][2]
+            marking, depth = markings[node], depths[node]
             if self._enables(transition, marking):
-                return (*_path(parents, node), transition), True
+                return (*way_to(parents, node), transition), True
             if not is_best:
                 # Few markings come to be looked at, so the program is solved for these only.
                 ahead = distance.best(marking)
@@ -112,7 +94,8 @@ class Directed:
                 ahead = max(distance.of(after), bounds[node] - 1)
                 if ahead < inf:
                     markings.append(after)
-                    parents.append((node, t, depth + 1))
+                    parents.append((node, t))
+                    depths.append(depth + 1)
                     bounds.append(ahead)
                     heappush(queue, (depth + 1 + PULL * ahead, len(markings) - 1, False))
             if len(seen) > most:
@@ -124,11 +107,3 @@ class Directed:
             if marking[place] < weight:
                 return False
         return all(marking[place] < weight for place, weight in self._inhibitors[transition])
-
-
-def _path(parents: list[tuple[int, int, int]], node: int) -> list[int]:
-    path = []
-    while node > 0:
-        node, t, _ = parents[node]
-        path.append(t)
-    return path[::-1]

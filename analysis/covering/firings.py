@@ -120,8 +120,7 @@ class _Search:
     def __init__(self, net: CompiledNet, budget: Budget, wanted: Iterable[int], asks_deadlock: bool) -> None:
         self.net, self.budget, self.wanted = net, budget, list(wanted)
         self.asks_deadlock = asks_deadlock
-        same = tuple(range(len(net.transitions)))
-        self.small = without_growth(net) or Limited(net, same, {p: p for p in range(len(net.places))})
+        self.small = without_growth(net) or Limited.same(net)
         self.images = self.small.images()
         self.found = Firings(dead={t for t in self.wanted if t not in self.images})
 

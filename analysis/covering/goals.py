@@ -12,7 +12,7 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.covering.firings import firings
 from dineros.analysis.explicit.goals import Comparison, Goal
-from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.compiled import CompiledNet, Transition, unused
 
 _Limits = tuple[dict[int, int], dict[int, int]]
 """By place: at least so many tokens; fewer than so many."""
@@ -74,25 +74,11 @@ def _limits(conjunction: Sequence[Comparison]) -> _Limits | None:
 
 def _with_transitions(net: CompiledNet, goals: Sequence[_Limits]) -> CompiledNet:
     """Return the net with a transition for each goal, which changes nothing, behind all others."""
-    names = net.places
-    rows = [
-        Transition(
-            name,
-            {names[p]: w for p, w in net.pre.row(t)},
-            {names[p]: w for p, w in net.post.row(t)},
-            {names[p]: w for p, w in net.inhibitor.row(t)},
-        )
-        for t, name in enumerate(net.transitions)
-    ]
-    tokens = dict(zip(names, net.initial.tolist(), strict=True))
-    never = "never"
-    while never in tokens:
-        never += "'"
+    names, (tokens, rows) = net.places, net.by_names()
+    never = unused("never", tokens)
     for number, (least, below) in enumerate(goals):
         reads = {names[p]: tokens_there for p, tokens_there in least.items() if tokens_there > 0}
-        name = f"goal {number}"
-        while name in net.transitions:
-            name += "'"
+        name = unused(f"goal {number}", net.transitions)
         if min(below.values(), default=1) <= 0:
             tokens[never] = 0
             reads = {never: 1}

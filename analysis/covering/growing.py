@@ -9,11 +9,11 @@ net, with more tokens there.
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.compiled import CompiledNet, Transition, unused
 
 Arcs = dict[int, int]
 """Weights by place."""
@@ -40,6 +40,12 @@ class Limited:
     net: CompiledNet
     origin: tuple[int, ...]
     place: Mapping[int, int]
+
+    @classmethod
+    def same(cls, net: CompiledNet) -> Limited:
+        """Return a net without limits."""
+        places, transitions = range(len(net.places)), range(len(net.transitions))
+        return cls(net, tuple(transitions), {place: place for place in places})
 
     def back(self, trace: Iterable[int]) -> tuple[int, ...]:
         """Return the transitions of the original net that a sequence fires."""
@@ -107,26 +113,20 @@ def limited(net: CompiledNet, limits: Mapping[int, int]) -> Limited:
     free = {place: f"{names[place]}.free" for place, limit in sorted(limits.items()) if limit}
     tokens = {names[p]: min(int(net.initial[p]), limits.get(p, int(net.initial[p]))) for p in left}
     for place, name in free.items():
-        free[place] = _unlike(tokens, name)
+        free[place] = unused(name, tokens)
         tokens[free[place]] = limits[place] - tokens[names[place]]
     rows: list[Transition] = []
     origin: list[int] = []
     taken_names: set[str] = set()
     for t, name in enumerate(net.transitions):
         for number, row in enumerate(_rows(net, t, limits, names, free)):
-            made_name = _unlike(taken_names, name if number == 0 else f"{name}.{number}")
+            made_name = unused(name if number == 0 else f"{name}.{number}", taken_names)
             taken_names.add(made_name)
             rows.append(row._replace(name=made_name))
             origin.append(t)
     made = CompiledNet.build(tokens, rows)
     index = {name: place for place, name in enumerate(made.places)}
     return Limited(made, tuple(origin), {place: index[names[place]] for place in left})
-
-
-def _unlike(names: Container[str], name: str) -> str:
-    while name in names:
-        name += "'"
-    return name
 
 
 def _rows(

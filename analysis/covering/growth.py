@@ -13,7 +13,7 @@ from dineros.analysis.covering.growing import growing_places
 from dineros.analysis.covering.tree import tree_of
 from dineros.analysis.explicit import explore
 from dineros.analysis.nets.bounds import integer_weights, place_bounds, weighted_sum
-from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.compiled import CompiledNet, unused
 from dineros.analysis.nets.coverability import Pumping, coverability
 from dineros.analysis.nets.linear_programs import LinearProgram
 
@@ -102,17 +102,11 @@ def _proposed(net: CompiledNet) -> dict[int, int] | None:
 
 def with_credits(net: CompiledNet, weights: Mapping[int, int], most: int) -> CompiledNet:
     """Return the net with a place of credits: a weighted sum of tokens never grows above a number."""
-    names = net.places
-    credits = "credits"
-    while credits in names:
-        credits += "'"
-    rows = []
-    for t, name in enumerate(net.transitions):
-        inputs = {names[p]: w for p, w in net.pre.row(t)}
-        outputs = {names[p]: w for p, w in net.post.row(t)}
+    (tokens, rows), credits = net.by_names(), unused("credits", net.places)
+    for t, row in enumerate(rows):
         gain = sum(weights.get(p, 0) * n for p, n in net.delta[t].items())
-        if gain:
-            (inputs if gain > 0 else outputs)[credits] = abs(gain)
-        rows.append(Transition(name, inputs, outputs, {names[p]: w for p, w in net.inhibitor.row(t)}))
-    tokens = dict(zip(names, net.initial.tolist(), strict=True))
+        if gain > 0:
+            rows[t] = row._replace(inputs={**row.inputs, credits: gain})
+        elif gain < 0:
+            rows[t] = row._replace(outputs={**row.outputs, credits: -gain})
     return CompiledNet.build(tokens | {credits: most - weighted_sum(net, dict(weights))}, rows)

@@ -10,6 +10,7 @@ from dineros.analysis.covering.growing import growing_places, without_growth
 from dineros.analysis.covering.tree import tree_of
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.coverability import Pumping
+from dineros.analysis.nets.witness import way_to
 
 MOST_MARKINGS = 5_000
 """Markings of the search for a loop."""
@@ -90,13 +91,5 @@ def loop_raising(net: CompiledNet, place: int, budget: Budget) -> Pumping | None
                 if after[place] > before[place] and all(a >= b for a, b in zip(after, before, strict=True)):
                     grown = tuple(p for p, (a, b) in enumerate(zip(after, before, strict=True)) if a > b)
                     if all(inhibitors[fired].isdisjoint(grown) for fired in loop):
-                        return Pumping(_way(came, back), tuple(reversed(loop)), grown)
+                        return Pumping(way_to(came, back), tuple(reversed(loop)), grown)
     return None
-
-
-def _way(came: list[tuple[int, int]], number: int) -> tuple[int, ...]:
-    way = []
-    while number:
-        number, t = came[number]
-        way.append(t)
-    return tuple(reversed(way))

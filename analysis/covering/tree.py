@@ -8,13 +8,12 @@ and what can may not.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from math import inf
+from dataclasses import dataclass, replace
 
 from dineros.analysis.answers.budget import Budget
 from dineros.analysis.covering.growing import Limited, limited
 from dineros.analysis.nets.bounds import place_bounds
-from dineros.analysis.nets.compiled import CompiledNet, Transition
+from dineros.analysis.nets.compiled import ArcTable, CompiledNet
 from dineros.analysis.nets.coverability import OmegaMarking, Pumping, coverability
 
 MOST_NODES = 10_000
@@ -50,13 +49,6 @@ class Tree:
     pumping: Pumping | None = None
     covered: tuple[OmegaMarking, ...] = ()
     reason: str = ""
-
-    def unbounded(self) -> frozenset[int] | None:
-        """Return places that may have no bound, all others have one; None where that is not known."""
-        if self.maximal is None:
-            return None
-        columns = zip(*self.maximal, strict=True)
-        return frozenset(place for place, column in enumerate(columns) if max(column) == inf)
 
 
 def tree_of(net: CompiledNet, budget: Budget) -> Tree:
@@ -111,8 +103,7 @@ def with_complements(net: CompiledNet) -> Limited:
             if (bound := bounds[place]) is not None and 0 < bound.value <= LARGEST_COMPLEMENT
         }
     if not limits:
-        count = range(len(net.places))
-        return Limited(net, tuple(range(len(net.transitions))), {place: place for place in count})
+        return Limited.same(net)
     return limited(net, limits)
 
 
@@ -120,13 +111,4 @@ def without_inhibitors(net: CompiledNet) -> CompiledNet:
     """Return the net without its inhibitor arcs; the same one where it has none."""
     if not net.inhibitor.place.size:
         return net
-    names = net.places
-    rows = [
-        Transition(
-            name,
-            {names[p]: w for p, w in net.pre.row(t)},
-            {names[p]: w for p, w in net.post.row(t)},
-        )
-        for t, name in enumerate(net.transitions)
-    ]
-    return CompiledNet.build(dict(zip(names, net.initial.tolist(), strict=True)), rows)
+    return replace(net, inhibitor=ArcTable.from_rows([{} for _ in net.transitions]))

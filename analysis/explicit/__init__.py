@@ -7,7 +7,7 @@ from dineros.analysis.answers.budget import Budget, Progress
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.answers.outcome import Outcome as Answer
 from dineros.analysis.explicit.answers import ExplicitStateSpace, Options, Order
-from dineros.analysis.explicit.engine import enabled_anywhere, explore, find, find_all
+from dineros.analysis.explicit.engine import explore, find, find_all
 from dineros.analysis.explicit.goals import Comparison, Goal
 
 __all__ = [
@@ -20,7 +20,6 @@ __all__ = [
     "Order",
     "Outcome",
     "Progress",
-    "enabled_anywhere",
     "explore",
     "find",
     "find_all",

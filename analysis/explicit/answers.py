@@ -56,15 +56,10 @@ class ExplicitStateSpace:
     reason : str, optional
         What ended an incomplete exploration: ``memory``, ``states``, ``time``, ``unbounded`` or
         ``interrupted``.
-    seconds : float
     memory : int
         Bytes of markings and tables at the end.
-    rate : float
-        Markings a second.
     pumping : Pumping, optional
         Where unbounded: the proof.
-    reduction : str, optional
-        ``stubborn`` if only stubborn sets were fired: then the figures are of the reduced graph.
     """
 
     markings: int
@@ -75,8 +70,5 @@ class ExplicitStateSpace:
     enabled: NDArray[np.bool_]
     complete: bool
     reason: str | None
-    seconds: float
     memory: int
-    rate: float
     pumping: Pumping | None = None
-    reduction: Reduction | None = None

@@ -9,9 +9,6 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Unpack
 
-import numpy as np
-from numpy.typing import NDArray
-
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.explicit.answers import ExplicitStateSpace, Options
@@ -57,11 +54,8 @@ def explore(net: CompiledNet, budget: Budget = UNLIMITED, **options: Unpack[Opti
         search.enabled_somewhere(),
         search.reason is None,
         search.reason,
-        search.seconds,
         search.memory,
-        search.markings / max(search.seconds, 1e-9),
         search.pumping,
-        options.get("reduction"),
     )
 
 
@@ -106,28 +100,7 @@ def find_all(
     return answers
 
 
-def enabled_anywhere(
-    net: CompiledNet, budget: Budget = UNLIMITED, **options: Unpack[Options]
-) -> NDArray[np.bool_] | Outcome:
-    """By transition: whether some reachable marking enables it; the others are dead.
-
-    Stops as soon as every transition was enabled once.
-    """
-    goals = [Goal((t,)) for t in range(len(net.transitions))]
-    answer = np.zeros(len(goals), dtype=np.bool_)
-    if not goals:
-        return answer
-    search = _search(net, goals, budget, options, keeps_parents=False)
-    search.run()
-    if search.reason not in (None, "goal"):
-        return Outcome("unknown", states=search.markings, reason=str(search.reason))
-    answer[sorted(search.found)] = True
-    return answer
-
-
-def _search(
-    net: CompiledNet, goals: Sequence[Goal], budget: Budget, options: Options, keeps_parents: bool = True
-) -> Search:
+def _search(net: CompiledNet, goals: Sequence[Goal], budget: Budget, options: Options) -> Search:
     from dineros.analysis.explicit.search import Search
 
     workers = options.get("workers")
@@ -142,7 +115,6 @@ def _search(
         workers,
         options.get("order", "breadth-first") == "depth-first",
         options.get("reduction") is not None,
-        bool(goals) and keeps_parents,
         options.get("most_if_unbounded", NO_END) if goals else 0,
     )
 

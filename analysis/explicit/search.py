@@ -73,8 +73,6 @@ class Search:
     is_depth_first : bool
     reduction : bool
         Whether to fire stubborn sets only.
-    keeps_parents : bool
-        Whether ways back can be told.
     most_if_unbounded : int
         Markings at which a search ends that has seen that there is no end of them.
     """
@@ -85,13 +83,11 @@ class Search:
     workers: int = 1
     is_depth_first: bool = False
     reduction: bool = False
-    keeps_parents: bool = False
     most_if_unbounded: int = 0
     layout: Layout = field(init=False)
     reason: str | None = field(init=False, default=None)
     pumping: Pumping | None = field(init=False, default=None)
     found: dict[int, int] = field(init=False, default_factory=dict)  #: goal -> row
-    seconds: float = field(init=False, default=0.0)
 
     def __post_init__(self) -> None:
         self._started = time.perf_counter()
@@ -101,8 +97,7 @@ class Search:
         self._is_guarded = any(cell.has_guard for cell in self.layout.cells)
         if self._is_guarded or self.is_depth_first:
             self.workers = 1
-        if self._is_guarded:
-            self.keeps_parents = True
+        self._keeps_parents = bool(self.goals) or self._is_guarded
         self._order = transition_order(self.net, self.layout)
         self._position = {t: i for i, t in enumerate(self._order)}
         rows = [normalized(goal) for goal in self.goals]
@@ -117,7 +112,7 @@ class Search:
             self.workers,
             self.layout.words,
             len(self._order),
-            self.keeps_parents,
+            self._keeps_parents,
             8 * (1 + sets) if self.is_depth_first else 0,
         )
         self._crew = [self._new_notes() for _ in range(self.workers)]
@@ -173,7 +168,7 @@ class Search:
     def _place_initial(self) -> None:
         markings, notes = self._storage.markings, self._crew[0]
         markings.store[0] = self.layout.pack(self.net.initial.tolist())
-        if self.keeps_parents:
+        if self._keeps_parents:
             markings.parents[0] = -1
         rebuild(self._shape, markings.store, markings.table, 0, 1)
         notes.control[COUNT] = 1
@@ -199,7 +194,6 @@ class Search:
             self.pumping = coverability(self.net, COVERABILITY_NODES).pumping
         if self.pumping is not None and self.reason not in (None, "goal"):
             self.reason = "unbounded"
-        self.seconds = time.perf_counter() - self._started
 
     def _run(self) -> None:
         self._note_goals()

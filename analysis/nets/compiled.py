@@ -7,7 +7,7 @@ of two parallel arrays, one of place indices and one of weights.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -170,16 +170,6 @@ class CompiledNet:
         return tuple(map(tuple, rows))
 
     @cached_property
-    def incidence(self) -> Int64Array:
-        """Incidence matrix, shape (places, transitions): tokens a firing adds to each place."""
-        matrix = np.zeros((len(self.places), len(self.transitions)), dtype=np.int64)
-        for transition, change in enumerate(self.delta):
-            for place, tokens in change.items():
-                matrix[place, transition] = tokens
-        matrix.setflags(write=False)
-        return matrix
-
-    @cached_property
     def consumers(self) -> tuple[tuple[int, ...], ...]:
         """By place: the transitions with an input arc from it."""
         lists: list[list[int]] = [[] for _ in self.places]
@@ -187,6 +177,19 @@ class CompiledNet:
             for place, _ in self.pre.row(transition):
                 lists[place].append(transition)
         return tuple(tuple(entries) for entries in lists)
+
+    def by_names(self) -> tuple[dict[str, int], list[Transition]]:
+        """The net as `build` takes it; reads are pairs of arcs."""
+        names = self.places
+        rows = (
+            [
+                {names[place]: weight for place, weight in table.row(t)}
+                for table in (self.pre, self.post, self.inhibitor)
+            ]
+            for t in range(len(self.transitions))
+        )
+        transitions = [Transition(name, *row) for name, row in zip(self.transitions, rows, strict=True)]
+        return dict(zip(names, self.initial.tolist(), strict=True)), transitions
 
     def is_enabled(self, transition: int, marking: Sequence[int] | Int64Array) -> bool:
         """Plain firing rule: every input place holds its weight and every inhibitor holds."""
@@ -216,6 +219,13 @@ class CompiledNet:
             marking[self.places.index(name)] = tokens
         marking.setflags(write=False)
         return CompiledNet(self.places, self.transitions, marking, self.pre, self.post, self.inhibitor)
+
+
+def unused(name: str, *taken: Container[str]) -> str:
+    """Return a name that is not taken, as close to the given one as possible."""
+    while any(name in names for names in taken):
+        name += "'"
+    return name
 
 
 def _row(transition: str, index: Mapping[str, int], arcs: Mapping[str, int]) -> dict[int, int]:

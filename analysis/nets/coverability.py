@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet
+from dineros.analysis.nets.witness import WitnessError, replay
 
 #: Tokens by place; `inf` is omega.
 OmegaMarking = tuple[float, ...]
@@ -70,13 +71,6 @@ class Coverability:
     maximal: tuple[OmegaMarking, ...] | None = None
     covered: tuple[OmegaMarking, ...] = ()
     reason: str | None = None
-
-    @property
-    def unbounded_places(self) -> tuple[int, ...]:
-        """Places that can hold any number of tokens; when not all is known, those that are pumped."""
-        if self.bounds is not None:
-            return tuple(p for p, bound in enumerate(self.bounds) if bound == inf)
-        return self.pumping.places if self.pumping is not None else ()
 
 
 def coverability(
@@ -243,16 +237,11 @@ class _Tree:
 
 def _repeats(net: CompiledNet, pumping: Pumping) -> bool:
     """Whether the net can fire prefix and suffix, and then the suffix for ever with more and more tokens."""
-    marking: list[int] = [int(tokens) for tokens in net.initial]
-    for t in pumping.prefix:
-        if not net.is_enabled(t, marking):
-            return False
-        marking = net.fire(t, marking)
-    start = marking
-    for t in pumping.suffix:
-        if not net.is_enabled(t, marking):
-            return False
-        marking = net.fire(t, marking)
+    try:
+        markings = replay(net, [*pumping.prefix, *pumping.suffix])
+    except WitnessError:
+        return False
+    start, marking = markings[len(pumping.prefix)], markings[-1]
     gained = tuple(p for p, tokens in enumerate(marking) if tokens > start[p])
     inhibiting = {p for t in pumping.suffix for p, _ in net.inhibitor.row(t)}
     return (

@@ -75,16 +75,6 @@ def minimal_traps(net: CompiledNet, limit: int = 1_000) -> Family:
     return _minimal(len(net.places), net.pre, net.post, limit)
 
 
-def is_siphon(net: CompiledNet, places: Iterable[int]) -> bool:
-    """Whether a set of places is a siphon."""
-    return _is_closed(set(places), net.post, net.pre)
-
-
-def is_trap(net: CompiledNet, places: Iterable[int]) -> bool:
-    """Whether a set of places is a trap."""
-    return _is_closed(set(places), net.pre, net.post)
-
-
 def largest_trap(net: CompiledNet, places: Iterable[int]) -> Places:
     """Return the union of all traps within a set of places (which is a trap itself; it can be empty)."""
     trap = set(places)
@@ -136,14 +126,6 @@ def _is_free_choice(net: CompiledNet) -> bool:
     return all(len({inputs[t] for t in takers}) <= 1 for takers in net.consumers)
 
 
-def _is_closed(places: set[int], arcs: ArcTable, answers: ArcTable) -> bool:
-    for t in range(len(arcs.pointer) - 1):
-        touches = any(p in places for p, _ in arcs.row(t))
-        if touches and not any(p in places for p, _ in answers.row(t)):
-            return False
-    return True
-
-
 def _minimal(places: int, arcs: ArcTable, answers: ArcTable, limit: int) -> Family:
     members: list[Places] = []
     for member in _enumerate(places, arcs, answers):
@@ -156,39 +138,24 @@ def _minimal(places: int, arcs: ArcTable, answers: ArcTable, limit: int) -> Fami
 def _enumerate(places: int, arcs: ArcTable, answers: ArcTable) -> Iterator[Places]:
     """Yield minimal non-empty sets that have, for each transition with arcs into them, an answering arc.
 
-    Variable p + 1 says that place p is in the set. A found set is made minimal by asking for a smaller one
-    inside it as long as there is one; then all sets that contain it are excluded.
+    Variable p + 1 says that place p is in the set, and it should be in none: a minimal set is a smallest
+    correction of these wishes.
     """
-    from pysat.solvers import Cadical153
+    from pysat.examples.mcsls import MCSls
+    from pysat.formula import WCNF
 
     if not places:
         return
-    with Cadical153() as solver:
-        solver.add_clause(list(range(1, places + 1)))
-        for t in range(len(arcs.pointer) - 1):
-            answering = [p + 1 for p, _ in answers.row(t)]
-            for place, _ in arcs.row(t):
-                if place + 1 not in answering:
-                    solver.add_clause([-(place + 1), *answering])
-        next_free = places + 1
-        while solver.solve():
-            inside = _chosen(solver.get_model(), places)
-            while len(inside) > 1:
-                # The selector makes "leave out one of these" a clause that can be dropped again.
-                selector, next_free = next_free, next_free + 1
-                solver.add_clause([-selector, *(-variable for variable in inside)])
-                chosen = set(inside)
-                outside = [-variable for variable in range(1, places + 1) if variable not in chosen]
-                smaller = solver.solve(assumptions=[selector, *outside])
-                model = solver.get_model() if smaller else None
-                solver.add_clause([-selector])
-                if model is None:
-                    break
-                inside = _chosen(model, places)
-            yield tuple(variable - 1 for variable in inside)
-            solver.add_clause([-variable for variable in inside])
-
-
-def _chosen(model: list[int] | None, places: int) -> list[int]:
-    assert model is not None
-    return [variable for variable in model[:places] if variable > 0]
+    formula = WCNF()
+    formula.append(list(range(1, places + 1)))
+    for t in range(len(arcs.pointer) - 1):
+        answering = [p + 1 for p, _ in answers.row(t)]
+        for place, _ in arcs.row(t):
+            if place + 1 not in answering:
+                formula.append([-(place + 1), *answering])
+    for place in range(places):
+        formula.append([-(place + 1)], weight=1)
+    with MCSls(formula, solver_name="g4") as search:
+        while found := search.compute():
+            search.block(found)
+            yield tuple(sorted(number - 1 for number in found))

@@ -19,7 +19,7 @@ ELIMINATION_WORK = 4_000_000
 
 @dataclass(frozen=True)
 class PlaceInvariant:
-    """Weights of places whose weighted sum of tokens is constant, or never grows.
+    """Weights of places whose weighted sum of tokens is constant.
 
     Attributes
     ----------
@@ -27,19 +27,16 @@ class PlaceInvariant:
         Place index -> weight, without zeros.
     constant : int
         Weighted sum in the initial marking.
-    exact : bool
-        True when the sum is constant; False when firing can only lower it.
     """
 
     weights: dict[int, int]
     constant: int
-    exact: bool = True
 
     @classmethod
-    def of(cls, net: CompiledNet, weights: dict[int, int], exact: bool = True) -> PlaceInvariant:
+    def of(cls, net: CompiledNet, weights: dict[int, int]) -> PlaceInvariant:
         """The invariant of a net with the given weights, which are taken on trust."""
         constant = sum(int(net.initial[p]) * weight for p, weight in weights.items())
-        return cls(dict(sorted(weights.items())), constant, exact)
+        return cls(dict(sorted(weights.items())), constant)
 
 
 def place_invariants(net: CompiledNet, work: int = ELIMINATION_WORK) -> list[PlaceInvariant]:

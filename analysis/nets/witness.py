@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from dineros.analysis.nets.compiled import CompiledNet
 
@@ -36,6 +36,18 @@ def replay(net: CompiledNet, trace: Iterable[int]) -> list[list[int]]:
             raise WitnessError(f"step {step}: transition {net.transitions[transition]!r} is not enabled")
         markings.append(net.fire(transition, markings[-1]))
     return markings
+
+
+def way_to(came: Sequence[tuple[int, int]], number: int) -> tuple[int, ...]:
+    """Return the firings to a marking, of which it is known, as of all, from which one it came, and by what.
+
+    Number 0 is the first marking.
+    """
+    way = []
+    while number > 0:
+        number, fired = came[number]
+        way.append(fired)
+    return tuple(reversed(way))
 
 
 def ending_with_one_of(net: CompiledNet, trace: Iterable[int], transitions: Iterable[int]) -> tuple[int, ...]:

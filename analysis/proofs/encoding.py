@@ -11,17 +11,21 @@ K. Heljanko, *Bounded reachability checking with process semantics*, CONCUR 2001
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
+from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progress
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.language.atoms import Condition, Linear, NoneEnabled, SomeEnabled
 from dineros.analysis.logic.language.syntax import And, Atom, Constant, Equivalent, Formula, Implies, Not, Or
 from dineros.analysis.nets.compiled import CompiledNet
 
 #: Clauses of all times together.
 MOST_CLAUSES = 2_000_000
+CONFLICTS = 2_000
+"""Of a solver between two looks at the clock."""
 
 
 class TooLargeError(Exception):
@@ -45,6 +49,18 @@ class Sums:
     bounds: tuple[int, ...]
     proofs: tuple[Mapping[int, int], ...]
     weightings: tuple[Mapping[int, int], ...] = ()
+
+
+def within_limits(search: Callable[[Sums, Budget], Outcome], budget: Budget, known: Sums | None) -> Outcome:
+    """Return what a search by such formulas answers; unknown for places of many tokens, and at a limit."""
+    if known is None:
+        return Outcome("unknown", reason="some places may hold many tokens")
+    try:
+        return search(known, budget)
+    except TooLargeError:
+        return Outcome("unknown", reason="the propositional formula grows too large")
+    except BudgetExceededError as limit:
+        return Outcome("unknown", reason=str(limit))
 
 
 class Unrolling:
@@ -146,6 +162,21 @@ class Unrolling:
     def new(self) -> int:
         """Return a variable of which nothing is said yet."""
         return self._fresh()
+
+    def solve(self, assumptions: Sequence[int], steps: int, budget: Budget) -> bool:
+        """Whether all that was said can be true together with some literals; `steps` is told as progress.
+
+        Raises
+        ------
+        BudgetExceededError
+            When time is up.
+        """
+        while True:
+            budget.report(Progress("steps", steps, 0))
+            self._solver.conf_budget(CONFLICTS)
+            found = self._solver.solve_limited(assumptions=list(assumptions))
+            if found is not None:
+                return bool(found)
 
     def trace(self, steps: int, model: Sequence[int]) -> tuple[int, ...]:
         """Return the firings of the first steps in a model."""

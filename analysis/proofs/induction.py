@@ -13,10 +13,9 @@ LNCS 1954. The solver: A. Ignatiev, A. Morgado, J. Marques-Silva, *PySAT*, SAT 2
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
 
-from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progress
+from dineros.analysis.answers.budget import Budget
 from dineros.analysis.answers.evidence import Inductive
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.language.atoms import Condition
@@ -24,14 +23,12 @@ from dineros.analysis.logic.language.syntax import Atom, Formula
 from dineros.analysis.nets.bounds import place_bounds
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.structure import place_invariants
-from dineros.analysis.proofs.encoding import Sums, TooLargeError, Unrolling
+from dineros.analysis.proofs.encoding import Sums, Unrolling, within_limits
 
 MOST_LITERALS, MOST_TOKENS = 3_000, 16
 """Literals of a marking, and tokens of a place, up to which a net is one of few tokens."""
 
 MOST_DEPTH = 100
-CONFLICTS = 2_000
-"""Between two looks at the clock."""
 
 LARGEST_SUM = 24
 """Tokens in an invariant that is told to the solver."""
@@ -82,46 +79,20 @@ def by_induction(
     """
     from pysat.solvers import Glucose4
 
-    budget = budget.begun()
-    known = known or sums_of(net)
-    if known is None:
-        return Outcome("unknown", reason="some places may hold many tokens")
-    with Glucose4() as solver:
-        try:
-            return _deepening(Unrolling(net, known, solver, conditions), goal, solver, budget)
-        except TooLargeError:
-            return Outcome("unknown", reason="the propositional formula grows too large")
-        except BudgetExceededError as limit:
-            return Outcome("unknown", reason=str(limit))
+    def search(known: Sums, budget: Budget) -> Outcome:
+        with Glucose4() as solver:
+            unrolling = Unrolling(net, known, solver, conditions)
+            avoided: list[int] = []
+            for depth in range(MOST_DEPTH + 1):
+                met = unrolling.literal(goal, depth)
+                if unrolling.solve([unrolling.begins, *avoided, met], depth, budget):
+                    trace = unrolling.trace(depth, solver.get_model())
+                    return Outcome("reachable", trace, seconds=budget.spent, by=BOUNDED)
+                if not unrolling.solve([*avoided, met], depth, budget):
+                    evidence = Inductive(depth, known.bounds, known.proofs, known.weightings)
+                    return Outcome("unreachable", seconds=budget.spent, by=INDUCTION, evidence=evidence)
+                avoided.append(-met)
+                unrolling.add_step()
+            return Outcome("unknown", reason=f"{MOST_DEPTH} steps do not decide it")
 
-
-def _deepening(unrolling: Unrolling, goal: Formula, solver: Any, budget: Budget) -> Outcome:
-    avoided: list[int] = []
-    for depth in range(MOST_DEPTH + 1):
-        met = unrolling.literal(goal, depth)
-        if _solve(solver, [unrolling.begins, *avoided, met], depth, budget):
-            trace = unrolling.trace(depth, solver.get_model())
-            return Outcome("reachable", trace, seconds=budget.spent, by=BOUNDED)
-        if not _solve(solver, [*avoided, met], depth, budget):
-            known = unrolling.known
-            evidence = Inductive(depth, known.bounds, known.proofs, known.weightings)
-            return Outcome("unreachable", seconds=budget.spent, by=INDUCTION, evidence=evidence)
-        avoided.append(-met)
-        unrolling.add_step()
-    return Outcome("unknown", reason=f"{MOST_DEPTH} steps do not decide it")
-
-
-def _solve(solver: Any, assumptions: Sequence[int], depth: int, budget: Budget) -> bool:
-    """Whether a formula can be true.
-
-    Raises
-    ------
-    BudgetExceededError
-        When time is up.
-    """
-    while True:
-        budget.report(Progress("steps", depth, 0))
-        solver.conf_budget(CONFLICTS)
-        found = solver.solve_limited(assumptions=list(assumptions))
-        if found is not None:
-            return bool(found)
+    return within_limits(search, budget.begun(), known or sums_of(net))

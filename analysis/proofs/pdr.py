@@ -17,19 +17,20 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from itertools import chain
 from typing import Any
 
-from dineros.analysis.answers.budget import Budget, BudgetExceededError, Progress
+from dineros.analysis.answers.budget import Budget, BudgetExceededError
 from dineros.analysis.answers.evidence import Inductive, Row
 from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.logic.language.atoms import Condition
 from dineros.analysis.logic.language.syntax import Atom, Formula
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.proofs.encoding import Sums, TooLargeError, Unrolling
-from dineros.analysis.proofs.induction import CONFLICTS, sums_of
+from dineros.analysis.proofs.encoding import Sums, Unrolling, within_limits
+from dineros.analysis.proofs.induction import sums_of
 
 PDR = "property directed reachability"
 
@@ -51,41 +52,17 @@ def by_clauses(
     budget: Budget,
     known: Sums | None = None,
 ) -> Outcome:
-    """Look for a way to a goal, or for clauses that keep it away.
+    """Look for a way to a goal, or for clauses that keep it away; asked and answered as `by_induction`."""
 
-    Parameters
-    ----------
-    net : CompiledNet
-    goal : Formula
-        A condition on markings.
-    conditions : mapping
-        What its atoms ask.
-    budget : Budget
-    known : Sums, optional
-        Bounds and invariants, where they are known.
+    def search(known: Sums, budget: Budget) -> Outcome:
+        with closing(_Search(net, known, goal, conditions, budget)) as work:
+            found = work.run()
+        if isinstance(found, _Found):
+            return Outcome("reachable", found.trace, seconds=budget.spent, by=PDR)
+        evidence = Inductive(int(bool(found)), known.bounds, known.proofs, known.weightings, tuple(found))
+        return Outcome("unreachable", seconds=budget.spent, by=PDR, evidence=evidence)
 
-    Returns
-    -------
-    Outcome
-        ``reachable`` with a trace, not replayed; ``unreachable`` with `Inductive`; or ``unknown``.
-    """
-    budget = budget.begun()
-    known = known or sums_of(net)
-    if known is None:
-        return Outcome("unknown", reason="some places may hold many tokens")
-    search = _Search(net, known, goal, conditions, budget)
-    try:
-        found = search.run()
-    except TooLargeError:
-        return Outcome("unknown", reason="the propositional formula grows too large")
-    except BudgetExceededError as limit:
-        return Outcome("unknown", reason=str(limit))
-    finally:
-        search.close()
-    if isinstance(found, _Found):
-        return Outcome("reachable", found.trace, seconds=budget.spent, by=PDR)
-    evidence = Inductive(int(bool(found)), known.bounds, known.proofs, known.weightings, tuple(found))
-    return Outcome("unreachable", seconds=budget.spent, by=PDR, evidence=evidence)
+    return within_limits(search, budget.begun(), known or sums_of(net))
 
 
 @dataclass(frozen=True)
@@ -346,9 +323,4 @@ class _Search:
 
     def _solve(self, assumptions: Sequence[int]) -> bool:
         self.queries += 1
-        while True:
-            self.budget.report(Progress("steps", len(self.frames), 0))
-            self.solver.conf_budget(CONFLICTS)
-            found = self.solver.solve_limited(assumptions=list(assumptions))
-            if found is not None:
-                return bool(found)
+        return self.unrolling.solve(assumptions, len(self.frames), self.budget)

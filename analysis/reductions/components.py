@@ -201,9 +201,7 @@ class UnreadableTransition(Rule):
                     if t not in question.observed_transitions and not any(
                         component.holds(arcs, local) for local in component.successors
                     ):
-                        yield Step(
-                            self.name, component.places, (t,), self.preserves, net.removing_transitions([t])
-                        )
+                        yield self.step(component.places, (t,), net.removing_transitions([t]))
 
 
 class IndependentComponent(Rule):
@@ -274,13 +272,12 @@ class IndependentComponent(Rule):
             added_transitions=added,
         )
         markings = tuple(dict(zip(component.places, local, strict=True)) for local in component.successors)
-        return Step(
-            self.name,
+        return self.step(
             component.places,
-            tuple(component.members),
-            frozenset(preserved),
+            component.members,
             change,
-            _driving(component, tests, idle),
+            preserved,
+            lift=_driving(component, tests, idle),
             component=markings,
             dead_ends=1 if component.never_stops else len(component.ends),
         )

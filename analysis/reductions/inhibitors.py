@@ -6,6 +6,7 @@ They change neither the places nor what is enabled in a reachable marking, and s
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import permutations
 from math import floor
 
 from dineros.analysis.reductions.certificates import StateEquation
@@ -26,25 +27,16 @@ class ComplementaryInhibitor(Rule):
 
     def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
         """Offer every inhibitor arc with a place that has a complement."""
-        for family in proportional_places(net).values():
-            for place in family:
-                for other in family:
-                    if not net.inhibited[place]:
-                        break
-                    relation = affine_relation(net, place, other) if other != place else None
-                    if relation is None or relation[1] > 0:
-                        continue
-                    _, factor, constant = relation
-                    for t in list(net.inhibited[place]):
-                        arcs = net.transitions[t]
-                        least = floor((constant - arcs.inhibitors[place]) / -factor) + 1
-                        yield Step(
-                            self.name,
-                            (place, other),
-                            (t,),
-                            self.preserves,
-                            _replace(net, t, _reading(arcs.without_inhibitor(place), other, least)),
-                        )
+        for family in proportional_places(net):
+            for place, other in permutations(family, 2):
+                if not net.inhibited[place] or family[place] * family[other] > 0:
+                    continue
+                factor, constant = affine_relation(net, family, place, other)
+                for t in list(net.inhibited[place]):
+                    arcs = net.transitions[t]
+                    least = floor((constant - arcs.inhibitors[place]) / -factor) + 1
+                    reading = _reading(arcs.without_inhibitor(place), other, least)
+                    yield self.step((place, other), (t,), _replace(net, t, reading))
 
 
 class ImpliedInhibitor(Rule):
@@ -72,13 +64,7 @@ class ImpliedInhibitor(Rule):
                 arcs = net.transitions[t]
                 largest = equation.largest(place, {p: w for p, w in arcs.inputs.items() if p != place})
                 if largest is not None and floor(largest) < weight:
-                    yield Step(
-                        self.name,
-                        (place,),
-                        (t,),
-                        self.preserves,
-                        _replace(net, t, arcs.without_inhibitor(place)),
-                    )
+                    yield self.step((place,), (t,), _replace(net, t, arcs.without_inhibitor(place)))
 
 
 def _reading(arcs: Arcs, place: str, least: int) -> Arcs:

@@ -12,6 +12,7 @@ B. Berthomieu, D. Le Botlan, S. Dal Zilio, *Petri net reductions for counting ma
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import pairwise
 
 from dineros.analysis.nets.graph_parts import shortest_path, strongly_connected_parts
@@ -66,7 +67,7 @@ class ChainOfPlaces(Rule):
                 preserved -= {Property.MARKINGS}
             change, _ = merging(net, move, (t,))
             lift = _moving_eagerly(source, t)
-            yield Step(self.name, move, (t,), preserved, change, lift, is_split=is_split)
+            yield self.step(move, (t,), change, preserved, lift=lift, is_split=is_split)
 
 
 class LoopOfPlaces(Rule):
@@ -113,15 +114,11 @@ class LoopOfPlaces(Rule):
     ) -> Step:
         change, merged = merging(net, loop, inside)
         idle = net.fresh_transition(f"idle({inside[0]})")
-        change = Change(
-            change.removed_places,
-            change.added_places,
-            change.removed_transitions,
-            {**change.added_transitions, idle: Arcs({merged: 1}, {merged: 1}, {})},
-        )
+        looping = {idle: Arcs({merged: 1}, {merged: 1}, {})}
+        change = replace(change, added_transitions={**change.added_transitions, **looping})
         first = {move: ts[0] for move, ts in moves.items() if move[0] in loop and move[1] in loop}
         lift = _moving_on_demand(loop, _graph(first), first, idle)
-        return Step(self.name, loop, inside, self.preserves, change, lift, is_split=True)
+        return self.step(loop, inside, change, lift=lift, is_split=True)
 
 
 def _graph(moves: Iterable[tuple[str, str]]) -> dict[str, list[str]]:

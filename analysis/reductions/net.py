@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from dineros.analysis.nets.compiled import CompiledNet, NetError, Transition
+from dineros.analysis.nets.compiled import CompiledNet, NetError, Transition, unused
 
 Marking = dict[str, int]
 
@@ -98,14 +98,11 @@ class MutableNet:
     @classmethod
     def of(cls, net: CompiledNet) -> MutableNet:
         """Copy a compiled net."""
-        result = cls()
-        for name, tokens in zip(net.places, net.initial.tolist(), strict=True):
+        result, (places, transitions) = cls(), net.by_names()
+        for name, tokens in places.items():
             result._add_place(name, tokens)
-        for t, name in enumerate(net.transitions):
-            rows = (
-                {net.places[p]: w for p, w in table.row(t)} for table in (net.pre, net.post, net.inhibitor)
-            )
-            result._add_transition(name, Arcs(*rows))
+        for row in transitions:
+            result._add_transition(row.name, Arcs(row.inputs, row.outputs, row.inhibitors))
         return result
 
     def copy(self) -> MutableNet:
@@ -164,15 +161,11 @@ class MutableNet:
 
     def fresh_place(self, name: str) -> str:
         """Return a name that no place has, as close to the given one as possible."""
-        while name in self.places:
-            name += "'"
-        return name
+        return unused(name, self.places)
 
-    def fresh_transition(self, name: str, taken: Iterable[str] = ()) -> str:
+    def fresh_transition(self, name: str, taken: Container[str] = ()) -> str:
         """Return a name that no transition has, as close to the given one as possible."""
-        while name in self.transitions or name in taken:
-            name += "'"
-        return name
+        return unused(name, self.transitions, taken)
 
     def is_enabled(self, transition: str, marking: Mapping[str, int]) -> bool:
         """Plain firing rule."""

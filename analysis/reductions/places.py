@@ -12,7 +12,7 @@ D. Le Botlan, S. Dal Zilio, *Petri net reductions for counting markings*, SPIN 2
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from math import ceil, gcd
 
@@ -31,9 +31,6 @@ from dineros.analysis.reductions.sampling import sampled
 
 #: Nets with more places, or more transitions, are not given to linear programming.
 LARGEST_PROGRAM = 600
-
-#: (other place, factor, constant): tokens = factor * tokens of the other place + constant.
-Affine = tuple[str, Fraction, Fraction]
 
 
 class ConstantPlace(Rule):
@@ -57,14 +54,8 @@ class ConstantPlace(Rule):
                 and tokens < arcs.inhibitors.get(place, tokens + 1)
                 for arcs in around
             ):
-                yield Step(
-                    self.name,
-                    (place,),
-                    (),
-                    self.preserves,
-                    net.removing_places([place]),
-                    equation=PlaceEquation(place, {}, Fraction(tokens)),
-                )
+                equation = PlaceEquation(place, {}, Fraction(tokens))
+                yield self.step((place,), (), net.removing_places([place]), equation=equation)
 
 
 class ParallelPlace(Rule):
@@ -81,24 +72,17 @@ class ParallelPlace(Rule):
 
     def steps(self, net: MutableNet, question: Question) -> Iterator[Step]:
         """Offer each place that has an earlier or later proportional partner."""
-        for family in proportional_places(net).values():
+        for family in proportional_places(net):
             for place in family:
                 if place in question.observed_places or place not in net.places or net.inhibited[place]:
                     continue
                 for other in family:
                     if other == place or other not in net.places:
                         continue
-                    relation = affine_relation(net, place, other)
-                    if relation is not None and relation[1] > 0 and _implies(net, place, relation):
-                        _, factor, constant = relation
-                        yield Step(
-                            self.name,
-                            (place, other),
-                            (),
-                            self.preserves,
-                            net.removing_places([place]),
-                            equation=PlaceEquation(place, {other: factor}, constant),
-                        )
+                    factor, constant = affine_relation(net, family, place, other)
+                    if factor > 0 and _implies(net, place, other, factor, constant):
+                        equation = PlaceEquation(place, {other: factor}, constant)
+                        yield self.step((place, other), (), net.removing_places([place]), equation=equation)
                         if place not in net.places:
                             break
 
@@ -131,9 +115,7 @@ class ImpliedPlace(Rule):
             relation = relations.equation(place)
             preserved = LANGUAGE_PROPERTIES if relation is None else self.preserves
             if question.preserve <= preserved and _is_implied(net, place, equation):
-                yield Step(
-                    self.name, (place,), (), preserved, net.removing_places([place]), equation=relation
-                )
+                yield self.step((place,), (), net.removing_places([place]), preserved, equation=relation)
                 if place not in net.places:
                     relations.drop(place)
 
@@ -196,8 +178,7 @@ def _is_implied(net: MutableNet, place: str, equation: StateEquation) -> bool:
     return True
 
 
-def _implies(net: MutableNet, place: str, relation: Affine) -> bool:
-    other, factor, constant = relation
+def _implies(net: MutableNet, place: str, other: str, factor: Fraction, constant: Fraction) -> bool:
     for t in net.consumers[place]:
         inputs = net.transitions[t].inputs
         if ceil(factor * inputs.get(other, 0) + constant) < inputs[place]:
@@ -205,37 +186,23 @@ def _implies(net: MutableNet, place: str, relation: Affine) -> bool:
     return True
 
 
-def place_changes(net: MutableNet) -> dict[str, Marking]:
-    """Rows of the incidence matrix: place -> transition -> tokens gained, without zeros."""
+def proportional_places(net: MutableNet) -> list[dict[str, int]]:
+    """Group the places whose rows of the incidence matrix are multiples, also negative, of the same one."""
     rows: dict[str, Marking] = {place: {} for place in net.places}
     for t, arcs in net.transitions.items():
         for place, tokens in arcs.delta.items():
             rows[place][t] = tokens
-    return rows
-
-
-def proportional_places(net: MutableNet) -> dict[tuple[tuple[str, int], ...], list[str]]:
-    """Group the places whose rows of the incidence matrix are multiples, also negative, of each other."""
-    groups: dict[tuple[tuple[str, int], ...], list[str]] = {}
-    for place, row in place_changes(net).items():
+    groups: dict[tuple[tuple[str, int], ...], dict[str, int]] = {}
+    for place, row in rows.items():
         if row:
             scale = gcd(*row.values()) * (1 if next(iter(row.values())) > 0 else -1)
-            groups.setdefault(tuple((t, tokens // scale) for t, tokens in row.items()), []).append(place)
-    return {key: family for key, family in groups.items() if len(family) > 1}
+            groups.setdefault(tuple((t, tokens // scale) for t, tokens in row.items()), {})[place] = scale
+    return [family for family in groups.values() if len(family) > 1]
 
 
-def affine_relation(net: MutableNet, place: str, other: str) -> Affine | None:
-    """Return how a place's tokens follow from those of one proportional place, or None if they do not."""
-    factor: Fraction | None = None
-    for t in {**net.producers[place], **net.consumers[place], **net.producers[other], **net.consumers[other]}:
-        delta = net.transitions[t].delta
-        mine, others = delta.get(place, 0), delta.get(other, 0)
-        if (mine == 0) != (others == 0):
-            return None
-        if mine:
-            if factor is not None and factor != Fraction(mine, others):
-                return None
-            factor = Fraction(mine, others)
-    if factor is None:
-        return None
-    return other, factor, net.places[place] - factor * net.places[other]
+def affine_relation(
+    net: MutableNet, family: Mapping[str, int], place: str, other: str
+) -> tuple[Fraction, Fraction]:
+    """Return by what factor, and what constant besides, a place's tokens follow from one of its family."""
+    factor = Fraction(family[place], family[other])
+    return factor, net.places[place] - factor * net.places[other]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from fractions import Fraction
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from dineros.analysis.reductions.net import Arcs, Change, Marking, MutableNet
 
@@ -200,3 +200,15 @@ class Rule(ABC):
 
         A step that preserves too little for the question is not taken, and the net then stays as it is.
         """
+
+    def step(
+        self,
+        places: Iterable[str],
+        transitions: Iterable[str],
+        change: Change,
+        preserves: Iterable[Property] | None = None,
+        **more: Any,
+    ) -> Step:
+        """Return an application of the rule, as `Step` has it; it preserves the most by default."""
+        kept = self.preserves if preserves is None else frozenset(preserves)
+        return Step(self.name, tuple(places), tuple(transitions), kept, change, **more)

@@ -29,14 +29,7 @@ class InexhaustiblePlace(Rule):
                 continue
             (place,) = arcs.outputs
             if place not in question.observed_places and not net.inhibited[place]:
-                yield Step(
-                    self.name,
-                    (place,),
-                    (t,),
-                    self.preserves,
-                    net.removing_places([place]),
-                    _filling(place, t),
-                )
+                yield self.step((place,), (t,), net.removing_places([place]), lift=_filling(place, t))
 
 
 def _filling(place: str, source: str) -> Lift:

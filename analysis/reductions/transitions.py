@@ -58,7 +58,7 @@ class DeadTransition(Rule):
                     todo.extend(net.inhibited[place])
         for t in list(net.transitions):
             if t not in may_fire and t not in question.observed_transitions:
-                yield Step(self.name, (), (t,), self.preserves, net.removing_transitions([t]))
+                yield self.step((), (t,), net.removing_transitions([t]))
 
 
 class ExcludedTransition(Rule):
@@ -80,7 +80,7 @@ class ExcludedTransition(Rule):
         kept = question.observed_transitions | sampled(net).enabled
         for t, arcs in list(net.transitions.items()):
             if t not in kept and _is_excluded(net, arcs, equation):
-                yield Step(self.name, (), (t,), self.preserves, net.removing_transitions([t]))
+                yield self.step((), (t,), net.removing_transitions([t]))
 
 
 def _is_excluded(net: MutableNet, arcs: Arcs, equation: StateEquation) -> bool:
@@ -124,7 +124,7 @@ class DuplicateTransition(Rule):
                     ):
                         continue
                     preserved = ALL_PROPERTIES if net.transitions[u] == net.transitions[t] else DEAD_PRESERVES
-                    yield Step(self.name, (), (t, u), preserved, net.removing_transitions([t]))
+                    yield self.step((), (t, u), net.removing_transitions([t]), preserved)
                     if t not in net.transitions:
                         break
 
@@ -148,7 +148,7 @@ class ComposedTransition(Rule):
             if t not in question.observed_transitions:
                 pair = self._pair(net, t, arcs, by_effect)
                 if pair is not None:
-                    yield Step(self.name, (), (t, *pair), self.preserves, net.removing_transitions([t]))
+                    yield self.step((), (t, *pair), net.removing_transitions([t]))
 
     @staticmethod
     def _pair(
@@ -189,7 +189,7 @@ class IdentityTransition(Rule):
                 preserved.discard(Property.DEADLOCKS)
             if not any(_is_easier(arcs, other) for other in others):
                 preserved.discard(Property.LIVENESS)
-            yield Step(self.name, (), (t,), frozenset(preserved), net.removing_transitions([t]))
+            yield self.step((), (t,), net.removing_transitions([t]), preserved)
 
 
 def _is_easier(easy: Arcs, hard: Arcs) -> bool:

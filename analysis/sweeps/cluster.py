@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from dineros.analysis.sweeps.grid import SweepError
 from dineros.analysis.sweeps.parts import Part
-from dineros.analysis.sweeps.point import Figures, Job
+from dineros.analysis.sweeps.point import Job, unanswered
 from dineros.analysis.sweeps.workers import PointProcesses
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ PATIENCE = 60
 """Seconds to wait for the scheduler, and for the first worker."""
 
 
-def answer_on_worker(job: Job | Part) -> dict[str, Any]:
+def answer_on_worker(job: Job | Part) -> Any:
     """Answer a job; runs on a worker of the cluster, which starts processes of its own for this."""
     return _processes().answer(job)
 
@@ -36,14 +36,7 @@ def _processes() -> PointProcesses:
     return PointProcesses()
 
 
-def cluster_figures(jobs: Iterable[Job], address: str) -> Generator[tuple[Job, Figures], None, None]:
-    """Count points on a Dask cluster; yield each when it is done. As `cluster_answers`."""
-    with closing(cluster_answers(jobs, address)) as answers:
-        for job, answer in answers:
-            yield job, Figures(**answer)
-
-
-def cluster_answers(jobs: Iterable[J], address: str) -> Generator[tuple[J, dict[str, Any]], None, None]:
+def cluster_answers(jobs: Iterable[J], address: str) -> Generator[tuple[J, Any], None, None]:
     """Answer jobs on a Dask cluster; yield each with its answer, or with an error, when it is done.
 
     Whoever closes the generator ends what is still worked on, where these are parts of a work.
@@ -94,7 +87,7 @@ def cluster_answers(jobs: Iterable[J], address: str) -> Generator[tuple[J, dict[
                 if error is None:
                     yield job, future.result()
                 elif isinstance(error, KilledWorker):
-                    yield job, {"error": f"its workers died: {' '.join(str(error).split())}"}
+                    yield job, unanswered(job, f"its workers died: {' '.join(str(error).split())}")
                 elif isinstance(error, SweepError):
                     raise SweepError(f"a worker of {address}: {error.message}", hint=error.hint)
                 else:

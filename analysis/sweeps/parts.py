@@ -1,4 +1,4 @@
-"""Parts of questions for other machines: who answers what, as lines of JSON, and the answers together.
+"""Parts of questions for other machines: who answers what, and the answers together.
 
 A question about a net goes to several who may answer it: all engines by their own turns, and decision
 diagrams whose orders of levels are searched for from other starts. The first who knows ends the rest. Of a
@@ -9,9 +9,8 @@ each gets some of the properties.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from dineros.analysis.answers.budget import DEFAULT_MEMORY, Budget
@@ -19,12 +18,18 @@ from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.sweeps.grid import parse_model
 
 if TYPE_CHECKING:
+    from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import Subject
-    from dineros.analysis.nets.compiled import CompiledNet
-    from dineros.analysis.properties.property import GroupedNames, Property
+    from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
     from dineros.analysis.questions.engines import Question
     from dineros.analysis.witnesses.findings import Finding, Report
     from dineros.metamodel import pn
+
+    PartAnswer = Outcome | Report | Confirmation | list[PropertyAnswer] | None
+    """Of a question, a check, who counts again (None: there is nothing to count), and of properties.
+
+    An `Outcome` that is unknown tells of any of them why there is no answer.
+    """
 
 STARTS = 3
 """Starts of the search for an order that are tried at the same time."""
@@ -33,7 +38,7 @@ SHEETS = 8
 """Workers at most among whom the properties of files are divided: each prepares the net."""
 
 TOGETHER = (
-    ("Clauses", "Matching", "Boundedness", "Overflow", "Presence", "Use"),
+    ("Clauses", "Matching", "Boundedness", "Overflow", "Presence", "Use", "Places"),
     ("Deadlock", "Callbacks", "Goals"),
     ("Repetition",),
     ("Properties",),
@@ -80,18 +85,9 @@ class Part:
         """Seconds after which its process is killed, if it has not given up by itself."""
         return None if self.timeout is None else 1.1 * self.timeout + 2
 
-    def to_json(self) -> str:
-        """Return it in one line."""
-        return json.dumps(asdict(self))
 
-    @classmethod
-    def from_json(cls, line: str | bytes) -> Part:
-        """Read what `to_json` wrote."""
-        return cls(**json.loads(line))
-
-
-def answer_part(part: Part) -> dict[str, Any]:
-    """Answer a part in this process; the answer is a value of JSON."""
+def answer_part(part: Part) -> PartAnswer:
+    """Answer a part in this process."""
     from dineros.analysis.nets.memory import OWN_MEMORY, watched_memory
 
     budget = Budget(part.memory or DEFAULT_MEMORY, seconds=part.timeout).begun()
@@ -150,13 +146,7 @@ def property_parts(
         signals and overflow, memory in bytes, and seconds for each property.
     """
     told = [
-        {
-            "id": one.id,
-            "kind": one.kind,
-            "formula": None if one.formula is None else str(names.ungrouped(one.formula)),
-            "places": list(one.places),
-            "examination": one.examination,
-        }
+        replace(one, formula=None if one.formula is None else names.ungrouped(one.formula))
         for one in properties
     ]
     count = min(SHEETS, len(told))
@@ -186,50 +176,46 @@ def check_names(subject: Subject, kind: str, text: str) -> None:
     BoundAtoms(subject.net, Enabled(Name(text)) if kind == "enabled" else parse(text, logic), subject.names)
 
 
-def outcome_of(net: CompiledNet, answer: dict[str, Any]) -> Outcome:
-    """Return what a worker answered to a question; its run is replayed by whoever shows it."""
-    if "status" not in answer:
-        return Outcome("unknown", reason=str(answer.get("error") or "no answer"))
-    index = {name: number for number, name in enumerate(net.transitions)}
-    trace = None if answer["trace"] is None else tuple(index[name] for name in answer["trace"])
-    loop = tuple(index[name] for name in answer["loop"])
-    rest = {name: answer[name] for name in ("states", "seconds", "reason", "by")}
-    return Outcome(answer["status"], trace, loop, **rest)
+def property_answers(part: Part, answer: PartAnswer) -> list[PropertyAnswer]:
+    """Return what is known of the properties of a part."""
+    from dineros.analysis.properties.property import PropertyAnswer
+
+    if isinstance(answer, Outcome):
+        return [PropertyAnswer(one.id, None, 0.0, reason=answer.reason) for one in part.asked["properties"]]
+    assert isinstance(answer, list)
+    return answer
 
 
-def add_report(report: Report, subject: Subject, part: Part, answer: dict[str, Any]) -> None:
+def add_report(report: Report, subject: Subject, part: Part, answer: PartAnswer) -> None:
     """Put what a worker answered to its questions of a check into a report.
 
     What several found out on their way, such as whether the net is bounded, is taken once.
     """
-    from dineros.analysis.witnesses.findings import Finding, witness_of
+    from dineros.analysis.witnesses.findings import Report, witness_of
 
-    if "findings" not in answer:
+    if isinstance(answer, Outcome):
         names = ", ".join(name.lower() for name in part.questions)
-        report.unknown.append(Outcome.left_open(names, str(answer.get("error") or "no answer")))
+        report.unknown.append(Outcome.left_open(names, answer.reason))
         return
+    assert isinstance(answer, Report)
     index = subject.transition_index
     seen = {_key(finding) for finding in report.findings}
-    for found in answer["findings"]:
-        steps, loop = found.pop("trace"), found.pop("loop")
-        tuples = {name: tuple(found[name]) for name in ("elements", "circle")}
-        made = Finding(**{**found, **tuples})
-        if steps is not None:
-            witness = witness_of(subject, [index[name] for name in steps], loop)
-            made = replace(made, witness=witness)
-        if _key(made) not in seen:
-            report.findings.append(made)
-    report.proved += [text for text in answer["proved"] if text not in report.proved]
+    for found in answer.findings:
+        if _key(found) not in seen:
+            told = found.witness
+            steps = [index[step.transition] for step in told.steps] if told else []
+            replayed = witness_of(subject, steps, told.loop) if told else None
+            report.findings.append(replace(found, witness=replayed))
+    report.proved += [text for text in answer.proved if text not in report.proved]
     known = {str(unknown) for unknown in report.unknown}
-    left = (Outcome.left_open(**unknown) for unknown in answer["unknown"])
-    report.unknown += [unknown for unknown in left if str(unknown) not in known]
+    report.unknown += [unknown for unknown in answer.unknown if str(unknown) not in known]
 
 
 def _key(finding: Finding) -> tuple[str, tuple[str, ...], str]:
     return finding.rule, finding.elements, finding.message
 
 
-def _check(model: pn.Net, asked: dict[str, Any], budget: Budget) -> dict[str, Any]:
+def _check(model: pn.Net, asked: dict[str, Any], budget: Budget) -> Report | Confirmation | None:
     from dineros.analysis.checks.check import QUESTIONS, check
 
     wanted = {"Boundedness", *asked["questions"]}
@@ -238,66 +224,33 @@ def _check(model: pn.Net, asked: dict[str, Any], budget: Budget) -> dict[str, An
     if asked.get("confirm"):
         from dineros.analysis.evidence.confirmation import confirm_space
 
-        said = None if report.space is None else confirm_space(report.space, budget).to_dict()
-        return {"findings": [], "proved": [], "unknown": [], "confirmation": said}
-    return {
-        "findings": [
-            {
-                "rule": finding.rule,
-                "severity": finding.severity,
-                "elements": list(finding.elements),
-                "message": finding.message,
-                "circle": list(finding.circle),
-                "trace": None if witness is None else [step.transition for step in witness.steps],
-                "loop": None if witness is None else witness.loop,
-            }
-            for finding in report.findings
-            for witness in [finding.witness]
-        ],
-        "proved": report.proved,
-        "unknown": [
-            {name: getattr(unknown, name) for name in ("question", "reason", "hint", "may_be_fault")}
-            for unknown in report.unknown
-        ],
-    }
+        return None if report.space is None else confirm_space(report.space, budget)
+    # Neither the model nor its markings travel.
+    findings = [
+        replace(one, witness=one.witness and replace(one.witness, subject=None)) for one in report.findings
+    ]
+    return replace(report, findings=findings, space=None)
 
 
-def _properties(model: pn.Net, asked: dict[str, Any], budget: Budget) -> dict[str, Any]:
-    from dineros.analysis.logic.language.parser import parse
+def _properties(model: pn.Net, asked: dict[str, Any], budget: Budget) -> list[PropertyAnswer]:
     from dineros.analysis.model.subject import subject_of
     from dineros.analysis.properties.answering import answer_properties
-    from dineros.analysis.properties.property import Property
 
     subject = subject_of(model, asked["signals"], asked["overflow"])
-    properties = [
-        Property(
-            one["id"],
-            one["kind"],
-            None if one["formula"] is None else parse(one["formula"], one["kind"]),
-            tuple(one["places"]),
-            one["examination"],
-        )
-        for one in asked["properties"]
-    ]
-    found = answer_properties(subject.net, subject.names, properties, asked["seconds"], budget.memory)
-    names = ("id", "value", "seconds", "technique", "reason")
-    return {"answers": [{name: getattr(one, name) for name in names} for one in found]}
+    found = answer_properties(
+        subject.net, subject.names, asked["properties"], asked["seconds"], budget.memory
+    )
+    return [replace(one, evidence=None, dead="") for one in found]
 
 
-def _question(model: pn.Net, asked: dict[str, Any], budget: Budget) -> dict[str, Any]:
+def _question(model: pn.Net, asked: dict[str, Any], budget: Budget) -> Outcome:
     from dineros.analysis.model.subject import subject_of
 
     subject = subject_of(model, asked["signals"], asked["overflow"])
     question = _read(subject, asked)
     start = asked["start"]
     answer = question.decided(budget) if start == 0 else _drawn(subject, question, asked, start, budget)
-    names = subject.net.transitions
-    return {
-        "status": answer.status,
-        "trace": None if answer.trace is None else [names[t] for t in answer.trace],
-        "loop": [names[t] for t in answer.loop],
-        **{name: getattr(answer, name) for name in ("states", "seconds", "reason", "by")},
-    }
+    return replace(answer, evidence=None)
 
 
 def _read(subject: Subject, asked: dict[str, Any]) -> Question:
@@ -321,6 +274,7 @@ def _drawn(
     from dineros.analysis.logic.ctl.checking import check_ctl
     from dineros.analysis.logic.language.parser import parse
     from dineros.analysis.logic.language.syntax import Enabled, Exists, Finally, Name
+    from dineros.analysis.nets.witness import ending_with_one_of
 
     net, names, text = subject.net, subject.names, asked["text"]
     if asked["kind"] == "ctl":
@@ -334,8 +288,5 @@ def _drawn(
         return replace(found, status="unknown")
     trace = found.trace or ()
     if asked["kind"] == "enabled":
-        marking = net.initial.tolist()
-        for transition in trace:
-            marking = net.fire(transition, marking)
-        trace = (*trace, next(t for t in names.transitions(text) if net.is_enabled(t, marking)))
+        trace = ending_with_one_of(net, trace, names.transitions(text))
     return replace(found, status="reachable", trace=trace, reason="")

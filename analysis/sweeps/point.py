@@ -1,25 +1,43 @@
-"""One point of a sweep: ``python -m dineros.analysis.sweeps.point PARENT`` counts the points it reads.
+"""One point of a sweep, and a process that counts points.
 
-A job is a line of JSON on the standard input. The process loads the engines once and forks for every job, so
-that each point has a process with a peak of memory of its own, and one that is killed takes nothing with it.
-It answers ``{"started": true}`` when it has all it needs, and then the figures, or ``{"died": SIGNAL}``.
+The process loads the engines once and forks for every job, so that each point has a process with a peak of
+memory of its own, and one that is killed takes nothing with it. It answers with None when it has all it
+needs, and then with the figures; or with an error.
 """
 
 from __future__ import annotations
 
-import json
-import os
-import sys
+import signal
 import time
-from dataclasses import asdict, dataclass
+from contextlib import suppress
+from dataclasses import dataclass
 from functools import cache
-from typing import Any, BinaryIO, get_type_hints
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any, get_type_hints
 
+from dineros.analysis.answers.apart import Apart, ApartDiedError
 from dineros.analysis.answers.budget import DEFAULT_MEMORY, Budget
+from dineros.analysis.answers.outcome import Outcome
 from dineros.analysis.answers.processes import die_with
-from dineros.analysis.sweeps.grid import Point, model_of
+from dineros.analysis.sweeps.grid import Point, SweepError, model_of
 from dineros.analysis.sweeps.parts import Part, answer_part
 from dineros.metamodel.errors import BudgetError, DinerosError
+
+if TYPE_CHECKING:
+    from dineros.analysis.sweeps.parts import PartAnswer
+
+
+class PointDiedError(Exception):
+    """The process of a point was killed."""
+
+    @classmethod
+    def of(cls, status: int) -> PointDiedError:
+        """Return what the status of a process says, negative for a signal."""
+        if status >= 0:
+            return cls(f"it ended with status {status}")
+        name = signal.Signals(-status).name if -status in list(signal.Signals) else str(-status)
+        memory = ", perhaps for want of memory" if -status == signal.SIGKILL else ""
+        return cls(f"it was killed by {name}{memory}")
 
 
 @dataclass(frozen=True)
@@ -45,18 +63,6 @@ class Job:
     engine: str = "auto"
     memory: int | None = None
     timeout: float | None = None
-
-    def to_json(self) -> str:
-        """Return it in one line."""
-        return json.dumps(asdict(self))
-
-    @classmethod
-    def from_json(cls, line: str | bytes) -> Job:
-        """Read what `to_json` wrote."""
-        read = json.loads(line)
-        point = read.pop("point")
-        settings = tuple((feature, value) for feature, value in point.pop("settings"))
-        return cls(point=Point(settings, **point), **read)
 
 
 @dataclass(frozen=True)
@@ -109,9 +115,8 @@ class Figures:
         return cls(**found) if all(fit) else None
 
 
-def read_job(line: str | bytes) -> Job | Part:
-    """Read what either's `to_json` wrote."""
-    return Part.from_json(line) if "task" in json.loads(line) else Job.from_json(line)
+_COUNTED = ("places", "transitions", "states", "arcs", "deadlocks", "reduced_states", "engine", "complete")
+"""What figures are called in a `StateSpace`, too."""
 
 
 def count(job: Job) -> Figures:
@@ -138,19 +143,9 @@ def _count(job: Job, budget: Budget) -> Figures:
     began = time.perf_counter()
     explore = reduced_state_space if point.reduced else state_space
     space = explore(net, job.engine, budget)  # type: ignore[arg-type]
-    return Figures(
-        places=space.places,
-        transitions=space.transitions,
-        states=space.states,
-        arcs=space.arcs,
-        deadlocks=space.deadlocks,
-        reduced_states=space.reduced_states,
-        seconds=round(time.perf_counter() - began, 6),
-        peak_memory_bytes=peak_memory(),
-        engine=space.engine,
-        complete=space.complete,
-        error=space.reason,
-    )
+    seconds, peak = round(time.perf_counter() - began, 6), peak_memory()
+    counted = {name: getattr(space, name) for name in _COUNTED}
+    return Figures(**counted, seconds=seconds, peak_memory_bytes=peak, error=space.reason)
 
 
 @cache
@@ -168,63 +163,53 @@ def _load_engine(engine: str) -> None:
     state_space(net, engine)  # type: ignore[arg-type]
 
 
-def _answer(job: Job | Part) -> dict[str, Any]:
+def unanswered(job: Job | Part, error: str, **figures: Any) -> Figures | Outcome:
+    """Return why a job has no answer, and the figures that are known of a point all the same."""
+    if isinstance(job, Part):
+        return Outcome("unknown", reason=error)
+    return Figures(error=error, **figures)
+
+
+def _answer(job: Job | Part) -> Figures | PartAnswer:
     from dineros.analysis.nets.memory import peak_memory
 
     try:
-        return answer_part(job) if isinstance(job, Part) else asdict(count(job))
+        return answer_part(job) if isinstance(job, Part) else count(job)
     except (MemoryError, BudgetError):
-        return asdict(Figures(peak_memory_bytes=peak_memory(), error="memory ran out"))
+        return unanswered(job, "memory ran out", peak_memory_bytes=peak_memory())
     except DinerosError as error:
-        return asdict(Figures(error=str(error)))
+        return unanswered(job, str(error))
     except Exception as error:  # an engine's fault must not end the sweep
-        return asdict(Figures(error=f"unexpected {type(error).__name__}: {' '.join(str(error).split())}"))
+        return unanswered(job, f"unexpected {type(error).__name__}: {' '.join(str(error).split())}")
 
 
-def _answer_in_a_fork(job: Job | Part) -> dict[str, Any]:
-    parent = os.getpid()
-    reading, writing = os.pipe()
-    child = os.fork()
-    if child == 0:
+def _answer_in_a_fork(job: Job | Part) -> Any:
+    with Apart(lambda _: _answer(job)) as apart:
+        for _ in apart.messages():
+            pass  # it tells nothing before its answer
         try:
-            die_with(parent)
-            with os.fdopen(writing, "wb") as file:
-                file.write(json.dumps(_answer(job)).encode())
-        finally:
-            os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading, "rb") as file:
-        text = file.read()
-    _, status = os.waitpid(child, 0)
-    answer: dict[str, Any] = json.loads(text) if text else {"died": os.waitstatus_to_exitcode(status)}
-    return answer
+            return apart.value()
+        except ApartDiedError as died:
+            return PointDiedError.of(-(died.signal or 0))
 
 
-def serve(jobs: BinaryIO, answers: BinaryIO) -> None:
+def serve(jobs: Connection) -> None:
     """Answer jobs until there are no more."""
-
-    def tell(answer: dict[str, Any]) -> None:
-        answers.write(json.dumps(answer).encode() + b"\n")
-        answers.flush()
-
-    for line in jobs:
-        job = read_job(line)
+    while True:
+        job = jobs.recv()
         try:
             _load_engine(job.engine)
         except Exception as error:  # such as a library that is not installed
-            tell({"failed": f"{type(error).__name__}: {' '.join(str(error).split())}"})
+            reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+            hint = "pip install 'dineros[analysis]'"
+            jobs.send(SweepError(f"the engines cannot be loaded: {reason}", hint=hint))
             continue
-        tell({"started": True})
-        tell(_answer_in_a_fork(job))
+        jobs.send(None)
+        jobs.send(_answer_in_a_fork(job))
 
 
-def main(parent: int) -> None:
-    """Serve the process that started this one; what libraries print goes nowhere."""
+def main(parent: int, pipe: int) -> None:
+    """Serve the process that started this one, at the other end of a pipe."""
     die_with(parent)
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    serve(sys.stdin.buffer, answers)
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]))
+    with suppress(EOFError), Connection(pipe) as jobs:
+        serve(jobs)

@@ -9,7 +9,7 @@ from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from dineros.analysis.sweeps.cluster import cluster_figures
+from dineros.analysis.sweeps.cluster import cluster_answers
 from dineros.analysis.sweeps.grid import Grid, Point, SweepError, model_of
 from dineros.analysis.sweeps.journal import Journal
 from dineros.analysis.sweeps.point import Figures, Job
@@ -144,7 +144,7 @@ def sweep(
         tell = progress or (lambda _: None)
         tell(now)
         # Closed at once when something goes wrong: processes and connections end before that is reported.
-        counted = local_figures(jobs, local) if scheduler is None else cluster_figures(jobs, scheduler)
+        counted = local_figures(jobs, local) if scheduler is None else cluster_answers(jobs, scheduler)
         with closing(counted):
             for job, figures in counted:
                 journal.add(job.point, figures)

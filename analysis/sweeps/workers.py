@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-import json
 import os
 import queue
-import select
-import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Generator, Iterable
-from contextlib import suppress
+from concurrent.futures import ThreadPoolExecutor, as_completed, wait
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 from typing import Any
 
-from dineros.analysis.sweeps.grid import SweepError
 from dineros.analysis.sweeps.parts import Part
-from dineros.analysis.sweeps.point import Figures, Job
+from dineros.analysis.sweeps.point import Figures, Job, PointDiedError, unanswered
 
 ATTEMPTS = 3
 """How often a point is tried whose process is killed."""
-
-
-class PointDiedError(Exception):
-    """The process of a point was killed."""
 
 
 class PointTimeoutError(Exception):
@@ -36,7 +29,7 @@ class PointProcess:
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
-        self._read = b""
+        self._pipe: Connection | None = None
 
     def start(self, job: Job | Part) -> None:
         """Begin to count a point, or to answer a part; wait until the engines are loaded or compiled.
@@ -48,24 +41,14 @@ class PointProcess:
         SweepError
             The engines cannot be loaded.
         """
-        process = self._running()
-        assert process.stdin is not None
+        pipe = self._running()
         try:
-            process.stdin.write(job.to_json().encode() + b"\n")
-            process.stdin.flush()
+            pipe.send(job)
         except OSError as error:
             raise PointDiedError("it ended") from error
-        first = self._line(None)
-        if "failed" in first:
-            raise SweepError(
-                f"the engines cannot be loaded: {first['failed']}", hint="pip install 'dineros[analysis]'"
-            )
+        self.answer(None)
 
-    def finish(self, timeout: float | None) -> Figures:
-        """Return the figures of the point that was begun; raises as `answer`."""
-        return Figures(**self.answer(timeout))
-
-    def answer(self, timeout: float | None) -> dict[str, Any]:
+    def answer(self, timeout: float | None) -> Any:
         """Return what was answered to the job that was begun.
 
         Raises
@@ -75,22 +58,27 @@ class PointProcess:
         PointTimeoutError
             It took longer than it may.
         """
-        answer = self._line(timeout)
-        if "died" in answer:
-            raise PointDiedError(_cause(answer["died"]))
+        assert self._process is not None
+        assert self._pipe is not None
+        if not self._pipe.poll(timeout):
+            raise PointTimeoutError
+        try:
+            answer = self._pipe.recv()
+        except (EOFError, OSError):
+            raise PointDiedError.of(self._process.wait()) from None
+        if isinstance(answer, Exception):
+            raise answer
         return answer
 
     def kill(self) -> None:
         """End the process, and the point in it; the next point starts a new one."""
-        process, self._process, self._read = self._process, None, b""
-        if process is None:
-            return
-        process.kill()
-        process.wait()
-        for stream in (process.stdin, process.stdout):
-            if stream is not None:
-                with suppress(OSError):  # what was not written yet has no reader
-                    stream.close()
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+        if self._pipe is not None:
+            self._pipe.close()
+            self._pipe = None
 
     def end(self) -> None:
         """End the process from another thread; the one that waits for it finds it dead."""
@@ -98,44 +86,25 @@ class PointProcess:
         if process is not None:
             process.kill()
 
-    def _running(self) -> subprocess.Popen[bytes]:
-        if self._process is not None and self._process.poll() is None:
-            return self._process
+    def _running(self) -> Connection:
+        if self._pipe is not None and self._process is not None and self._process.poll() is None:
+            return self._pipe
         self.kill()
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "dineros.analysis.sweeps.point", str(os.getpid())],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            # Threads of a linear algebra library would not survive a fork.
-            env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
-            process_group=0,  # Ctrl-C is for the sweep, which ends its processes
-        )
-        return self._process
-
-    def _line(self, timeout: float | None) -> dict[str, Any]:
-        assert self._process is not None
-        assert self._process.stdout is not None
-        descriptor = self._process.stdout.fileno()
-        end = None if timeout is None else time.monotonic() + timeout
-        while b"\n" not in self._read:
-            left = None if end is None else max(end - time.monotonic(), 0)
-            if not select.select([descriptor], [], [], left)[0]:
-                raise PointTimeoutError
-            read = os.read(descriptor, 1 << 16)
-            if not read:
-                raise PointDiedError(_cause(self._process.wait()))
-            self._read += read
-        line, _, self._read = self._read.partition(b"\n")
-        answer: dict[str, Any] = json.loads(line)
-        return answer
-
-
-def _cause(status: int) -> str:
-    if status >= 0:
-        return f"it ended with status {status}"
-    name = signal.Signals(-status).name if -status in list(signal.Signals) else str(-status)
-    return f"it was killed by {name}{', perhaps for want of memory' if -status == signal.SIGKILL else ''}"
+        self._pipe, there = Pipe()
+        with there:
+            # No module of its own: what such a one makes, no other process could read.
+            code = f"from dineros.analysis.sweeps.point import main; main({os.getpid()}, {there.fileno()})"
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-c", code],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                # Threads of a linear algebra library would not survive a fork.
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+                pass_fds=[there.fileno()],
+                process_group=0,  # Ctrl-C is for the sweep, which ends its processes
+            )
+        return self._pipe
 
 
 class PointProcesses:
@@ -158,10 +127,11 @@ class PointProcesses:
         SweepError
             The engines cannot be loaded.
         """
-        return Figures(**self.answer(job))
+        figures: Figures = self.answer(job)
+        return figures
 
-    def answer(self, job: Job | Part) -> dict[str, Any]:
-        """Return what is answered to a job, or an error; raises as `count`."""
+    def answer(self, job: Job | Part) -> Any:
+        """Return what is answered to a job, or why it has no answer; raises as `count`."""
         cause, work = "", job.work if isinstance(job, Part) else ""
         for _ in range(ATTEMPTS):
             if self.closed or work in self._ended:
@@ -179,11 +149,11 @@ class PointProcesses:
                 process.kill()
             except PointTimeoutError:
                 process.kill()
-                return {"seconds": job.timeout, "error": f"timeout after {job.timeout:g} s"}
+                return unanswered(job, f"timeout after {job.timeout:g} s", seconds=job.timeout)
             finally:
                 del self._busy[process]
                 self._idle.put(process)
-        return {"error": f"its process died {ATTEMPTS} times: {cause}"}
+        return unanswered(job, f"its process died {ATTEMPTS} times: {cause}")
 
     def end_work(self, work: str) -> None:
         """End the parts of a work, from another thread; those that come later do not begin."""
@@ -236,34 +206,14 @@ def local_figures(jobs: Iterable[Job], workers: int) -> Generator[tuple[Job, Fig
         The engines cannot be loaded.
     """
     processes = PointProcesses()
-    done: queue.Queue[tuple[Job, Figures] | BaseException | None] = queue.Queue()
-    waiting, turn = iter(jobs), threading.Lock()
-
-    def work() -> None:
+    with ThreadPoolExecutor(max(1, workers), "sweep") as threads:
+        counted = {threads.submit(processes.count, job): job for job in jobs}
         try:
-            while not processes.closed:
-                with turn:
-                    job = next(waiting, None)
-                if job is None:
-                    break
-                done.put((job, processes.count(job)))
-        except BaseException as error:  # is raised in the thread of the sweep
-            done.put(error)
-        done.put(None)
-
-    threads = [threading.Thread(target=work, name=f"sweep-{number}") for number in range(workers)]
-    for thread in threads:
-        thread.start()
-    try:
-        for _ in range(workers):
-            while (item := done.get()) is not None:
-                if isinstance(item, BaseException):
-                    raise item
-                yield item
-    finally:
-        while any(thread.is_alive() for thread in threads):
-            processes.close()  # again and again: a thread may be starting one just now
-            threads = [thread for thread in threads if thread.is_alive()]
-            for thread in threads:
-                thread.join(0.2)
-        processes.reap()
+            for figures in as_completed(counted):
+                yield counted[figures], figures.result()
+        finally:
+            for figures in counted:
+                figures.cancel()
+            while wait(counted, 0.2).not_done:
+                processes.close()  # again and again: a thread may be starting one just now
+            processes.reap()

@@ -93,16 +93,16 @@ class GuardedNet:
             constant -= weight * rule.constant
             for p, factor in rule.factors.items():
                 weights[p] = weights.get(p, 0) + weight * factor
-        return PlaceInvariant({p: w for p, w in weights.items() if w}, constant, flow.exact)
+        return PlaceInvariant({p: w for p, w in weights.items() if w}, constant)
 
     def drop(self, flow: PlaceInvariant, place: int, largest_growth: int) -> bool:
-        """Drop a place that an exact invariant over otherwise kept places determines.
+        """Drop a place that an invariant over otherwise kept places determines.
 
         Returns False, and changes nothing, when the guards on the place cannot be recovered with at most
         `largest_growth` additional events.
         """
         sign = flow.weights[place]
-        if abs(sign) != 1 or not flow.exact or any(p in self.determined for p in flow.weights):
+        if abs(sign) != 1 or any(p in self.determined for p in flow.weights):
             return False
         rule = Determined(flow.constant * sign, {p: -w * sign for p, w in flow.weights.items() if p != place})
         growth = 0
@@ -142,7 +142,7 @@ class GuardedNet:
         Parameters
         ----------
         flows
-            Exact invariants.
+            Invariants.
         largest_growth
             Additional events allowed for each dropped place.
         candidates

@@ -67,10 +67,8 @@ class SymbolicStateSpace:
         Number of reachable markings, exact.
     order : tuple of tuple of str
         Groups of places by level, bottom first.
-    nodes, peak_nodes : int
-        Nodes of the final diagram; most nodes held at any time.
-    memory : int
-        Bytes touched by node store, hash table and cache.
+    peak_nodes : int
+        Most nodes held at any time.
     search_work : int
         What the order search cost, in cache misses of saturation.
     """
@@ -82,12 +80,10 @@ class SymbolicStateSpace:
     diagram: Diagram
     search_work: int
     markings: int = 0
-    nodes: int = 0
     _counts: DiagramCounts | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         self.peak_nodes = self.diagram.peak_nodes
-        self.memory = self.diagram.bytes
         places, levels = self.net.places, self.encoding.levels
         self.order = tuple(tuple(places[p] for p in levels[k].places) for k in self.diagram.order)
         if self.complete:
@@ -97,7 +93,6 @@ class SymbolicStateSpace:
                 self.complete, self.reason = False, "memory"
                 return
             self.markings = self._counts.vectors()
-            self.nodes = self._counts.nodes
 
     @property
     def counts(self) -> DiagramCounts:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from subprocess import CompletedProcess
 
 from dineros.analysis.answers.budget import UNLIMITED, Budget
 from dineros.analysis.nets.compiled import CompiledNet
-from dineros.analysis.tina.programs import Printed, TinaError, workplace
+from dineros.analysis.tina.programs import TinaAnswerError, workplace
 
 #: Rows of the digest, such as ``#      states      12     5     ?     0     12``.
 _ROW = re.compile(r"^#\s*(states|transitions)\s+(\d+)\s+\S+\s+\S+\s+(\S+)\s+\S+\s*$", re.MULTILINE)
@@ -15,7 +16,6 @@ _ROW = re.compile(r"^#\s*(states|transitions)\s+(\d+)\s+\S+\s+\S+\s+(\S+)\s+\S+\
 _SIZE = re.compile(r"(\d+) places, (\d+) transitions")
 #: What TINA found of the net: ``# bounded, not live, reversible``. Anything else promises no bound.
 _BOUNDED = re.compile(r"^#\s*bounded\b", re.MULTILINE)
-_HINT = "this may be a version of TINA that is not known here; use another engine"
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def count(net: CompiledNet, budget: Budget = UNLIMITED) -> TinaCounts:
         return read_counts(net, place.run("tina", "-R", "-q", "net.net"))
 
 
-def read_counts(net: CompiledNet, printed: Printed) -> TinaCounts:
+def read_counts(net: CompiledNet, printed: CompletedProcess[str]) -> TinaCounts:
     """Read the counts of a net off what ``tina`` printed.
 
     Raises
@@ -66,13 +66,12 @@ def read_counts(net: CompiledNet, printed: Printed) -> TinaCounts:
     TinaError
         There is no digest, or it is that of another net.
     """
-    text = printed.output + "\n" + printed.errors
+    text = printed.stdout + "\n" + printed.stderr
     size = _SIZE.search(text)
     if size and (int(size[1]), int(size[2])) != (len(net.places), len(net.transitions)):
-        raise TinaError(
+        raise TinaAnswerError(
             f"tina has read {size[1]} places and {size[2]} transitions,"
-            f" where the net has {len(net.places)} and {len(net.transitions)}",
-            hint=_HINT,
+            f" where the net has {len(net.places)} and {len(net.transitions)}"
         )
     return read_digest(text)
 
@@ -97,7 +96,7 @@ def read_digest(printed: str) -> TinaCounts:
     """
     rows = {kind: (int(number), dead) for kind, number, dead in _ROW.findall(printed)}
     if not {"states", "transitions"} <= rows.keys():
-        raise TinaError("what tina printed holds no digest with states and transitions", hint=_HINT)
+        raise TinaAnswerError("what tina printed holds no digest with states and transitions")
     dead = rows["states"][1]
     return TinaCounts(
         rows["states"][0],

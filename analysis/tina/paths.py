@@ -10,7 +10,7 @@ from dineros.analysis.logic.language.syntax import Formula
 from dineros.analysis.logic.verdicts.verdict import ReplayError, check_counterexample
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.nets.witness import WitnessError, replay
-from dineros.analysis.tina.programs import TinaError
+from dineros.analysis.tina.programs import TinaAnswerError
 
 #: Parts of a .scn file. Times, which follow a transition after ``@`` or ``$``, are none: our nets have none.
 _PART = re.compile(
@@ -18,7 +18,6 @@ _PART = re.compile(
     r"|\{(?P<braced>(?:[^{}\\]|\\.)*)\}(?=\s|\Z)|(?P<plain>[A-Za-z0-9_']+)(?=\s|\Z)",
     re.DOTALL | re.MULTILINE,
 )
-_HINT = "this may be a version of TINA that is not known here; use another engine"
 
 
 def read_sequence(net: CompiledNet, text: str, program: str) -> list[list[int]]:
@@ -56,7 +55,7 @@ def read_sequence(net: CompiledNet, text: str, program: str) -> list[list[int]]:
         part = _PART.match(text, position)
         if part is None:
             near = " ".join(text[position : position + 40].split())
-            raise TinaError(f"{program} wrote a path that cannot be read: {near!r}", hint=_HINT)
+            raise TinaAnswerError(f"{program} wrote a path that cannot be read: {near!r}")
         position = part.end()
         if part.lastgroup == "line":
             rows.append([])
@@ -65,8 +64,8 @@ def read_sequence(net: CompiledNet, text: str, program: str) -> list[list[int]]:
                 re.sub(r"\\(.)", r"\1", part["braced"], flags=re.DOTALL) if part["braced"] else part["plain"]
             )
             if name not in index:
-                raise TinaError(
-                    f"{program} wrote a path with {name!r}, which is no transition of the net", hint=_HINT
+                raise TinaAnswerError(
+                    f"{program} wrote a path with {name!r}, which is no transition of the net"
                 )
             rows[-1].append(index[name])
     return [row for row in rows if row]
@@ -85,11 +84,11 @@ def to_goal(
     try:
         markings = replay(net, trace)
     except WitnessError as error:
-        raise TinaError(f"the path of {program} is none of the net: {error}", hint=_HINT) from None
+        raise TinaAnswerError(f"the path of {program} is none of the net: {error}") from None
     for length, marking in enumerate(markings):
         if is_goal(marking):
             return tuple(trace[:length])
-    raise TinaError(f"the path of {program} does not lead to what was asked for", hint=_HINT)
+    raise TinaAnswerError(f"the path of {program} does not lead to what was asked for")
 
 
 def lasso(
@@ -115,7 +114,7 @@ def lasso(
     try:
         markings = [tuple(marking) for marking in replay(net, trace)]
     except WitnessError as error:
-        raise TinaError(f"the counterexample of selt is no run of the net: {error}", hint=_HINT) from None
+        raise TinaAnswerError(f"the counterexample of selt is no run of the net: {error}") from None
     last = markings[-1]
     returns = [start for start in range(len(trace)) if markings[start] == last]
     line = len(trace) - (len(rows[-1]) if rows else 0)
@@ -128,4 +127,4 @@ def lasso(
         except ReplayError:
             continue
         return stem, loop
-    raise TinaError("what selt shows as a counterexample does not violate the formula", hint=_HINT)
+    raise TinaAnswerError("what selt shows as a counterexample does not violate the formula")

@@ -27,22 +27,21 @@ class TinaError(DinerosError):
     """TINA is not there, failed, or printed what cannot be read."""
 
 
+class TinaAnswerError(TinaError):
+    """A program of TINA said what cannot be read, or is not so."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(
+            message, hint="this may be a version of TINA that is not known here; use another engine"
+        )
+
+
 class TinaBudgetError(TinaError):
     """A program of TINA took more than it may: why the answer is not known, as reports say it."""
 
-    why = ""
-
-
-class TinaTimeoutError(TinaBudgetError):
-    """A program of TINA took longer than it may."""
-
-    why = RAN_OUT["time"]
-
-
-class TinaMemoryError(TinaBudgetError):
-    """A program of TINA says that it got too little memory."""
-
-    why = RAN_OUT["memory"]
+    def __init__(self, why: str, message: str, hint: str) -> None:
+        super().__init__(message, hint=hint)
+        self.why = why
 
 
 _NO_MEMORY = re.compile(
@@ -70,20 +69,6 @@ def tool(name: str = "tina") -> Path:
 
 
 @dataclass(frozen=True)
-class Printed:
-    """What a program printed.
-
-    Attributes
-    ----------
-    output, errors : str
-        On standard output and on standard error.
-    """
-
-    output: str
-    errors: str
-
-
-@dataclass(frozen=True)
 class Workplace:
     """A folder with nets as files, where programs of TINA run.
 
@@ -105,15 +90,13 @@ class Workplace:
 
         save(to_model(net, "net"), self.folder / name)
 
-    def run(self, name: str, *arguments: str) -> Printed:
+    def run(self, name: str, *arguments: str) -> subprocess.CompletedProcess[str]:
         """Run a program.
 
         Raises
         ------
-        TinaTimeoutError
-            It took too long.
-        TinaMemoryError
-            It says that it got too little memory, of which there is a limit.
+        TinaBudgetError
+            It took too long, or says that it got too little memory, of which there is a limit.
         TinaError
             It is not there, does not run, or failed.
         """
@@ -144,20 +127,20 @@ class Workplace:
             left = self.budget.left
             output, errors = process.communicate(timeout=None if left is None else max(left, 0.01))
         except subprocess.TimeoutExpired:
-            raise TinaTimeoutError(
-                f"{name} took more than {self.budget.seconds:g} s",
-                hint="give it more time, or use another engine",
-            ) from None
+            message = f"{name} took more than {self.budget.seconds:g} s"
+            hint = "give it more time, or use another engine"
+            raise TinaBudgetError(RAN_OUT["time"], message, hint) from None
         finally:
             end_group(process)
         if self.budget.memory_bytes is not None and _ran_out_of_memory(process.returncode, errors + output):
-            raise TinaMemoryError(f"{name}: {RAN_OUT['memory']}", hint="give it more, or use another engine")
+            why = RAN_OUT["memory"]
+            raise TinaBudgetError(why, f"{name}: {why}", "give it more, or use another engine")
         if process.returncode:
             raise TinaError(
                 f"{name} failed with exit status {process.returncode}: {_last_line(output, errors)}",
                 hint="or it had too little memory; another engine may answer",
             )
-        return Printed(output, errors)
+        return subprocess.CompletedProcess(process.args, 0, output, errors)
 
     def _limit(self, process: subprocess.Popen[str]) -> None:
         memory = self.budget.memory_bytes

@@ -24,7 +24,7 @@ from dineros.analysis.nets.witness import ending_with_one_of
 from dineros.analysis.tina.digest import read_counts
 from dineros.analysis.tina.formulas import PARTIAL, always, fair_text, formula_text, not_
 from dineros.analysis.tina.paths import lasso, read_sequence, to_goal
-from dineros.analysis.tina.programs import Printed, TinaBudgetError, Workplace, workplace
+from dineros.analysis.tina.programs import TinaBudgetError, Workplace, workplace
 from dineros.analysis.tina.trial import ask, try_reachability, try_temporal
 
 #: How sift tells at which state it stopped: the manual numbers states, and leaves open how one is told.
@@ -38,17 +38,9 @@ def find_enabled(
     budget: Budget = UNLIMITED,
     order: Order = "breadth-first",
 ) -> Outcome:
-    """Find a trace that ends with a transition of a name, by ``sift`` and ``pathto``.
-
-    Raises
-    ------
-    FormulaError
-        No transition has the name.
-    TinaError
-        A program is not there, failed, or answered what cannot be read or is not so.
-    """
+    """Find a trace that ends with a transition of a name; asked and answered as `find_marking`."""
     wanted = names.transitions(name)
-    answer = find_condition(net, Enabled(Name(name)), names, budget, order)
+    answer = find_marking(net, Enabled(Name(name)), names, budget, order)
     if answer.trace is None:
         return answer
     return replace(answer, trace=ending_with_one_of(net, answer.trace, wanted))
@@ -56,26 +48,7 @@ def find_enabled(
 
 def find_marking(
     net: CompiledNet,
-    text: str,
-    names: Names,
-    budget: Budget = UNLIMITED,
-    order: Order = "breadth-first",
-) -> Outcome:
-    """Find a trace to a marking that fulfils a condition, by ``sift`` and ``pathto``.
-
-    Raises
-    ------
-    FormulaError
-        The text is no condition on markings, or names something unknown.
-    TinaError
-        A program is not there, failed, or answered what cannot be read or is not so.
-    """
-    return find_condition(net, parse(text, "state"), names, budget, order)
-
-
-def find_condition(
-    net: CompiledNet,
-    condition: Formula,
+    condition: str | Formula,
     names: Names,
     budget: Budget = UNLIMITED,
     order: Order = "breadth-first",
@@ -89,7 +62,7 @@ def find_condition(
     ----------
     net : CompiledNet
         The net.
-    condition : Formula
+    condition : str or Formula
         A condition without temporal operators.
     names : Names
         What its names stand for.
@@ -102,21 +75,22 @@ def find_condition(
     Raises
     ------
     FormulaError
-        A name is unknown.
+        It is no condition on markings, or names something unknown.
     TinaError
         A program is not there, failed, or answered what cannot be read or is not so.
     """
-    atoms = BoundAtoms(net, condition, names)
-    goal = formula_text(net, condition, atoms)
+    tree = parse(condition, "state") if isinstance(condition, str) else condition
+    atoms = BoundAtoms(net, tree, names)
+    goal = formula_text(net, tree, atoms)
 
     def is_goal(marking: list[int]) -> bool:
-        return holds_on_lasso(condition, [], [Step(tuple(marking), None)], atoms.is_true)
+        return holds_on_lasso(tree, [], [Step(tuple(marking), None)], atoms.is_true)
 
     with workplace(net, budget) as place:
         try:
             try_reachability(place)
             way = "-bf" if order == "breadth-first" else "-df"
-            printed = place.run("sift", "-R", way, "net.net", "found.ktz", "-f", not_(goal))
+            printed = place.run("sift", "-R", way, "net.net", "found.ktz", "-f", not_(goal)).stdout
             if ask(place, "found.ktz", always(not_(goal))):
                 if ask(place, "found.ktz", always(not_(PARTIAL))):
                     return Outcome("unreachable")
@@ -185,11 +159,11 @@ def verify(
     return verdict("violated", stem, loop)
 
 
-def _path(net: CompiledNet, place: Workplace, printed: Printed, goal: str) -> tuple[list[int], str]:
+def _path(net: CompiledNet, place: Workplace, printed: str, goal: str) -> tuple[list[int], str]:
     """Return a firing sequence to the state at which sift stopped, and which program wrote it."""
-    states = set(_STATE.findall(printed.output))
+    states = set(_STATE.findall(printed))
     if len(states) == 1:
-        program, text = "pathto", place.run("pathto", states.pop(), "-t", "found.ktz").output
+        program, text = "pathto", place.run("pathto", states.pop(), "-t", "found.ktz").stdout
     else:
         program, text = "selt", _counterexample(place, "found.ktz", always(not_(goal))) or ""
     return [t for row in read_sequence(net, text, program) for t in row], program

@@ -19,7 +19,7 @@ from dineros.analysis.logic.language.parser import parse
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.tina.digest import read_counts
 from dineros.analysis.tina.formulas import PARTIAL, always, formula_text, not_
-from dineros.analysis.tina.programs import TinaError, Workplace, tool
+from dineros.analysis.tina.programs import TinaAnswerError, TinaError, Workplace, tool
 
 #: Its one run fires ``t{1}`` and ``u``, and ends.
 TRIAL = CompiledNet.build(
@@ -71,14 +71,11 @@ def ask(place: Workplace, graph: str, text: str) -> bool:
         It failed, or did not answer with TRUE or FALSE.
     """
     # -q -b: the truth value, no banner, no times; -wp 0: nothing is waited for while something is enabled.
-    output = place.run("selt", graph, "-f", text, "-q", "-b", "-wp", "0").output
+    output = place.run("selt", graph, "-f", text, "-q", "-b", "-wp", "0").stdout
     said = [line.strip() for line in output.splitlines() if line.strip() in ("TRUE", "FALSE")]
     if len(said) != 1:
         first = next((line.strip()[:80] for line in output.splitlines() if line.strip()), "nothing")
-        raise TinaError(
-            f"selt answers neither TRUE nor FALSE but {first!r}",
-            hint="this may be a version of TINA that is not known here; use another engine",
-        )
+        raise TinaAnswerError(f"selt answers neither TRUE nor FALSE but {first!r}")
     return said[0] == "TRUE"
 
 

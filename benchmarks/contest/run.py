@@ -18,9 +18,11 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from benchmarks._processes import mebibytes, processor_seconds
 from benchmarks.contest.archives import unpack
 from benchmarks.contest.tables import print_tables
 from dineros.analysis.properties.property import GLOBAL_PROPERTIES
@@ -131,31 +133,15 @@ def _watched(command: list[str], seconds: float, memory: int) -> tuple[list[dict
             status = process.wait(WATCH_SECONDS)
             ended = "done" if status == 0 else f"status {status}"
         except subprocess.TimeoutExpired:
-            if _processor(process.pid) > seconds or time.monotonic() > until:
-                ended = "time"
-            elif _resident(process.pid) > memory:
-                ended = "memory"
+            with suppress(OSError, IndexError):  # it has just ended
+                if processor_seconds(process.pid) > seconds or time.monotonic() > until:
+                    ended = "time"
+                elif mebibytes(process.pid) * 2**20 > memory:
+                    ended = "memory"
     process.kill()
     process.wait()
     reader.join()
     return answers, ended
-
-
-def _processor(process: int) -> float:
-    """Return the seconds of processor time of a process and of those that it has waited for."""
-    try:
-        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
-    except (OSError, IndexError):
-        return 0.0
-    return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
-
-
-def _resident(process: int) -> int:
-    try:
-        pages = int(Path(f"/proc/{process}/statm").read_text().split()[1])
-    except (OSError, IndexError):
-        return 0
-    return pages * os.sysconf("SC_PAGE_SIZE")
 
 
 if __name__ == "__main__":

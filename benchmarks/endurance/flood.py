@@ -23,6 +23,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+from benchmarks._processes import mebibytes
 from benchmarks.endurance.applications import APPLICATIONS
 from dineros.analysis.conformance import conform
 from dineros.metamodel.records import read_trace, traces_of_runs
@@ -147,7 +148,7 @@ def _measure(supervisor: int, traces: Path) -> tuple[float, float, float, float,
         event = json.loads(line)
         if event["event"] == "started":
             processes[event["process"]] = event["name"]
-    memory: Mapping[str, float] = {name: _anonymous(process) for process, name in processes.items()}
+    memory: Mapping[str, float] = {name: mebibytes(process, "RssAnon") for process, name in processes.items()}
     disk = 0
     for path in traces.rglob("*"):
         with suppress(FileNotFoundError):  # pruned meanwhile
@@ -155,11 +156,6 @@ def _measure(supervisor: int, traces: Path) -> tuple[float, float, float, float,
     descriptors = sum(len(list(Path(f"/proc/{process}/fd").iterdir())) for process in processes)
     own = memory["executor"], memory["supervisor"]
     return sum(memory.values()), *own, disk / 2**20, descriptors
-
-
-def _anonymous(process: int) -> float:
-    status = Path(f"/proc/{process}/status").read_text(encoding="ascii")
-    return int(status.partition("RssAnon:")[2].split()[0]) / 1024
 
 
 def draw(samples: list[Sample], path: Path) -> None:

@@ -12,8 +12,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import os
-import re
 import signal
 import subprocess
 import sys
@@ -26,6 +24,7 @@ from pathlib import Path
 from statistics import linear_regression
 from typing import NamedTuple
 
+from benchmarks._processes import mebibytes, processor_seconds
 from dineros.analysis.conformance import Verdict, conform
 from dineros.metamodel import sym
 from dineros.metamodel.build import flow
@@ -152,25 +151,15 @@ def run(
             for name, process in processes.items():
                 if process.poll() is not None:
                     raise PeriodicError((folder / f"{name}.log").read_text(encoding="utf-8"))
-            talker, logger = (_used(processes[name].pid) for name in NODES)
-            memory = talker[0], logger[0], talker[1], logger[1]
-            yield Sample(time.monotonic() - started, *memory, talker[2] + logger[2])
+            both = [processes[name].pid for name in NODES]
+            memory = [mebibytes(process, name) for name in ("VmRSS", "RssAnon") for process in both]
+            used = sum(map(processor_seconds, both))
+            yield Sample._make([time.monotonic() - started, *memory, used])
     finally:
         for process in processes.values():
             process.send_signal(signal.SIGINT)
         for process in processes.values():
             process.wait(PATIENCE)
-
-
-def _used(process: int) -> tuple[float, float, float]:
-    """Return resident and anonymous memory in MiB, and seconds of the processor."""
-    status = Path(f"/proc/{process}/status").read_text(encoding="ascii")
-    resident, anonymous = (
-        int(re.findall(rf"^{name}:\s+(\d+) kB$", status, re.MULTILINE)[0]) / 1024
-        for name in ("VmRSS", "RssAnon")
-    )
-    words = Path(f"/proc/{process}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-    return resident, anonymous, (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def replayed(period: float, folder: Path) -> Verdict:

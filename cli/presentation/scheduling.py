@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Callable, Mapping, Sequence
-from copy import deepcopy
 from typing import TYPE_CHECKING, Any
 
 from dineros.cli.searching import search
@@ -14,6 +13,7 @@ if TYPE_CHECKING:
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import Subject
     from dineros.analysis.properties.property import GroupedNames, Property, PropertyAnswer
+    from dineros.analysis.sweeps.parts import PartAnswer
     from dineros.analysis.witnesses.findings import Report
     from dineros.metamodel import pn
 
@@ -40,7 +40,7 @@ def answer_on_workers(
 
     from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.sweeps.cluster import cluster_answers
-    from dineros.analysis.sweeps.parts import all_of, check_names, conjuncts, outcome_of, question_parts
+    from dineros.analysis.sweeps.parts import all_of, check_names, conjuncts, question_parts
     from dineros.metamodel.files.xmi import xmi_bytes
 
     check_names(subject, asked["kind"], asked["text"])
@@ -53,8 +53,8 @@ def answer_on_workers(
     ]
     known, answer = dict[str, Outcome](), None
     with closing(cluster_answers(parts, address)) as answers:
-        for part, found in answers:
-            text, said = part.asked["text"], outcome_of(subject.net, found)
+        for part, said in answers:
+            text = part.asked["text"]
             if known.get(text, Outcome("unknown")).status == "unknown":
                 known[text] = said
             answer = all_of(known, texts)
@@ -80,19 +80,16 @@ def properties_on_workers(
     """Divide properties among workers, and tell their answers as they come; raises as the other."""
     from contextlib import closing
 
-    from dineros.analysis.properties.property import PropertyAnswer
     from dineros.analysis.sweeps.cluster import cluster_answers
-    from dineros.analysis.sweeps.parts import property_parts
+    from dineros.analysis.sweeps.parts import property_answers, property_parts
     from dineros.metamodel.files.xmi import xmi_bytes
 
     told = {**asked, "memory": _of_engines(asked["memory"])}
     parts = property_parts(xmi_bytes(subject.model).decode(), told, properties, names, uuid.uuid4().hex)
     with closing(cluster_answers(parts, address)) as found:
         for part, answer in found:
-            why = str(answer.get("error") or "no answer")
-            unknown = [{"id": one["id"], "reason": why} for one in part.asked["properties"]]
-            for one in answer.get("answers", unknown):
-                answered(PropertyAnswer(**{"value": None, "seconds": 0.0, **one}))
+            for one in property_answers(part, answer):
+                answered(one)
 
 
 def check_on_workers(
@@ -113,6 +110,7 @@ def check_on_workers(
     """
     from contextlib import closing
 
+    from dineros.analysis.answers.outcome import Outcome
     from dineros.analysis.evidence.confirmation import Confirmation
     from dineros.analysis.model.subject import base_subject
     from dineros.analysis.sweeps.cluster import cluster_answers
@@ -122,19 +120,18 @@ def check_on_workers(
 
     text, engines = xmi_bytes(model).decode(), _of_engines(memory)
     parts = check_parts(text, at_any_cost, engines, uuid.uuid4().hex, is_confirmed)
-    subject, answers, said = base_subject(model), dict[tuple[str, ...], dict[str, Any]](), None
+    subject, said = base_subject(model), None
+    answers: dict[tuple[str, ...], PartAnswer] = {}
     with closing(cluster_answers(parts, address)) as found:
         for part, answer in found:
-            if not part.asked.get("confirm"):
-                answers[part.questions] = answer
-            elif "findings" in answer:
-                said = answer["confirmation"]
-            else:
-                said = {"agrees": None, "by": (), "reason": str(answer.get("error") or "no answer")}
+            if part.asked.get("confirm"):
+                said = Confirmation(None, reason=answer.reason) if isinstance(answer, Outcome) else answer
+                continue
+            answers[part.questions] = answer
             told = Report()
             for each in parts:  # in their order, whoever was first
                 if each.questions in answers:
-                    add_report(told, subject, each, deepcopy(answers[each.questions]))
+                    add_report(told, subject, each, answers[each.questions])
             report.findings, report.proved, report.unknown = told.findings, told.proved, told.unknown
             search().refresh()
-    return None if said is None else Confirmation(said["agrees"], tuple(said["by"]), said["reason"])
+    return said

@@ -16,7 +16,6 @@ OTHERWISE_OPENED = {
     "analysis/logic/language/parser.py": "our grammar",
     "analysis/nets/memory.py": "/proc and /sys, where no plain file is",
     "analysis/sweeps/grid.py": "a temporary folder of our own",
-    "analysis/sweeps/point.py": "/proc; /dev/null",
     "analysis/tina/questions.py": "a temporary folder of our own",
     "cli/commands/models/view.py": "a temporary file of our own",
     "cli/failures.py": "/dev/null",

@@ -48,7 +48,7 @@ def test_bounds_and_verdict_agree_with_plain_search(net: CompiledNet) -> None:
         if answer.bounds is not None:
             assert answer.bounds == tuple(max(column) for column in zip(*graph.successors, strict=True))
     if answer.is_bounded is False:
-        assert answer.pumping is not None and answer.unbounded_places
+        assert answer.pumping is not None and answer.pumping.places
         marking = net.initial.tolist()
         for t in [*answer.pumping.prefix, *answer.pumping.suffix * 5]:
             marking = net.fire(t, marking)
@@ -65,7 +65,7 @@ def test_a_producer_pumps_its_buffer() -> None:
     answer = coverability(net)
     assert (answer.is_bounded, answer.bounds) == (False, (1, 1, inf))
     assert answer.pumping is not None
-    assert (answer.pumping.prefix, answer.pumping.suffix, answer.unbounded_places) == ((0,), (1,), (2,))
+    assert (answer.pumping.prefix, answer.pumping.suffix, answer.pumping.places) == ((0,), (1,), (2,))
 
 
 def test_an_inhibitor_arc_that_limits_the_buffer_leaves_the_answer_open() -> None:
@@ -77,7 +77,7 @@ def test_an_inhibitor_arc_that_limits_the_buffer_leaves_the_answer_open() -> Non
 def test_an_inhibitor_arc_elsewhere_does_not_hide_the_pumping() -> None:
     other = Transition("produce", {"ready": 1}, {"ready": 1, "buffer": 1}, {"off": 1})
     answer = coverability(CompiledNet.build({"ready": 1, "buffer": 0, "off": 0}, [other]))
-    assert answer.is_bounded is False and answer.unbounded_places == (1,)
+    assert answer.is_bounded is False and answer.pumping is not None and answer.pumping.places == (1,)
 
 
 def test_bounded_without_inhibitor_arcs_is_bounded_with_them() -> None:

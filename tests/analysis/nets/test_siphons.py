@@ -9,8 +9,6 @@ from hypothesis import given, settings
 from dineros.analysis.nets.compiled import CompiledNet, Transition
 from dineros.analysis.nets.siphons import (
     commoner,
-    is_siphon,
-    is_trap,
     largest_trap,
     minimal_siphons,
     minimal_traps,
@@ -34,12 +32,11 @@ def _closed_sets(net: CompiledNet, traps: bool) -> list[set[int]]:
 @settings(max_examples=50, deadline=None)
 @given(nets())
 def test_minimal_siphons_and_traps_are_those_of_the_definition(net: CompiledNet) -> None:
-    for traps, search, test in ((False, minimal_siphons, is_siphon), (True, minimal_traps, is_trap)):
+    for traps, search in ((False, minimal_siphons), (True, minimal_traps)):
         closed = _closed_sets(net, traps)
         minimal = {tuple(sorted(s)) for s in closed if not any(other < s for other in closed)}
         family = search(net)
         assert family.is_complete and set(family.members) == minimal
-        assert all(test(net, member) for member in family.members)
 
 
 @settings(max_examples=50, deadline=None)

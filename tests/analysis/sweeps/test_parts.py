@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import pickle
 import signal
 import threading
 import time
@@ -33,10 +34,11 @@ from dineros.analysis.sweeps.parts import (
     answer_part,
     check_parts,
     conjuncts,
-    outcome_of,
+    property_answers,
     property_parts,
     question_parts,
 )
+from dineros.analysis.sweeps.point import unanswered
 from dineros.analysis.sweeps.workers import PointProcesses
 from dineros.analysis.witnesses.findings import Report, witness_of
 from dineros.metamodel import pn
@@ -93,8 +95,8 @@ def with_overflow() -> pn.Net:
 def test_parts_of_a_check_say_together_what_it_says(model: pn.Net) -> None:
     report, subject = Report(), base_subject(model)
     for part in check_parts(text(model), False, None, "work"):
-        assert Part.from_json(part.to_json()) == part
-        add_report(report, subject, part, answer_part(part))
+        assert pickle.loads(pickle.dumps(part)) == part
+        add_report(report, subject, part, pickle.loads(pickle.dumps(answer_part(part))))
     assert rows(report) == rows(check(model))
 
 
@@ -125,7 +127,7 @@ def test_whoever_is_asked_answers_the_same(kind: str, what: str, status: str) ->
     parts = question_parts(text(model), asked(kind, what), None, None, "work")
     assert len(parts) == (1 if kind == "ltl" else 3)
     for part in parts:
-        outcome = outcome_of(subject.net, answer_part(part))
+        outcome = pickle.loads(pickle.dumps(answer_part(part)))
         assert outcome.status == status
         if status == "reachable":
             witness = witness_of(subject, outcome.stem)  # replayed
@@ -133,7 +135,7 @@ def test_whoever_is_asked_answers_the_same(kind: str, what: str, status: str) ->
 
 
 def test_properties_are_divided_and_answered_the_same() -> None:
-    """Groups of transitions and global questions, too: each part is told all that it needs, as text."""
+    """Groups of transitions and global questions, too: each part is told all that it needs."""
     subject = subject_of(talker(), "none")
     names, net = GroupedNames(subject.names), subject.net
     group = names.group(net.transitions[:2])
@@ -146,7 +148,8 @@ def test_properties_are_divided_and_answered_the_same() -> None:
     told = {"signals": "none", "overflow": "weighted", "memory": None, "seconds": 20.0}
     parts = property_parts(text(talker()), told, properties, names, "work")
     assert len(parts) == len(properties)
-    found = {one["id"]: one["value"] for part in parts for one in answer_part(part)["answers"]}
+    sent = [pickle.loads(pickle.dumps(part)) for part in parts]
+    found = {one.id: one.value for part in sent for one in property_answers(part, answer_part(part))}
     assert found == {one.id: one.value for one in answer_properties(net, names, properties)}
     assert None not in found.values()
 
@@ -166,9 +169,11 @@ def test_a_conjunction_is_answered_by_its_formulas() -> None:
 
 
 def test_what_died_is_unknown() -> None:
-    died = {"error": "its workers died: KilledWorker"}
-    outcome = outcome_of(subject_of(talker(), "none").net, died)
-    assert (outcome.status, outcome.reason) == ("unknown", died["error"])
+    died = Outcome("unknown", reason="its workers died: KilledWorker")
+    part = Part("", "properties", {"properties": [Property("a", "global")]})
+    assert unanswered(part, died.reason) == died
+    (answer,) = property_answers(part, died)
+    assert (answer.id, answer.value, answer.reason) == ("a", None, died.reason)
     report, model = Report(), talker()
     for number, part in enumerate(check_parts(text(model), False, None, "work")):
         add_report(report, base_subject(model), part, died if number == 1 else answer_part(part))
@@ -184,15 +189,15 @@ def test_parts_that_nobody_waits_for_end() -> None:
         apply(model, f"{color}Objects.tokens=60")
     (part, *_) = question_parts(text(model), asked("ctl", "AG EF (Shown >= 180)"), None, None, "long")
     processes = PointProcesses()
-    said: list[dict[str, Any]] = []
+    said: list[Outcome] = []
     thread = threading.Thread(target=lambda: said.append(processes.answer(part)))
     thread.start()
     while not processes._busy:
         time.sleep(0.01)
     processes.end_work("long")
     thread.join(60)
-    assert not thread.is_alive() and "error" in said[0]
-    assert "error" in processes.answer(part)  # nor is it begun again
+    assert not thread.is_alive() and "died" in said[0].reason
+    assert "died" in processes.answer(part).reason  # nor is it begun again
     processes.reap()
 
 
@@ -238,7 +243,7 @@ def test_the_first_who_knows_ends_the_others(cluster: LocalCluster) -> None:
         apply(model, f"{color}Objects.tokens=60")
     hard = question_parts(text(model), asked("ctl", "AG EF (Shown >= 180)"), None, None, "first")[:1]
     with closing(cluster_answers([*hard, *easy], cluster.scheduler_address)) as answers:
-        assert next(answers)[1]["status"] == "unreachable"
+        assert next(answers)[1].status == "unreachable"
     deadline = time.monotonic() + 60
     while any(clusters_busy(cluster)):
         assert time.monotonic() < deadline

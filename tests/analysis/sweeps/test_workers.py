@@ -7,19 +7,16 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from case_study.build import build
 from dineros.analysis.sweeps import Axis, Figures, Grid
 from dineros.analysis.sweeps.parts import Part
-from dineros.analysis.sweeps.point import Job, count
+from dineros.analysis.sweeps.point import Job, PointDiedError, count
 from dineros.analysis.sweeps.workers import (
     ATTEMPTS,
-    PointDiedError,
     PointProcess,
     PointProcesses,
     PointTimeoutError,
@@ -79,19 +76,13 @@ def pid_of(process: PointProcess) -> int:
     return process._process.pid
 
 
-def test_a_job_travels_as_a_line() -> None:
-    sent = job(3, timeout=1.5)
-    assert "\n" not in sent.to_json()
-    assert Job.from_json(sent.to_json()) == sent
-
-
 def test_each_point_has_a_process_of_its_own(process: PointProcess) -> None:
     here = count(small())
     process.start(small())
-    first = process.finish(None)
+    first = process.answer(None)
     server = pid_of(process)
     process.start(small())
-    again = process.finish(None)
+    again = process.answer(None)
     assert pid_of(process) == server
     for there in (first, again):
         assert (there.states, there.arcs, there.complete, there.error) == (here.states, here.arcs, True, "")
@@ -106,9 +97,9 @@ def test_a_killed_point_is_noticed_and_the_process_goes_on(process: PointProcess
     (point,) = children(server)
     os.kill(point, signal.SIGKILL)
     with pytest.raises(PointDiedError, match="killed by SIGKILL"):
-        process.finish(None)
+        process.answer(None)
     process.start(small())
-    assert process.finish(None).complete
+    assert process.answer(None).complete
     assert pid_of(process) == server
 
 
@@ -118,11 +109,11 @@ def test_a_point_that_takes_too_long_ends_with_its_process(process: PointProcess
     wait_for(lambda: children(server))
     (point,) = children(server)
     with pytest.raises(PointTimeoutError):
-        process.finish(0.1)
+        process.answer(0.1)
     process.kill()
     wait_for(lambda: not runs(server) and not runs(point))
     process.start(small())
-    assert process.finish(None).complete
+    assert process.answer(None).complete
 
 
 def test_a_killed_process_takes_its_point_along(process: PointProcess) -> None:
@@ -132,7 +123,7 @@ def test_a_killed_process_takes_its_point_along(process: PointProcess) -> None:
     (point,) = children(server)
     os.kill(server, signal.SIGKILL)
     with pytest.raises(PointDiedError):
-        process.finish(None)
+        process.answer(None)
     wait_for(lambda: not runs(point))
 
 
@@ -144,11 +135,11 @@ class Fragile(PointProcess):
     def start(self, job: Job | Part) -> None:
         pass
 
-    def answer(self, timeout: float | None) -> dict[str, Any]:
+    def answer(self, timeout: float | None) -> Figures:
         if type(self).deaths:
             type(self).deaths -= 1
             raise PointDiedError("it was killed by SIGKILL")
-        return asdict(Figures(states=1, complete=True))
+        return Figures(states=1, complete=True)
 
 
 @pytest.mark.parametrize("deaths", range(ATTEMPTS + 1))
@@ -184,6 +175,6 @@ def test_a_sweep_that_is_given_up_ends_its_processes() -> None:
 def test_what_fails_is_an_error_of_its_point(process: PointProcess) -> None:
     (point,) = Grid((Axis.parse("RedObjects.tokens=-1"),))
     process.start(Job(small().model, point))
-    figures = process.finish(None)
+    figures = process.answer(None)
     assert not figures.complete
     assert "place 'RedObjects' holds -1 tokens" in figures.error

@@ -11,9 +11,8 @@ from dineros.analysis.answers.budget import Budget
 from dineros.analysis.nets.compiled import CompiledNet
 from dineros.analysis.tina.programs import (
     LONGEST_ARGUMENT,
+    TinaBudgetError,
     TinaError,
-    TinaMemoryError,
-    TinaTimeoutError,
     workplace,
 )
 from dineros.metamodel.files import load
@@ -33,9 +32,9 @@ def test_it_runs_where_the_net_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     with workplace(NET) as place:
         printed = place.run("sift", "net.net")
         assert load(place.folder / "net.net").pages
-    assert printed.output.startswith(f"{place.folder}\n")
-    assert "tr t a ->" in printed.output
-    assert printed.errors == "careful\n"
+    assert printed.stdout.startswith(f"{place.folder}\n")
+    assert "tr t a ->" in printed.stdout
+    assert printed.stderr == "careful\n"
     assert not place.folder.exists()
 
 
@@ -43,7 +42,7 @@ def test_time_ends_it_with_what_it_started(tmp_path: Path, monkeypatch: pytest.M
     program(tmp_path, monkeypatch, f"sleep 60 & echo $! > {tmp_path}/started; wait")
     with (
         workplace(NET, Budget(seconds=1)) as place,
-        pytest.raises(TinaTimeoutError, match="sift took more than 1 s"),
+        pytest.raises(TinaBudgetError, match="sift took more than 1 s"),
     ):
         place.run("sift")
     stat = Path("/proc", (tmp_path / "started").read_text().strip(), "stat")
@@ -61,7 +60,7 @@ def test_memory_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     """The limit may reach a program when it runs already, so that it waits for it."""
     program(tmp_path, monkeypatch, "while [ $(ulimit -v) = unlimited ]; do :; done; ulimit -v")
     with workplace(NET, Budget(1 << 30, seconds=20)) as place:
-        assert place.run("sift").output == "1048576\n"
+        assert place.run("sift").stdout == "1048576\n"
 
 
 @pytest.mark.parametrize("limit", [1 << 30, None])
@@ -80,7 +79,7 @@ def test_too_little_memory_is_no_failure(
     program(tmp_path, monkeypatch, ending)
     with workplace(NET, Budget(limit)) as place, pytest.raises(TinaError) as caught:
         place.run("sift")
-    assert isinstance(caught.value, TinaMemoryError) == (limit is not None)
+    assert isinstance(caught.value, TinaBudgetError) == (limit is not None)
 
 
 @pytest.mark.parametrize(
