@@ -9,8 +9,9 @@ The generated packages (`pn`, `sym`, `rtm`, `pnm`, `trace`) use nothing else of 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 from pyecore.ecore import EDouble, EDoubleObject, EEnum
 from pyecore.valuecontainer import BadValueError
@@ -48,6 +49,7 @@ else:
     from pyecore.ecore import EObject, MetaEClass
 
 T = TypeVar("T")
+F = TypeVar("F", bound=Callable[..., object])
 
 __all__ = [
     "EObject",
@@ -58,6 +60,7 @@ __all__ = [
     "features_of",
     "initialise",
     "refuse_unknown",
+    "remembered",
     "resolve_references",
     "show",
 ]
@@ -81,16 +84,17 @@ class ModelList(Generic[T]):
 
 
 _NUMBERS = (EDouble, EDoubleObject)
-_FEATURES: dict[type, dict[str, Any]] = {}
 
 
+def remembered(function: F) -> F:
+    """Let a function of a class remember what it returned; `functools.cache`, which mypy gives no classes."""
+    return cast(F, cache(function))
+
+
+@remembered
 def features_of(cls: type[EObject]) -> dict[str, Any]:
     """Return the structural features of a model class by name."""
-    known = _FEATURES.get(cls)
-    if known is None:
-        known = {feature.name: feature for feature in cls.eClass.eAllStructuralFeatures()}
-        _FEATURES[cls] = known
-    return known
+    return {feature.name: feature for feature in cls.eClass.eAllStructuralFeatures()}
 
 
 def refuse_unknown(self: EObject, name: str, value: object) -> None:

@@ -17,6 +17,7 @@ from typing import TypeAlias
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.elements import channels
 from dineros.metamodel.errors import DinerosError
 
 Served: TypeAlias = sym.ServiceChannel | sym.ActionChannel
@@ -38,22 +39,16 @@ class CallCircleError(DinerosError):
 
 def services(model: pn.Net) -> list[sym.ServiceChannel]:
     """Return the service channels of a model, in model order; those that lack a server are left out."""
-    channels = model.channels if isinstance(model, sym.SystemModel) else ()
-    return [
-        channel
-        for channel in channels
-        if isinstance(channel, sym.ServiceChannel) and getattr(channel.server, "page", None) is not None
-    ]
+    return [each for each in channels(model, sym.ServiceChannel) if _has_server(each)]
 
 
 def actions(model: pn.Net) -> list[sym.ActionChannel]:
     """Return the action channels of a model, in model order; those that lack a server are left out."""
-    channels = model.channels if isinstance(model, sym.SystemModel) else ()
-    return [
-        channel
-        for channel in channels
-        if isinstance(channel, sym.ActionChannel) and getattr(channel.server, "page", None) is not None
-    ]
+    return [each for each in channels(model, sym.ActionChannel) if _has_server(each)]
+
+
+def _has_server(channel: Served) -> bool:
+    return getattr(channel.server, "page", None) is not None
 
 
 def server_pages(model: pn.Net) -> dict[pn.Page, Served]:

@@ -10,6 +10,7 @@ from dineros.metamodel.base import EObject
 from dineros.metamodel.errors import DinerosError, UnknownElementError, near_matches
 
 E = TypeVar("E", bound=pn.Element)
+C = TypeVar("C", bound=sym.Channel)
 
 
 class ReferenceCycleError(DinerosError):
@@ -52,6 +53,12 @@ def arcs(net: pn.Net) -> Iterator[pn.Arc]:
 def node_nets(net: pn.Net) -> list[sym.NodeNet]:
     """Return the node nets of a model, in model order."""
     return [page for page in pages(net) if isinstance(page, sym.NodeNet)]
+
+
+def channels(net: pn.Net | None, kind: type[C]) -> list[C]:
+    """Return the channels of a kind of a model, in model order; only system models have any."""
+    found = net.channels if isinstance(net, sym.SystemModel) else ()
+    return [channel for channel in found if isinstance(channel, kind)]
 
 
 def elements(net: pn.Net) -> Iterator[pn.Element]:

@@ -38,6 +38,7 @@ from dineros.metamodel.errors import (
     UnknownElementError,
     UnknownFeatureError,
     near_matches,
+    with_article,
 )
 
 Value = str | int | float | bool | None
@@ -282,16 +283,13 @@ _READERS: dict[str, tuple[str, Callable[[str], Value]]] = {
 
 
 def _kind(owner: EObject) -> str:
-    name = type(owner).__name__
-    return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
+    return with_article(type(owner).__name__)
 
 
-def _publisher(channel: sym.TopicChannel, key: str) -> EObject:
-    return _keyed("publisher", key, channel.publishers, lambda port: port.place)
-
-
-def _subscriber(channel: sym.TopicChannel, key: str) -> EObject:
-    return _keyed("subscriber", key, channel.subscribers, lambda port: port.place)
+def _part_of(
+    role: str, feature: str, named: Callable[[Any], object] = lambda part: part
+) -> Callable[[EObject, str], EObject]:
+    return lambda owner, key: _keyed(role, key, getattr(owner, feature), named)
 
 
 def _dispatcher(channel: sym.TopicChannel, key: str) -> EObject:
@@ -303,21 +301,14 @@ def _dispatcher(channel: sym.TopicChannel, key: str) -> EObject:
     return here[0] if here else sym.Dispatcher(node=node)
 
 
-def _client(channel: sym.ServiceChannel | sym.ActionChannel, key: str) -> EObject:
-    return _keyed("client", key, channel.clients, lambda port: port)
-
-
-def _field(token_type: sym.TokenType, key: str) -> EObject:
-    return _keyed("field", key, token_type.fields, lambda field: field)
-
-
 _KEYED: dict[str, tuple[type[EObject] | UnionType, Callable[[Any, str], EObject]]] = {
-    "publisher": (sym.TopicChannel, _publisher),
-    "subscriber": (sym.TopicChannel, _subscriber),
+    "publisher": (sym.TopicChannel, _part_of("publisher", "publishers", lambda port: port.place)),
+    "subscriber": (sym.TopicChannel, _part_of("subscriber", "subscribers", lambda port: port.place)),
     "dispatcher": (sym.TopicChannel, _dispatcher),
-    "client": (sym.ServiceChannel | sym.ActionChannel, _client),
-    "field": (sym.TokenType, _field),
+    "client": (sym.ServiceChannel | sym.ActionChannel, _part_of("client", "clients")),
+    "field": (sym.TokenType, _part_of("field", "fields")),
 }
+"""Whose parts a setting names by a key, and what finds them."""
 
 
 def _keyed(role: str, key: str, candidates: Iterable[T], named: Callable[[T], object]) -> T:

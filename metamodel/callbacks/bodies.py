@@ -24,7 +24,7 @@ from collections.abc import Collection, Iterator
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import answers
-from dineros.metamodel.elements import pages, resolve
+from dineros.metamodel.elements import channels, pages, resolve
 
 
 def calls_of(net: EObject | None) -> list[tuple[pn.Place, pn.Place]]:
@@ -32,8 +32,7 @@ def calls_of(net: EObject | None) -> list[tuple[pn.Place, pn.Place]]:
     while net is not None and not isinstance(net, pn.Net):
         net = net.eContainer()
     if isinstance(net, sym.SystemModel):
-        services = [channel for channel in net.channels if isinstance(channel, sym.ServiceChannel)]
-        clients = [port for service in services for port in service.clients]
+        clients = [port for service in channels(net, sym.ServiceChannel) for port in service.clients]
         told = [(port.request, port.timedOut) for port in clients if port.timedOut is not None]
         return [*((port.request, port.response) for port in clients), *told, *_goals(net)]
     if isinstance(net, rtm.RuntimeModel):
@@ -52,8 +51,7 @@ def timers_of(net: pn.Net) -> list[sym.CallbackPage]:
 
 
 def _goals(net: sym.SystemModel) -> list[tuple[pn.Place, pn.Place]]:
-    actions = [channel for channel in net.channels if isinstance(channel, sym.ActionChannel)]
-    clients = [client for action in actions for client in action.clients]
+    clients = [client for action in channels(net, sym.ActionChannel) for client in action.clients]
     return [(client.goal, answer) for client in clients for answer in answers(client)]
 
 

@@ -14,7 +14,7 @@ from typing import TypeAlias
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import answers
-from dineros.metamodel.elements import node_net_of
+from dineros.metamodel.elements import channels, node_net_of
 
 Asking: TypeAlias = sym.CallbackPage | sym.ClientPort | sym.ActionClientPort
 """What may be in a callback group."""
@@ -64,16 +64,12 @@ def answered_on(page: sym.CallbackPage) -> list[sym.ClientPort | sym.ActionClien
 
 def clients_beside(element: EObject | None) -> list[sym.ClientPort]:
     """Return all clients of services of the system model that an element is in."""
-    model = _model_around(element)
-    channels = model.channels if model is not None else ()
-    services = [channel for channel in channels if isinstance(channel, sym.ServiceChannel)]
+    services = channels(_model_around(element), sym.ServiceChannel)
     return [client for service in services for client in service.clients]
 
 
 def _actions_beside(element: EObject | None) -> list[sym.ActionChannel]:
-    model = _model_around(element)
-    channels = model.channels if model is not None else ()
-    return [channel for channel in channels if isinstance(channel, sym.ActionChannel)]
+    return channels(_model_around(element), sym.ActionChannel)
 
 
 def _model_around(element: EObject | None) -> sym.SystemModel | None:

@@ -87,39 +87,40 @@ class Not(Expression):
 
 
 @dataclass(frozen=True)
-class And(Expression):
-    """Conjunction of two or more expressions."""
+class _Chain(Expression):
+    """Two or more expressions, joined by the same operator."""
 
-    binding: ClassVar[int] = 4
+    sign: ClassVar[str]
     parts: tuple[Expression, ...]
 
     @property
-    def operands(self) -> tuple[Expression, ...]:  # noqa: D102
+    def operands(self) -> tuple[Expression, ...]:
         return self.parts
+
+    def __str__(self) -> str:
+        return f" {self.sign} ".join(part._inside(self.binding) for part in self.parts)
+
+
+@dataclass(frozen=True)
+class And(_Chain):
+    """Conjunction of two or more expressions."""
+
+    binding: ClassVar[int] = 4
+    sign: ClassVar[str] = "&"
 
     def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
         return all(part.evaluate(values) for part in self.parts)
 
-    def __str__(self) -> str:
-        return " & ".join(part._inside(self.binding) for part in self.parts)
-
 
 @dataclass(frozen=True)
-class Or(Expression):
+class Or(_Chain):
     """Disjunction of two or more expressions."""
 
     binding: ClassVar[int] = 3
-    parts: tuple[Expression, ...]
-
-    @property
-    def operands(self) -> tuple[Expression, ...]:  # noqa: D102
-        return self.parts
+    sign: ClassVar[str] = "|"
 
     def evaluate(self, values: Mapping[str, bool]) -> bool:  # noqa: D102
         return any(part.evaluate(values) for part in self.parts)
-
-    def __str__(self) -> str:
-        return " | ".join(part._inside(self.binding) for part in self.parts)
 
 
 @dataclass(frozen=True)
@@ -166,6 +167,15 @@ def quoted(name: str) -> str:
         return name
     escaped = name.replace("\\", "\\\\").replace('"', '\\"')
     return f'"{escaped}"'
+
+
+WORDS = re.compile(r'"(?:[^"\\]|\\["\\])*"|\w+(?:[.-]+\w+)*')
+"""Names and keywords in the text of a clause, those in quotes with them."""
+
+
+def unquoted(word: str) -> str:
+    """Return the name that a word of a clause is, without its quotes."""
+    return re.sub(r"\\(.)", r"\1", word[1:-1]) if word[0] == '"' else word
 
 
 def signals_of(expression: Expression) -> Iterator[str]:

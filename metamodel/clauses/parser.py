@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dineros.metamodel.clauses.expressions import (
+    WORDS,
     And,
     Constant,
     Equivalent,
@@ -17,6 +17,7 @@ from dineros.metamodel.clauses.expressions import (
     Or,
     Signal,
     signals_of,
+    unquoted,
 )
 from dineros.metamodel.errors import ClauseError
 
@@ -76,9 +77,6 @@ def signal_names(text: str) -> list[str]:
     return list(dict.fromkeys(signals_of(parse(text))))
 
 
-_NAMES = re.compile(r'"(?:[^"\\]|\\["\\])*"|\w+(?:[.-]+\w+)*')
-
-
 def column_of(text: str, name: str) -> int | None:
     """Return where the text of a clause first speaks of a signal, from 1.
 
@@ -87,11 +85,7 @@ def column_of(text: str, name: str) -> int | None:
     >>> column_of('ab & !"a"', "a")
     7
     """
-    for found in _NAMES.finditer(text):
-        word = found[0]
-        if name == (re.sub(r"\\(.)", r"\1", word[1:-1]) if word[0] == '"' else word):
-            return found.start() + 1
-    return None
+    return next((found.start() + 1 for found in WORDS.finditer(text) if unquoted(found[0]) == name), None)
 
 
 @cache
@@ -112,7 +106,7 @@ class _Builder:
         return Signal(str(children[0]))
 
     def quoted(self, children: list[Token]) -> Expression:
-        return Signal(re.sub(r"\\(.)", r"\1", children[0][1:-1]))
+        return Signal(unquoted(children[0]))
 
     def true(self, _: list[Expression]) -> Expression:
         return Constant(True)

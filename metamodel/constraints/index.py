@@ -6,12 +6,12 @@ from collections import defaultdict
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.calls import CLIENT_PLACES, SERVER_PLACES, goal_parts, runtime_goal_parts
-from dineros.metamodel.constraints.shape import shape_of
+from dineros.metamodel.files.schema import parts_of
 from dineros.metamodel.token_data import FieldType, field_type
 from dineros.metamodel.token_types.declared import type_of_place
 from dineros.metamodel.token_types.installed import UnknownInterfaceError, installed_fields
@@ -70,7 +70,7 @@ class Index:
                 outer = element.page
                 inherited = self._node_nets.get(outer) if outer is not None else None
                 self._node_nets[element] = element if isinstance(element, sym.NodeNet) else inherited
-            stack.extend(reversed(shape_of(element).children(element)))
+            stack.extend(reversed(parts_of(element)))
 
     def all(self, kind: type[T]) -> list[T]:
         """Return the complete elements of a class, in model order."""
@@ -142,14 +142,9 @@ class Index:
     def server_pages(self) -> dict[pn.Page, list[EObject]]:
         """The ports of each server page."""
         pages: dict[pn.Page, list[EObject]] = defaultdict(list)
-        for port in self.all(sym.ServerPort):
-            pages[port.page].append(port)
-        for runtime_port in self.all(rtm.ServerPort):
-            pages[runtime_port.page].append(runtime_port)
-        for action_port in self.all(sym.ActionServerPort):
-            pages[action_port.page].append(action_port)
-        for runtime_action_port in self.all(rtm.ActionServerPort):
-            pages[runtime_action_port.page].append(runtime_action_port)
+        for kind in get_args(_ServerPort):
+            for port in self.all(kind):
+                pages[port.page].append(port)
         return dict(pages)
 
     def server_page_of(self, element: EObject) -> pn.Page | None:
@@ -266,6 +261,7 @@ class Index:
         return dict(uses)
 
 
+_ServerPort = sym.ServerPort | rtm.ServerPort | sym.ActionServerPort | rtm.ActionServerPort
 _ActionPort = sym.ActionClientPort | sym.ActionServerPort | rtm.ActionClientPort | rtm.ActionServerPort
 
 

@@ -10,9 +10,12 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, get_args
 
 from dineros.metamodel.errors import DinerosError, near_matches
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 MOST_COMMANDS = 5_000
 """Of one group."""
@@ -51,7 +54,6 @@ class Create:
         A name such as ``$p`` by which later commands of the group call it.
     """
 
-    kind: ClassVar[str] = "create"
     owner: str
     feature: str
     type: str
@@ -64,7 +66,6 @@ class Create:
 class Delete:
     """Take objects away, with their parts and with what cannot be without them, such as a place's arcs."""
 
-    kind: ClassVar[str] = "delete"
     elements: tuple[str, ...]
 
 
@@ -75,7 +76,6 @@ class Set:
     A new name or id of a signal or token field is changed wherever it is used, clauses included.
     """
 
-    kind: ClassVar[str] = "set"
     element: str
     feature: str
     value: Value
@@ -85,7 +85,6 @@ class Set:
 class Add:
     """Let a reference to several objects lead to another one; `index` None: at the end."""
 
-    kind: ClassVar[str] = "add"
     element: str
     feature: str
     target: str
@@ -96,7 +95,6 @@ class Add:
 class Remove:
     """Let a reference to several objects lead to one of them no more."""
 
-    kind: ClassVar[str] = "remove"
     element: str
     feature: str
     target: str
@@ -109,7 +107,6 @@ class Place:
     `index` counts without the object itself; None: at the end.
     """
 
-    kind: ClassVar[str] = "place"
     element: str
     owner: str
     feature: str
@@ -120,7 +117,6 @@ class Place:
 class Move:
     """Put the centre of an element at a point of the sheet it stands on."""
 
-    kind: ClassVar[str] = "move"
     element: str
     x: float
     y: float
@@ -130,7 +126,6 @@ class Move:
 class Bend:
     """Lead an arc over these points; none: straight on."""
 
-    kind: ClassVar[str] = "bend"
     element: str
     points: tuple[tuple[float, float], ...]
 
@@ -139,16 +134,19 @@ class Bend:
 class Clause:
     """Guard a transition by a boolean expression over the signals of its node net; None: by none."""
 
-    kind: ClassVar[str] = "clause"
     element: str
     text: str | None
 
 
 Command: TypeAlias = Create | Delete | Set | Add | Remove | Place | Move | Bend | Clause
 
-KINDS: dict[str, type[Command]] = {
-    each.kind: each for each in (Create, Delete, Set, Add, Remove, Place, Move, Bend, Clause)
-}
+
+def kind_of(cls: type[object]) -> str:
+    """Return what a command is called in messages: its class, in small letters."""
+    return cls.__name__.lower()
+
+
+KINDS: dict[str, type[Command]] = {kind_of(each): each for each in get_args(Command)}
 """All commands, by what they are called in messages."""
 
 
@@ -170,7 +168,7 @@ def decode_commands(found: object) -> list[Command]:
 def encode_command(command: Command) -> dict[str, Any]:
     """Return a command as JSON values."""
     values = {each.name: getattr(command, each.name) for each in dataclasses.fields(command)}
-    return {"kind": command.kind, **{name: _plain(value) for name, value in values.items()}}
+    return {"kind": kind_of(type(command)), **{name: _plain(value) for name, value in values.items()}}
 
 
 def _plain(value: Any) -> Any:
@@ -179,14 +177,7 @@ def _plain(value: Any) -> Any:
     return [_plain(each) for each in value] if isinstance(value, tuple) else value
 
 
-class Kinded(Protocol):
-    """A dataclass that JSON values name by its kind."""
-
-    kind: ClassVar[str]
-    __dataclass_fields__: ClassVar[dict[str, Any]]
-
-
-K = TypeVar("K", bound=Kinded)
+K = TypeVar("K", bound="DataclassInstance")
 
 
 def decode(found: object, kinds: Mapping[str, type[K]], what: str) -> K:
@@ -204,22 +195,22 @@ def decode(found: object, kinds: Mapping[str, type[K]], what: str) -> K:
     if kind is None:
         hint = near_matches(name[:100], kinds) if isinstance(name, str) else None
         raise CommandError(f"{what} is of no known kind", hint=hint or f"kinds: {', '.join(kinds)}")
-    fields = {each.name: each for each in dataclasses.fields(kind)}
+    called, fields = kind_of(kind), {each.name: each for each in dataclasses.fields(kind)}
     for given in found:
         if given != "kind" and given not in fields:
             known = near_matches(given[:100], fields)
-            raise CommandError(f"{kind.kind} has no field {given[:100]!r}", hint=known)
+            raise CommandError(f"{called} has no field {given[:100]!r}", hint=known)
     values: dict[str, Any] = {}
     for each in fields.values():
         if each.name not in found:
             if each.default is dataclasses.MISSING and each.default_factory is dataclasses.MISSING:
-                raise CommandError(f"{kind.kind} needs {each.name}")
+                raise CommandError(f"{called} needs {each.name}")
             continue
         read = _READ[str(each.type)]
         try:
             values[each.name] = read(found[each.name])
         except ValueError as error:
-            raise CommandError(f"{each.name} of {kind.kind} {error}") from None
+            raise CommandError(f"{each.name} of {called} {error}") from None
     return kind(**values)
 
 

@@ -153,7 +153,7 @@ class Document:
             self._finish(self._editor.perform(commands), str(entry.get("label", "")), by)
             self.recovered += 1
         elif entry.get("undo") or entry.get("redo"):
-            self._turn(bool(entry.get("undo")), by)
+            self._turn(bool(entry.get("undo")), by, noted=True)
             self.recovered += 1
         elif isinstance(entry.get("saved"), str):
             self._mark_saved(entry["saved"])
@@ -290,22 +290,20 @@ class Document:
         JournalError
             The journal cannot be written; nothing changed.
         """
-        return self.done_before(by) or self._turned(True, by)
+        return self.done_before(by) or self._turn(True, by)
 
     def redo(self, by: By | None = None) -> Done:
         """Do again what was taken back last; raises as `undo`."""
-        return self.done_before(by) or self._turned(False, by)
+        return self.done_before(by) or self._turn(False, by)
 
-    def _turned(self, back: bool, by: By | None) -> Done:
-        if not (self._undo if back else self._redo):
-            raise CommandError("there is nothing to undo" if back else "there is nothing to do again")
-        self._journal.append(_signed({"undo" if back else "redo": True}, by))
-        return self._turn(back, by)
-
-    def _turn(self, back: bool, by: By | None) -> Done:
+    def _turn(self, back: bool, by: By | None, *, noted: bool = False) -> Done:
+        """Take a group back, or do it again; `noted`: the journal says so already."""
         source, target = (self._undo, self._redo) if back else (self._redo, self._undo)
         if not source:
-            raise CommandError("there is nothing to undo or do again")
+            what = "undo or do again" if noted else "undo" if back else "do again"
+            raise CommandError(f"there is nothing to {what}")
+        if not noted:
+            self._journal.append(_signed({"undo" if back else "redo": True}, by))
         group = source.pop()
         (undo if back else redo)(group.changes)
         target.append(group)
@@ -393,13 +391,9 @@ class Document:
 
 
 def _sender(found: object) -> By | None:
-    if (
-        isinstance(found, list)
-        and len(found) == 2
-        and isinstance(found[0], str)
-        and isinstance(found[1], int)
-    ):
-        return found[0], found[1]
+    match found:
+        case [str(name), int(number)]:
+            return name, number
     return None
 
 

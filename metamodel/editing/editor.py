@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, cast
 
 from dineros.metamodel import pn, sym
@@ -11,7 +11,7 @@ from dineros.metamodel.base import EObject, features_of
 from dineros.metamodel.clauses import signals_of_clause
 from dineros.metamodel.constraints.wording import describe
 from dineros.metamodel.editing import commands as c
-from dineros.metamodel.editing.changes import Change, Inserted, Removed, Valued, touched, undo
+from dineros.metamodel.editing.changes import Change, Changing, Inserted, Valued, touched, undo
 from dineros.metamodel.editing.handles import Handles, is_within, subtree
 from dineros.metamodel.editing.naming import default_id
 from dineros.metamodel.editing.offered import class_to_make, follows_from_text, name_of
@@ -28,7 +28,7 @@ MOST_OBJECTS = 400_000
 """Of one model, those that were deleted included."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Performed:
     """A group of commands that was done.
 
@@ -40,11 +40,11 @@ class Performed:
         Handles of what it made, by the names that its commands use.
     """
 
-    changes: list[Change] = field(default_factory=list)
-    made: dict[str, str] = field(default_factory=dict)
+    changes: list[Change]
+    made: dict[str, str]
 
 
-class Editor:
+class Editor(Changing):
     """Changes one model.
 
     Parameters
@@ -54,9 +54,9 @@ class Editor:
     """
 
     def __init__(self, root: pn.Net) -> None:
-        self.root = root
+        super().__init__(root)
         self.handles = Handles(root)
-        self._now = Performed()
+        self._made: dict[str, str] = {}
 
     def perform(self, group: Sequence[c.Command]) -> Performed:
         """Do commands in their order.
@@ -68,16 +68,16 @@ class Editor:
             without; the model is as it was.
         """
         count = len(self.handles)
-        self._now = Performed()
+        self.changes, self._made = [], {}
         try:
             for command in group:
                 self._DO[type(command)](self, command)
             self._check(group)
         except BaseException:
-            undo(self._now.changes)
+            undo(self.changes)
             self.handles.forget_from(count)
             raise
-        return self._now
+        return Performed(self.changes, self._made)
 
     # ------------------------------------------------------------------------------------ finding, checking
 
@@ -91,9 +91,9 @@ class Editor:
         """
         handle = name
         if name.startswith("$"):
-            if name not in self._now.made:
+            if name not in self._made:
                 raise c.CommandError(f"nothing in this group is called {name[:40]!r}")
-            handle = self._now.made[name]
+            handle = self._made[name]
         element = self.handles.find(handle)
         if not is_within(element, self.root):
             raise c.CommandError(f"{describe(element)} was deleted")
@@ -111,7 +111,7 @@ class Editor:
         return feature
 
     def _check(self, group: Sequence[c.Command]) -> None:
-        for element in touched(self._now.changes):
+        for element in touched(self.changes):
             if not is_within(element, self.root):
                 continue
             for feature in class_of(element).required:
@@ -119,7 +119,7 @@ class Editor:
                 if value is None or (feature.many and not len(value)):
                     raise c.CommandError(f"{describe(element)} needs {feature.name}")
         if any(isinstance(each, c.Place | c.Delete) for each in group):
-            check_clauses(self._now.changes, self.root)
+            check_clauses(self.changes, self.root)
         if any(
             isinstance(each, c.Create) or (isinstance(each, c.Set) and each.feature == "id") for each in group
         ):
@@ -127,16 +127,12 @@ class Editor:
 
     def _check_ids(self) -> None:
         known: dict[str, EObject] = {}
-        changed = set(touched(self._now.changes))
+        changed = set(touched(self.changes))
         for element in subtree(self.root):
             identifier = getattr(element, "id", None) if isinstance(element, pn.Element) else None
             other = known.setdefault(identifier, element) if identifier else element
             if other is not element and (other in changed or element in changed):
                 raise c.CommandError(f"the id {identifier!r} is that of {describe(other)} already")
-
-    def _do(self, change: Change) -> None:
-        change.do()
-        self._now.changes.append(change)
 
     # ---------------------------------------------------------------------------------- making and deleting
 
@@ -144,7 +140,7 @@ class Editor:
         owner = self.find(command.owner)
         feature = self._feature(owner, command.feature, Kind.CONTAINMENT)
         cls = class_to_make(self.root, command.type)
-        if command.called is not None and (command.called[:1] != "$" or command.called in self._now.made):
+        if command.called is not None and (command.called[:1] != "$" or command.called in self._made):
             raise c.CommandError(f"{command.called[:40]!r} is no new name that begins with '$'")
         if len(self.handles) >= MOST_OBJECTS:
             raise c.CommandError("the model is too large", hint="save it and open it anew")
@@ -155,7 +151,7 @@ class Editor:
         references = self._attributes(element, command.values)
         self._attach(element, owner, feature, command.index)
         if command.called is not None:
-            self._now.made[command.called] = cast(str, self.handles.of(element))
+            self._made[command.called] = cast(str, self.handles.of(element))
         for name, value in references.items():
             self._refer(element, features_of(cls)[name], value)
 
@@ -191,63 +187,20 @@ class Editor:
                 raise c.CommandError(
                     f"{feature.name} of {describe(owner)} has {count} elements, no place {at}"
                 )
-            self._do(Inserted(owner, feature.name, at, element))
+            self.do(Inserted(owner, feature.name, at, element))
         else:
             if getattr(owner, feature.name) is not None:
                 raise c.CommandError(f"{describe(owner)} has its {feature.name} already")
-            self._do(Valued(owner, feature.name, None, element))
+            self.do(Valued(owner, feature.name, None, element))
         for part in subtree(element):
             if self.handles.of(part) is None:
                 self.handles.number(part)
-
-    def _detach(self, element: EObject) -> None:
-        """Take an object out of its container."""
-        owner = element.eContainer()
-        if owner is None:
-            raise c.CommandError("the model itself stays where it is")
-        feature = element.eContainmentFeature()
-        if feature.many:
-            index = getattr(owner, feature.name).index(element)
-            self._do(Removed(owner, feature.name, index, element))
-        else:
-            self._do(Valued(owner, feature.name, element, None))
 
     def _delete(self, command: c.Delete) -> None:
         chosen = [self.find(name) for name in command.elements]
         if any(follows_from_text(element) for element in chosen):
             raise c.CommandError("what follows from a text is not deleted", hint="use the command clause")
-        self._take_away(closure(self.root, chosen))
-
-    def _take_away(self, outermost: list[EObject]) -> None:
-        gone = {part for element in outermost for part in subtree(element)}
-        for element in subtree(self.root):
-            if element in gone:
-                self._unlink(element, gone)
-            else:
-                self._forget(element, gone)
-        for element in outermost:
-            self._detach(element)
-
-    def _unlink(self, element: EObject, gone: set[EObject]) -> None:
-        """Take an object that goes out of the lists, by which objects that stay know it."""
-        for name, feature in class_of(element).features.items():
-            if feature.kind is Kind.REFERENCE and not feature.many:
-                opposite, target = features_of(type(element))[name].eOpposite, getattr(element, name)
-                if opposite is not None and opposite.many and target is not None and target not in gone:
-                    index = getattr(target, opposite.name).index(element)
-                    self._do(Removed(target, opposite.name, index, element))
-
-    def _forget(self, element: EObject, gone: set[EObject]) -> None:
-        """Let the references of an object that stays lead no more to what goes."""
-        for name, feature in class_of(element).features.items():
-            if feature.kind is not Kind.REFERENCE or not element.eIsSet(name):
-                continue
-            value = getattr(element, name)
-            if feature.many:
-                for target in [each for each in value if each in gone]:
-                    self._do(Removed(element, name, getattr(element, name).index(target), target))
-            elif value in gone:
-                self._relink(element, features_of(type(element))[name], None)
+        self.take_away(closure(self.root, chosen))
 
     def _place(self, command: c.Place) -> None:
         element, owner = self.find(command.element), self.find(command.owner)
@@ -258,7 +211,7 @@ class Editor:
             )
         if is_within(owner, element):
             raise c.CommandError(f"{describe(element)} cannot be put into itself")
-        self._detach(element)
+        self.detach(element)
         self._attach(element, owner, feature, command.index)
 
     # -------------------------------------------------------------------------------- features
@@ -277,24 +230,19 @@ class Editor:
             self._set_clause(element.transition, value)
             return
         others = rewritings(self.root, element, feature.name, value)
-        self._assign(element, feature.name, value)
+        self.assign(element, feature.name, value)
         for each in others:
-            self._assign(each.element, each.feature, each.text)
-
-    def _assign(self, element: EObject, name: str, value: Any) -> None:
-        before = getattr(element, name)
-        if value != before or type(value) is not type(before):
-            self._do(Valued(element, name, before, value))
+            self.assign(each.element, each.feature, each.text)
 
     def _refer(self, element: EObject, feature: Any, value: c.Value) -> None:
         if value is None:
             if class_of(element).features[feature.name].required:
                 raise c.CommandError(f"{feature.name} of {describe(element)} must lead somewhere")
-            self._relink(element, feature, None)
+            self.relink(element, feature, None)
             return
         if not isinstance(value, str):
             raise c.CommandError(f"{feature.name} is the handle of an element")
-        self._relink(element, feature, self._target(element, feature, value))
+        self.relink(element, feature, self._target(element, feature, value))
 
     def _target(self, element: EObject, feature: Any, name: str) -> EObject:
         target = self.find(name)
@@ -303,20 +251,6 @@ class Editor:
             wanted = expected.eClass.name
             raise c.CommandError(f"{feature.name} leads to a {wanted}, not to {describe(target)}")
         return target
-
-    def _relink(self, element: EObject, feature: Any, target: EObject | None) -> None:
-        before = getattr(element, feature.name)
-        if before is target:
-            return
-        opposite = feature.eOpposite
-        if opposite is None or not opposite.many:
-            self._do(Valued(element, feature.name, before, target))
-            return
-        if before is not None:
-            index = getattr(before, opposite.name).index(element)
-            self._do(Removed(before, opposite.name, index, element))
-        if target is not None:
-            self._do(Inserted(target, opposite.name, len(getattr(target, opposite.name)), element))
 
     def _add(self, command: c.Add) -> None:
         element = self.find(command.element)
@@ -329,7 +263,7 @@ class Editor:
         index = len(values) if command.index is None else command.index
         if index > len(values):
             raise c.CommandError(f"{feature.name} of {describe(element)} has {len(values)} elements only")
-        self._do(Inserted(element, feature.name, index, target))
+        self.do(Inserted(element, feature.name, index, target))
 
     def _remove(self, command: c.Remove) -> None:
         element, target = self.find(command.element), self.find(command.target)
@@ -339,7 +273,7 @@ class Editor:
             raise c.CommandError(
                 f"{command.feature} of {describe(element)} has no {describe(target)} in a list"
             )
-        self._do(Removed(element, feature.name, values.index(target), target))
+        self.take_out(element, feature.name, target)
 
     # -------------------------------------------------------------------------------- where things are drawn
 
@@ -355,8 +289,8 @@ class Editor:
             raise c.CommandError(f"{describe(element)} stands at no point", hint="arcs have bend points")
         graphics = self._graphics(element)
         if len(graphics.positions):
-            self._assign(graphics.positions[0], "x", command.x)
-            self._assign(graphics.positions[0], "y", command.y)
+            self.assign(graphics.positions[0], "x", command.x)
+            self.assign(graphics.positions[0], "y", command.y)
         else:
             self._attach_point(graphics, command.x, command.y)
 
@@ -371,13 +305,13 @@ class Editor:
             return
         graphics = self._graphics(element)
         for point in list(graphics.positions)[::-1]:
-            self._detach(point)
+            self.detach(point)
         for x, y in command.points:
             self._attach_point(graphics, x, y)
         if not command.points and all(
             getattr(graphics, name) is None for name in ("offset", "dimension", "style")
         ):
-            self._detach(graphics)
+            self.detach(graphics)
 
     # -------------------------------------------------------------------------------- clauses
 
@@ -387,7 +321,7 @@ class Editor:
             raise c.CommandError(f"{describe(element)} has no clause")
         if command.text is None:
             if element.clause is not None:
-                self._take_away([element.clause])
+                self.take_away([element.clause])
             return
         text = checked(features_of(sym.InputClause)["text"], command.text)
         if element.clause is None or element.clause.text != text:
@@ -401,11 +335,11 @@ class Editor:
             sym.Disjunction(literals=[sym.Literal(negated=negated) for _, negated in each]) for each in form
         )
         if former is not None:
-            self._take_away([former])
+            self.take_away([former])
         self._attach(clause, transition, features_of(sym.Transition)["clause"], None)
         for disjunction, each in zip(clause.disjunctions, form, strict=True):
             for literal, (signal, _) in zip(disjunction.literals, each, strict=True):
-                self._do(Inserted(signal, "literals", len(signal.literals), literal))
+                self.do(Inserted(signal, "literals", len(signal.literals), literal))
 
     _DO: Mapping[type[c.Command], Any] = {
         c.Create: _create,

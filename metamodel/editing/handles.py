@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from dineros.metamodel.base import EObject
-from dineros.metamodel.constraints.shape import shape_of
 from dineros.metamodel.editing.commands import CommandError
+from dineros.metamodel.files.schema import parts_of
 
 
 class Handles:
@@ -69,7 +69,7 @@ def subtree(element: EObject) -> Iterator[EObject]:
     while stack:
         each = stack.pop()
         yield each
-        stack.extend(reversed(shape_of(each).children(each)))
+        stack.extend(reversed(parts_of(each)))
 
 
 def is_within(element: EObject | None, root: EObject) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from dineros.metamodel import pn, pnm, rtm, sym
-from dineros.metamodel.base import EObject
+from dineros.metamodel.base import EObject, remembered
 from dineros.metamodel.editing.commands import CommandError
 from dineros.metamodel.errors import near_matches
 
@@ -24,13 +24,12 @@ def name_of(cls: type[EObject]) -> str:
     return f"{cls.eClass.ePackage.nsPrefix}.{cls.eClass.name}"
 
 
+@remembered
 def classes_for(root: type[EObject]) -> dict[str, type[EObject]]:
     """Return the classes whose objects a model of this class can have, by name.
 
     Of two classes with one name, one in a metamodel that extends the other's, only the extended one is there.
     """
-    if root in _CLASSES:
-        return _CLASSES[root]
     found: dict[str, type[EObject]] = {}
     value: Any
     for package in _PACKAGES.get(root, (pn,)):
@@ -39,10 +38,7 @@ def classes_for(root: type[EObject]) -> dict[str, type[EObject]]:
                 continue  # an enumeration, or another model
             if not value.eClass.abstract:
                 found[value.__name__] = value
-    return _CLASSES.setdefault(root, {name_of(cls): cls for cls in found.values()})
-
-
-_CLASSES: dict[type[EObject], dict[str, type[EObject]]] = {}
+    return {name_of(cls): cls for cls in found.values()}
 
 
 def class_to_make(root: EObject, name: str) -> type[EObject]:

@@ -13,7 +13,7 @@ from dineros.metamodel.editing.changes import Change, Inserted, Removed
 from dineros.metamodel.editing.commands import CommandError
 from dineros.metamodel.editing.handles import is_within, subtree
 from dineros.metamodel.elements import label, node_net_of
-from dineros.metamodel.files.schema import Kind, class_of
+from dineros.metamodel.files.schema import Kind, class_of, values_of
 
 
 def referrers(root: EObject) -> dict[EObject, list[tuple[EObject, str]]]:
@@ -22,9 +22,7 @@ def referrers(root: EObject) -> dict[EObject, list[tuple[EObject, str]]]:
     for element in subtree(root):
         for name, feature in class_of(element).features.items():
             if feature.kind is Kind.REFERENCE and element.eIsSet(name):
-                value = getattr(element, name)
-                targets = value if feature.many else [value] if value is not None else []
-                for target in targets:
+                for target in values_of(element, feature):
                     found[target].append((element, name))
     return found
 

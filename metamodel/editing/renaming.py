@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
-from dineros.metamodel.clauses.expressions import KEYWORDS, quoted
+from dineros.metamodel.clauses.expressions import KEYWORDS, WORDS, quoted, unquoted
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.editing.commands import CommandError
 from dineros.metamodel.editing.handles import subtree
@@ -75,9 +75,6 @@ def _clauses(signal: sym.InputSignal, before: str, after: str) -> list[Rewriting
     return found
 
 
-_WORDS = re.compile(r'"(?:[^"\\]|\\["\\])*"|\w+(?:[.-]+\w+)*')
-
-
 def replaced(text: str, names: Mapping[str, str]) -> str:
     """Return the text of a clause with signals called by other names.
 
@@ -88,12 +85,11 @@ def replaced(text: str, names: Mapping[str, str]) -> str:
     """
 
     def other(found: re.Match[str]) -> str:
-        word = found[0]
-        name = re.sub(r"\\(.)", r"\1", word[1:-1]) if word[0] == '"' else word
+        word, name = found[0], unquoted(found[0])
         is_name = word[0] == '"' or word not in KEYWORDS
         return quoted(names[name]) if is_name and name in names else word
 
-    return _WORDS.sub(other, text)
+    return WORDS.sub(other, text)
 
 
 def _properties(root: pn.Net, before: str | None, after: str) -> list[Rewriting]:

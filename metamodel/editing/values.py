@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import Any
 
 from pyecore.ecore import EEnum
 
 from dineros.metamodel.editing.commands import LONGEST_TEXT, CommandError, Value
 from dineros.metamodel.errors import near_matches
+from dineros.metamodel.files.schema import INTEGERS, NOT_XML
 
 LONGEST_ID = 500
 
-_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-_INTEGERS = ("EInt", "EIntegerObject")
 _NUMBERS = ("EDouble", "EDoubleObject")
 
 
@@ -41,7 +39,7 @@ def checked(feature: Any, value: Value) -> Any:
     kind = feature._eType
     if isinstance(kind, EEnum):
         return _literal(feature.name, kind, value)
-    if kind.name in _INTEGERS:
+    if kind.name in INTEGERS:
         return _integer(feature.name, value)
     if kind.name in _NUMBERS:
         return _number(feature.name, value)
@@ -86,7 +84,7 @@ def _text(name: str, value: Value) -> str:
         raise CommandError(f"{name} is a text")
     if len(value) > LONGEST_TEXT:
         raise CommandError(f"{name} has more than {LONGEST_TEXT} characters")
-    if found := _NOT_XML.search(value):
+    if found := NOT_XML.search(value):
         raise CommandError(f"{name} holds the character {found.group()!r}, which no file can carry")
     return value
 

@@ -13,13 +13,18 @@ from pyecore.ecore import EEnum
 from pyecore.ecore import EObject as AnyObject
 
 from dineros.metamodel import pn, pnm, rtm, sym, trace
-from dineros.metamodel.base import EnumLiteral, EObject, features_of
+from dineros.metamodel.base import EnumLiteral, EObject, features_of, remembered
 from dineros.metamodel.errors import near_matches
 
 PACKAGES: dict[str, Any] = {package.nsURI: package for package in (pn, sym, rtm, pnm, trace)}
 """The metamodels that files may use, by namespace."""
 
-_INTEGERS = frozenset({"EInt", "EIntegerObject"})
+INTEGERS = frozenset({"EInt", "EIntegerObject"})
+"""Names of the types of whole numbers."""
+
+NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that XML 1.0 has no place for, not even escaped (Sect. 2.2, Char)."""
+
 _INTEGER = re.compile(r"[+-]?[0-9]{1,20}")
 _NUMBER = re.compile(r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
@@ -63,6 +68,7 @@ class ModelClass:
     name: str
     abstract: bool
     features: dict[str, Feature]
+    containments: tuple[Feature, ...]
     required: tuple[Feature, ...]
     identifier: str | None
     """The attribute that identifies its objects."""
@@ -73,31 +79,27 @@ class ModelClass:
         return f"{self.prefix}:{self.name}"
 
 
-_KNOWN: dict[type, ModelClass] = {}
-
-
+@remembered
 def model_class(cls: type[EObject]) -> ModelClass:
     """Return what is to know of a model class."""
-    known = _KNOWN.get(cls)
-    if known is None:
-        features = {name: _feature(feature) for name, feature in _in_order(cls).items()}
-        package = cls.eClass.ePackage
-        known = _KNOWN[cls] = ModelClass(
-            python_class=cls,
-            prefix=package.nsPrefix,
-            uri=package.nsURI,
-            name=cls.eClass.name,
-            abstract=bool(cls.eClass.abstract),
-            features=features,
-            required=tuple(feature for feature in features.values() if feature.required),
-            identifier=next((name for name, feature in features.items() if feature.identifies), None),
-        )
-    return known
+    features = {name: _feature(feature) for name, feature in _in_order(cls).items()}
+    package = cls.eClass.ePackage
+    return ModelClass(
+        python_class=cls,
+        prefix=package.nsPrefix,
+        uri=package.nsURI,
+        name=cls.eClass.name,
+        abstract=bool(cls.eClass.abstract),
+        features=features,
+        containments=tuple(each for each in features.values() if each.kind is Kind.CONTAINMENT),
+        required=tuple(feature for feature in features.values() if feature.required),
+        identifier=next((name for name, feature in features.items() if feature.identifies), None),
+    )
 
 
 def class_of(element: EObject) -> ModelClass:
     """Return what is to know of the class of a model object."""
-    return _KNOWN.get(type(element)) or model_class(type(element))
+    return model_class(type(element))
 
 
 def find_class(uri: str | None, name: str) -> ModelClass | str:
@@ -110,6 +112,21 @@ def find_class(uri: str | None, name: str) -> ModelClass | str:
         return model_class(found)
     classes = [known for known, value in package.eClassifiers.items() if isinstance(value, type)]
     return near_matches(name, classes) or f"classes of {package.nsPrefix} are {', '.join(sorted(classes))}"
+
+
+def values_of(element: EObject, feature: Feature) -> list[EObject]:
+    """Return what a containment or a reference of an object holds."""
+    value = getattr(element, feature.name)
+    if feature.many:
+        return list(value)
+    return [] if value is None else [value]
+
+
+def parts_of(element: EObject) -> list[EObject]:
+    """Return the objects that an object contains itself, in the order of the features."""
+    touched = element.__dict__  # an unset feature would be filled just by looking at it
+    containments = [feature for feature in class_of(element).containments if feature.name in touched]
+    return [part for feature in containments for part in values_of(element, feature)]
 
 
 def identity(element: EObject) -> str | None:
@@ -181,10 +198,10 @@ def _conversions(etype: Any) -> tuple[Callable[[str], object], Callable[[Any], s
     """Return how a text becomes a value (ValueError says why not, and perhaps a hint) and a value a text."""
     if isinstance(etype, EEnum):
         return _literal_reader(etype), _literal_name
-    if etype.name in _INTEGERS:
+    if etype.name in INTEGERS:
         return read_integer, _integer_text
     if etype.name in ("EDouble", "EDoubleObject"):
-        return _read_number, _number_text
+        return _read_number, number_text
     if etype.name in ("EBoolean", "EBooleanObject"):
         return _read_boolean, lambda value: "true" if value else "false"
     assert etype.name == "EString", f"no file format has the type {etype.name}"
@@ -241,7 +258,14 @@ def _read_number(text: str) -> float:
     return value
 
 
-def _number_text(value: float) -> str:
+def number_text(value: float) -> str:
+    """Return the shortest text of a number, without a fraction where it has none.
+
+    Raises
+    ------
+    ValueError
+        It is not finite; the message says so.
+    """
     if not isfinite(value):
         raise ValueError("takes a finite number")
     if value.is_integer() and abs(value) < 1e15:

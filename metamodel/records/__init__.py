@@ -10,6 +10,7 @@ A *witness* is a firing sequence found by an analysis, a *run* is what a node di
 'Say'
 """
 
+from dineros.metamodel.records.base import EVENTS, SCHEMA, Data, Header, Record, StoredToken
 from dineros.metamodel.records.coding import (
     RecordDecoder,
     RecordError,
@@ -28,43 +29,33 @@ from dineros.metamodel.records.files import (
     traces_of_runs,
     write_records,
 )
-from dineros.metamodel.records.schema import (
-    EVENTS,
-    SCHEMA,
+from dineros.metamodel.records.goals import (
     Accept,
     Accepted,
-    Aside,
     Cancel,
     Canceling,
-    Checkpoint,
-    Data,
-    Drop,
-    Error,
     Feedback,
     Finish,
-    Fire,
-    GiveUp,
     Goal,
     GoalStep,
-    Header,
     Hear,
-    Lifecycle,
     Outcome,
-    Publish,
-    Record,
     Reject,
-    Release,
+    TooLate,
+)
+from dineros.metamodel.records.schema import Aside, Checkpoint, Error, Release, Start, Stop, Timeout
+from dineros.metamodel.records.steps import (
+    Drop,
+    Fire,
+    GiveUp,
+    Lifecycle,
+    Publish,
     Reply,
     Request,
     Response,
     Serve,
     Signal,
-    Start,
-    Stop,
-    StoredToken,
     Take,
-    Timeout,
-    TooLate,
     Transfer,
 )
 

@@ -13,9 +13,10 @@ from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, Literal
 
+from dineros.metamodel.base import remembered
 from dineros.metamodel.errors import DinerosError, Location, near_matches, with_article
 from dineros.metamodel.json_text import JsonTextError, decode_json
-from dineros.metamodel.records.schema import EVENTS, SCHEMA, Header, Record, StoredToken
+from dineros.metamodel.records.base import EVENTS, SCHEMA, Header, Record, StoredToken
 from dineros.metamodel.token_data import Value
 
 Converter = Callable[[Any], Any]
@@ -236,18 +237,9 @@ def _is_json(line: bytes) -> bool:
     return True
 
 
+@remembered
 def _layout(kind: type[Record]) -> tuple[tuple[str, Converter, Any], ...]:
     """Return name, converter and default (or MISSING) of each JSON field of a class of records."""
-    known = _LAYOUTS.get(kind.event)
-    if known is None:
-        known = _LAYOUTS[kind.event] = _new_layout(kind)
-    return known
-
-
-_LAYOUTS: dict[str, tuple[tuple[str, Converter, Any], ...]] = {}
-
-
-def _new_layout(kind: type[Record]) -> tuple[tuple[str, Converter, Any], ...]:
     hints = typing.get_type_hints(kind, None, {"Value": Value})  # the values of tokens are recursive
     return tuple(
         (

@@ -10,8 +10,8 @@ from urllib.parse import quote, unquote
 from dineros.metamodel.errors import DinerosError, Location, ModelFileError
 from dineros.metamodel.files.atomic import write_atomically
 from dineros.metamodel.files.reading import read_pieces
+from dineros.metamodel.records.base import Header, Record
 from dineros.metamodel.records.coding import RecordDecoder, RecordError, encode_record
-from dineros.metamodel.records.schema import Header, Record
 
 SUFFIX = ".jsonl"
 

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from dineros.metamodel.errors import ModelFileError
 from dineros.metamodel.files.reading import open_plain
+from dineros.metamodel.records.base import Record
 from dineros.metamodel.records.coding import RecordDecoder
 from dineros.metamodel.records.files import node_traces, trace_pieces
-from dineros.metamodel.records.schema import Record
 
 _HEAD = 64
 """Bytes that hold the sequence of the first record."""

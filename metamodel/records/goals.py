@@ -6,7 +6,7 @@ to be of one goal.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal, TypeAlias
 
 from dineros.metamodel.records.base import Data, Record
@@ -16,7 +16,6 @@ OutcomeKind: TypeAlias = Literal["succeeded", "aborted", "canceled"]
 """How a goal ends."""
 
 
-@dataclass(frozen=True, kw_only=True)
 class GoalStep(Step):
     """A step of a goal.
 
@@ -44,68 +43,46 @@ class GoalStep(Step):
     message: str | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Goal(GoalStep):
+class Goal(GoalStep, event="goal"):
     """A client's token leaves as a goal."""
 
-    event = "goal"
 
-
-@dataclass(frozen=True, kw_only=True)
-class Accept(GoalStep):
+class Accept(GoalStep, event="accept"):
     """The server accepts a goal, carrying `data`, and begins to work on it."""
 
-    event = "accept"
-
     data: Data = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Reject(GoalStep):
+class Reject(GoalStep, event="reject"):
     """A client learns that its goal, whose `data` the token carries, is refused."""
 
-    event = "reject"
-
     data: Data = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Cancel(GoalStep):
+class Cancel(GoalStep, event="cancel"):
     """A client's token leaves as a request to cancel a goal; no `message`: none is under way any more."""
 
-    event = "cancel"
 
-
-@dataclass(frozen=True, kw_only=True)
-class Canceling(GoalStep):
+class Canceling(GoalStep, event="canceling"):
     """The server learns that a goal is to be canceled, and will do so: its token there carries `data`."""
 
-    event = "canceling"
-
     data: Data = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Feedback(GoalStep):
+class Feedback(GoalStep, event="feedback"):
     """A token of the server leaves as feedback, the goal's `number`-th."""
 
-    event = "feedback"
-
     number: int = 0
 
 
-@dataclass(frozen=True, kw_only=True)
-class Hear(GoalStep):
+class Hear(GoalStep, event="hear"):
     """Feedback, carrying `data`, arrives at the client; `number` is 0 where it has none."""
-
-    event = "hear"
 
     number: int = 0
     data: Data = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Finish(GoalStep):
+class Finish(GoalStep, event="finish"):
     """A goal ends: the server's token leaves as its result.
 
     Attributes
@@ -117,55 +94,28 @@ class Finish(GoalStep):
         it; None: there is none left. Only in runs.
     """
 
-    event = "finish"
-
     outcome: OutcomeKind
     unheeded: int | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Outcome(GoalStep):
+class Outcome(GoalStep, event="outcome"):
     """The result of a goal, carrying `data`, arrives at the client."""
-
-    event = "outcome"
 
     outcome: OutcomeKind
     data: Data = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Accepted(Record):
+class Accepted(Record, event="accepted"):
     """A client learns that its goal is accepted."""
 
-    event = "accepted"
-
     channel: str
     client: str | None = None
     message: str | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class TooLate(Record):
+class TooLate(Record, event="tooLate"):
     """A client learns that a request to cancel has come too late, or is refused."""
 
-    event = "tooLate"
-
     channel: str
     client: str | None = None
     message: str | None = None
-
-
-GOAL_EVENTS: tuple[type[Record], ...] = (
-    Goal,
-    Accept,
-    Accepted,
-    Reject,
-    Cancel,
-    Canceling,
-    TooLate,
-    Feedback,
-    Hear,
-    Finish,
-    Outcome,
-)
-"""The classes of these records."""

@@ -1,149 +1,30 @@
-"""The kinds of records, each a class whose fields are those of the JSON object."""
+"""The records of how a node runs: its beginning, what it goes on from, failures, its end."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal
 
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.records.base import Data, Record, StoredToken
-from dineros.metamodel.records.goals import (
-    GOAL_EVENTS,
-    Accept,
-    Accepted,
-    Cancel,
-    Canceling,
-    Feedback,
-    Finish,
-    Goal,
-    GoalStep,
-    Hear,
-    Outcome,
-    Reject,
-    TooLate,
-)
-from dineros.metamodel.records.steps import (
-    ChannelStep,
-    Drop,
-    Fire,
-    GiveUp,
-    Lifecycle,
-    Publish,
-    Reply,
-    Request,
-    Response,
-    Serve,
-    ServiceStep,
-    Signal,
-    Step,
-    Take,
-    Transfer,
-)
+from dineros.metamodel.records.steps import ChannelStep, ServiceStep, Step
 
 __all__ = [
-    "EVENTS",
-    "SCHEMA",
-    "Accept",
-    "Accepted",
     "Aside",
-    "Cancel",
-    "Canceling",
     "ChannelStep",
     "Checkpoint",
-    "Data",
-    "Drop",
     "Error",
-    "Feedback",
-    "Finish",
-    "Fire",
-    "GiveUp",
-    "Goal",
-    "GoalStep",
-    "Header",
-    "Hear",
-    "Lifecycle",
-    "Outcome",
-    "Publish",
-    "Record",
-    "Reject",
     "Release",
-    "Reply",
-    "Request",
-    "Response",
-    "Serve",
     "ServiceStep",
-    "Signal",
     "Start",
     "Step",
     "Stop",
-    "StoredToken",
-    "Take",
     "Timeout",
-    "TooLate",
-    "Transfer",
+    "requests_of",
 ]
 
-SCHEMA = 1
-"""Version of the schema; a reader refuses a later one."""
 
-
-@dataclass(frozen=True, kw_only=True)
-class Header(Record):
-    """First line of every file.
-
-    Attributes
-    ----------
-    schema : int
-        Version of the schema.
-    kind : {"run", "witness"}
-        What the file is.
-    model, source : str
-        Id of the model, and the file it comes from.
-    settings : list of str
-        How the model was changed for this run, as for `--set`.
-    property : str or None
-        Of a witness: what was asked, such as ``G a <= 1``.
-    verdict : str or None
-        Of a witness: the answer it proves, such as ``violated``.
-    loop : int or None
-        Of a witness: sequence of the first record that repeats for ever.
-    signals, overflow : str or None
-        Of a witness: how the model was flattened; None for a plain net.
-    marking : dict of str to int
-        Of a witness: initial marking of the flattened net; places that are not named are empty.
-    signals_initial : dict of str to bool
-        Of a witness: start value of each signal.
-    cause : int or None
-        Of a witness: sequence of the record with which its outcome may have begun; 0: it was so from the
-        start.
-    causes : list of int
-        Of a witness: sequences of the records in the causal past of its outcome.
-    decided : dict of str to list of int
-        Of a witness: the conditions that decide its outcome; sequences of the record since which each is true
-        (0: from the start), and of that up to which.
-    """
-
-    event = "header"
-
-    schema: int = SCHEMA
-    kind: Literal["run", "witness"]
-    model: str
-    source: str = ""
-    settings: list[str] = field(default_factory=list)
-    property: str | None = None
-    verdict: str | None = None
-    loop: int | None = None
-    signals: str | None = None
-    overflow: str | None = None
-    marking: dict[str, int] = field(default_factory=dict)
-    signals_initial: dict[str, bool] = field(default_factory=dict)
-    cause: int | None = None
-    causes: list[int] = field(default_factory=list)
-    decided: dict[str, list[int]] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Start(Record):
+class Start(Record, event="start"):
     """A node begins, or goes on after a restart.
 
     Attributes
@@ -158,16 +39,13 @@ class Start(Record):
         Seed of the firing selection.
     """
 
-    event = "start"
-
     marking: dict[str, list[StoredToken]] = field(default_factory=dict)
     signals: dict[str, bool] = field(default_factory=dict)
     resumed: bool = False
     seed: int | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Checkpoint(Start):
+class Checkpoint(Start, event="checkpoint"):
     """All that a node needs to go on from here: the second line of every file, and the first of a restart.
 
     Attributes
@@ -215,8 +93,6 @@ class Checkpoint(Start):
     lifecycle : str
         The state of a managed node; empty: it is none.
     """
-
-    event = "checkpoint"
 
     next_token: int = 0
     numbers: dict[str, int] = field(default_factory=dict)
@@ -269,11 +145,8 @@ def requests_of(value: Any, location: Location | None = None) -> list[dict[str, 
     return found
 
 
-@dataclass(frozen=True, kw_only=True)
-class Timeout(Record):
+class Timeout(Record, event="timeout"):
     """A request got no response in time and is sent again; `attempt` counts from 1."""
-
-    event = "timeout"
 
     channel: str
     client: str | None = None
@@ -281,8 +154,7 @@ class Timeout(Record):
     attempt: int = 1
 
 
-@dataclass(frozen=True, kw_only=True)
-class Error(Record):
+class Error(Record, event="error"):
     """A firing failed and left everything as it was.
 
     Attributes
@@ -297,8 +169,6 @@ class Error(Record):
         What is done about it: ``halt``, ``retry`` or ``aside``.
     """
 
-    event = "error"
-
     transition: str | None = None
     handler: str | None = None
     error: str
@@ -306,58 +176,21 @@ class Error(Record):
     policy: str | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Aside(Record):
+class Aside(Record, event="aside"):
     """A transition leaves tokens alone after a failure: ids by place."""
 
-    event = "aside"
-
     transition: str
     tokens: dict[str, list[int]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Release(Record):
+class Release(Record, event="release"):
     """A transition may take these tokens again."""
 
-    event = "release"
-
     transition: str
     tokens: dict[str, list[int]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Stop(Record):
+class Stop(Record, event="stop"):
     """The node ends; `reason` says why."""
 
-    event = "stop"
-
     reason: str | None = None
-
-
-_KINDS: tuple[type[Record], ...] = (
-    Header,
-    Start,
-    Checkpoint,
-    Fire,
-    Signal,
-    Publish,
-    Take,
-    Drop,
-    Request,
-    Serve,
-    Reply,
-    Response,
-    GiveUp,
-    Lifecycle,
-    *GOAL_EVENTS,
-    Transfer,
-    Timeout,
-    Error,
-    Aside,
-    Release,
-    Stop,
-)
-
-EVENTS: dict[str, type[Record]] = {kind.event: kind for kind in _KINDS}
-"""Class of the records of each event."""

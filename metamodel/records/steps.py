@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Literal
 
 from dineros.metamodel.records.base import Data, Record, StoredToken
 
 
-@dataclass(frozen=True, kw_only=True)
 class Step(Record):
     """A record that changes the marking.
 
@@ -27,8 +26,7 @@ class Step(Record):
     text: str | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Fire(Step):
+class Fire(Step, event="fire"):
     """A transition fires.
 
     Attributes
@@ -45,8 +43,6 @@ class Fire(Step):
         What its handlers keep from now on: name -> JSON value; null: no more.
     """
 
-    event = "fire"
-
     transition: str = field()  # the default of `Step` does not hold
     taken: dict[str, list[int]] = field(default_factory=dict)
     made: dict[str, list[StoredToken]] = field(default_factory=dict)
@@ -55,19 +51,15 @@ class Fire(Step):
     kept: dict[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Signal(Step):
+class Signal(Step, event="signal"):
     """A signal changes; `source` says who changed it."""
-
-    event = "signal"
 
     signal: str
     value: bool
     source: str | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Lifecycle(Step):
+class Lifecycle(Step, event="lifecycle"):
     """A managed node changes its state, or fails to: then it keeps the one it had.
 
     Attributes
@@ -78,13 +70,10 @@ class Lifecycle(Step):
         The state that it has then.
     """
 
-    event = "lifecycle"
-
     label: Literal["configure", "activate", "deactivate", "cleanup", "shutdown"]
     state: Literal["unconfigured", "inactive", "active", "finalized"]
 
 
-@dataclass(frozen=True, kw_only=True)
 class ChannelStep(Step):
     """A token passes between a place of a node net and a channel.
 
@@ -107,23 +96,16 @@ class ChannelStep(Step):
     message: str | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Publish(ChannelStep):
+class Publish(ChannelStep, event="publish"):
     """A token leaves for a topic."""
 
-    event = "publish"
 
-
-@dataclass(frozen=True, kw_only=True)
-class Take(ChannelStep):
+class Take(ChannelStep, event="take"):
     """A token arrives from a topic, carrying `data`."""
-
-    event = "take"
 
     data: Data = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
 class ServiceStep(ChannelStep):
     """A step of a service call; `client` is the client's id, `instance` the server instance, from 1."""
 
@@ -131,40 +113,27 @@ class ServiceStep(ChannelStep):
     instance: int | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Request(ServiceStep):
+class Request(ServiceStep, event="request"):
     """A client's token leaves as a request."""
 
-    event = "request"
 
-
-@dataclass(frozen=True, kw_only=True)
-class Serve(ServiceStep):
+class Serve(ServiceStep, event="serve"):
     """A request, carrying `data`, arrives at a server instance."""
 
-    event = "serve"
-
     data: Data = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Reply(ServiceStep):
+class Reply(ServiceStep, event="reply"):
     """A server instance's token leaves as a response."""
 
-    event = "reply"
 
-
-@dataclass(frozen=True, kw_only=True)
-class Response(ServiceStep):
+class Response(ServiceStep, event="response"):
     """A response, carrying `data`, arrives at the client that asked."""
-
-    event = "response"
 
     data: Data = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class GiveUp(Step):
+class GiveUp(Step, event="giveUp"):
     """A client waits no longer for a response; one that comes later is dropped.
 
     Attributes
@@ -183,8 +152,6 @@ class GiveUp(Step):
         What that token carries; only in runs.
     """
 
-    event = "giveUp"
-
     channel: str
     client: str
     place: str | None = None
@@ -193,8 +160,7 @@ class GiveUp(Step):
     data: Data = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Drop(Step):
+class Drop(Step, event="drop"):
     """Messages are lost because a queue is full, or because nobody is there.
 
     Attributes
@@ -215,8 +181,6 @@ class Drop(Step):
         How many were lost.
     """
 
-    event = "drop"
-
     channel: str
     queue: Literal["publisher", "dispatcher", "subscriber", "request", "feedback", "restart", "inactive"]
     place: str | None = None
@@ -225,11 +189,8 @@ class Drop(Step):
     count: int = 1
 
 
-@dataclass(frozen=True, kw_only=True)
-class Transfer(Step):
+class Transfer(Step, event="transfer"):
     """Of a witness only: a silent step inside a channel; `stage` is its place there."""
-
-    event = "transfer"
 
     channel: str
     stage: str

@@ -55,7 +55,7 @@ FOLDERS = {
         *("reading", "xml", "atomic", "confined", "watching", "schema"),
         *("pnml", "tina", "net_formats", "xmi", "programs"),
     ],
-    "metamodel/constraints": ["shape", "index", "wording", "constraint", "circles", "families", "listing"],
+    "metamodel/constraints": ["index", "wording", "constraint", "circles", "families", "listing"],
     "generators": ["templates", "application", "workspace"],
     "transformations": ["language", "rules", "flattening", "pictures"],
     "analysis": [

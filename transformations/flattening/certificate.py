@@ -6,7 +6,8 @@ matrix and the initial marking, so it is independent of the rules (Murata, Proc.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple
 
 from dineros.metamodel import pn, pnm, sym
 from dineros.metamodel.base import EObject
@@ -14,6 +15,7 @@ from dineros.metamodel.callbacks.groups import members_of, works_on_goals
 from dineros.metamodel.elements import label
 from dineros.metamodel.errors import DinerosError
 from dineros.transformations.language.engine import Engine
+from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules import (
     coming_and_going,
     executors,
@@ -32,42 +34,37 @@ class CertificateError(DinerosError):
     """A flattened net lacks a place invariant that its rules guarantee: a fault in a rule."""
 
 
+class _Sum(NamedTuple):
+    """A weighted sum of tokens that no firing changes: what it is called, its value, places with weights."""
+
+    name: str
+    value: int
+    terms: Iterable[tuple[EObject, int]]
+
+
 def add_certificate(
     net: pnm.PetriNetModel, engine: Engine, made: Mapping[EObject, EObject]
 ) -> list[pnm.PlaceInvariant]:
     """Add to a net the invariants of what the rules made; return them."""
-    certificate = [
-        *_queues(engine, made),
-        *_bounds(engine, made),
-        *_instances(engine, made),
-        *_clients(engine, made),
-        *_requests(engine, made),
-        *_slots(engine, made),
-        *_goals(engine, made),
-        *_signals(engine, made),
-        *_disjunctions(engine, made),
-        *_timers(engine, made),
-        *_executors(engine, made),
-        *_groups(engine, made),
-        *_managed(engine, made),
-        *_kept(engine, made),
-    ]
+    kinds = (
+        *(_queues, _bounds, _instances, _clients, _requests, _slots, _goals),
+        *(_signals, _disjunctions, _timers, _executors, _groups, _managed, _kept),
+    )
+    certificate = [_invariant(each, made) for kind in kinds for each in kind(engine)]
     net.certificate.extend(certificate)
     return certificate
 
 
-def _invariant(
-    name: str, value: int, terms: Iterable[tuple[EObject, int]], made: Mapping[EObject, EObject]
-) -> pnm.PlaceInvariant:
+def _invariant(guaranteed: _Sum, made: Mapping[EObject, EObject]) -> pnm.PlaceInvariant:
     summands = []
-    for place, weight in terms:
+    for place, weight in guaranteed.terms:
         image = made[place]
         assert isinstance(image, pn.Place)
         summands.append(pnm.InvariantTerm(place=image, weight=weight))
-    return pnm.PlaceInvariant(name=name, value=value, terms=summands)
+    return pnm.PlaceInvariant(name=guaranteed.name, value=guaranteed.value, terms=summands)
 
 
-def _queues(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+def _queues(engine: Engine) -> Iterator[_Sum]:
     seen: set[EObject] = set()
     for _, queue in (*engine.groups(OverflowQueue), *engine.groups(History)):
         load, capacity = queue["load"], queue["capacity"]
@@ -75,24 +72,36 @@ def _queues(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.Pla
             continue
         seen.add(load)
         assert isinstance(load, pn.Place) and isinstance(capacity, pn.Place)
-        yield _invariant(f"{load.id} + {capacity.id}", capacity.tokens, [(load, 1), (capacity, 1)], made)
+        yield _Sum(f"{load.id} + {capacity.id}", capacity.tokens, [(load, 1), (capacity, 1)])
 
 
-def _bounds(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+def _bounds(engine: Engine) -> Iterator[_Sum]:
     for _, bound in engine.groups(Bound):
         place, free = bound["place"], bound["free"]
         assert isinstance(place, pn.Place) and isinstance(free, pn.Place)
-        yield _invariant(f"{place.id} + {free.id}", place.tokens + free.tokens, [(place, 1), (free, 1)], made)
+        yield _Sum(f"{place.id} + {free.id}", place.tokens + free.tokens, [(place, 1), (free, 1)])
 
 
-def _instances(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
-    for application in engine.applications_of(services.S3):
-        active, inactive = application.made["active"], application.made["inactive"]
-        assert isinstance(active, pn.Place)
-        yield _invariant(f"{active.id} or inactive", 1, [(active, 1), (inactive, 1)], made)
+def _instances(engine: Engine) -> Iterator[_Sum]:
+    return _either(engine, services.S3, "active", "inactive")
 
 
-def _clients(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+def _signals(engine: Engine) -> Iterator[_Sum]:
+    return _either(engine, signals.I4, "true", "false")
+
+
+def _timers(engine: Engine) -> Iterator[_Sum]:
+    return _either(engine, timers.C1, "idle", "due")
+
+
+def _either(engine: Engine, rule: type[Rule], one: str, other: str) -> Iterator[_Sum]:
+    """Of two places that a rule makes, one has a token."""
+    for application in engine.applications_of(rule):
+        place = application.made[one]
+        yield _Sum(f"{_id(place)} or {other}", 1, [(place, 1), (application.made[other], 1)])
+
+
+def _clients(engine: Engine) -> Iterator[_Sum]:
     for application in engine.applications_of(services.S1):
         client = next(source for source in application.sources if isinstance(source, sym.ClientPort))
         call = [application.made[role] for role in ("ready", "requests", "responses")]
@@ -102,10 +111,10 @@ def _clients(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.Pl
         ready = call[0]
         assert isinstance(ready, pn.Place)
         words = "one request" if ready.tokens == 1 else f"{ready.tokens} requests"
-        yield _invariant(f"{ready.id} or {words} under way", ready.tokens, [(each, 1) for each in call], made)
+        yield _Sum(f"{ready.id} or {words} under way", ready.tokens, [(each, 1) for each in call])
 
 
-def _requests(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+def _requests(engine: Engine) -> Iterator[_Sum]:
     """What a request history holds belongs to its clients, and to nobody where they have given up."""
     for application in engine.applications_of(requests.R5):
         (service,) = application.sources
@@ -114,10 +123,10 @@ def _requests(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.P
         held = [each.made["requests"] for each in engine.applications_of(services.S1, [service])]
         held += [each.made["late"] for each in engine.applications_of(requests.R6, [service])]
         terms = [(load, 1), *((place, -1) for place in held)]
-        yield _invariant(f"{load.id} counts requests", 0, terms, made)
+        yield _Sum(f"{load.id} counts requests", 0, terms)
 
 
-def _slots(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+def _slots(engine: Engine) -> Iterator[_Sum]:
     """How far a slot is with a goal, and whose goal it is."""
     for application in engine.applications_of(slots.A7):
         idle, executing = application.made["idle"], application.made["executing"]
@@ -126,11 +135,11 @@ def _slots(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.Plac
         for rule, role in ((slots.A7Ask, "asked"), (slots.A7Cancel, "canceling")):
             states += [each.made[role] for each in engine.applications_of(rule, application.sources)]
         owners = [each.made["in_use"] for each in engine.applications_of(goals.A2, application.sources)]
-        yield _invariant(f"{idle.id} or a goal", 1, [(each, 1) for each in states], made)
-        yield _invariant(f"{idle.id} or a client's", 1, [(each, 1) for each in (idle, *owners)], made)
+        yield _Sum(f"{idle.id} or a goal", 1, [(each, 1) for each in states])
+        yield _Sum(f"{idle.id} or a client's", 1, [(each, 1) for each in (idle, *owners)])
 
 
-def _goals(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+def _goals(engine: Engine) -> Iterator[_Sum]:
     for application in engine.applications_of(goals.A1):
         client = next(each for each in application.sources if isinstance(each, sym.ActionClientPort))
         way = [application.made[role] for role in ("ready", "requested")]
@@ -139,17 +148,10 @@ def _goals(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.Plac
         ready = way[0]
         assert isinstance(ready, pn.Place)
         words = "one goal" if ready.tokens == 1 else f"{ready.tokens} goals"
-        yield _invariant(f"{ready.id} or {words} under way", ready.tokens, [(each, 1) for each in way], made)
+        yield _Sum(f"{ready.id} or {words} under way", ready.tokens, [(each, 1) for each in way])
 
 
-def _signals(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
-    for application in engine.applications_of(signals.I4):
-        true, false = application.made["true"], application.made["false"]
-        assert isinstance(true, pn.Place)
-        yield _invariant(f"{true.id} or false", 1, [(true, 1), (false, 1)], made)
-
-
-def _disjunctions(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+def _disjunctions(engine: Engine) -> Iterator[_Sum]:
     values = {application.sources[0]: application.made for application in engine.applications_of(signals.I4)}
     for application in engine.applications_of(signals.I1):
         disjunction = next(source for source in application.sources if isinstance(source, sym.Disjunction))
@@ -158,26 +160,19 @@ def _disjunctions(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[p
         terms: list[tuple[EObject, int]] = [(place, 1)]
         for literal in disjunction.literals:
             terms.append((values[literal.signal]["false" if literal.negated else "true"], -1))
-        yield _invariant(f"{place.id} counts true literals", 0, terms, made)
+        yield _Sum(f"{place.id} counts true literals", 0, terms)
 
 
-def _timers(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
-    for application in engine.applications_of(timers.C1):
-        idle, due = application.made["idle"], application.made["due"]
-        assert isinstance(idle, pn.Place)
-        yield _invariant(f"{idle.id} or due", 1, [(idle, 1), (due, 1)], made)
-
-
-def _executors(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+def _executors(engine: Engine) -> Iterator[_Sum]:
     for application in engine.applications_of(executors.E1):
         threads = application.made["threads"]
         running = [each.made["running"] for each in engine.applications_of(executors.E3, application.sources)]
         assert isinstance(threads, pn.Place)
         terms = [(place, 1) for place in (threads, *running)]
-        yield _invariant(f"{threads.id} or callbacks that run", threads.tokens, terms, made)
+        yield _Sum(f"{threads.id} or callbacks that run", threads.tokens, terms)
 
 
-def _groups(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+def _groups(engine: Engine) -> Iterator[_Sum]:
     for application, group in engine.groups(executors.Lock):
         lock = group["lock"]
         assert isinstance(lock, pn.Place)
@@ -187,35 +182,35 @@ def _groups(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.Pla
                 continue
             for rule, role in ((executors.E3, "running"), (executors.E7, "awaiting")):
                 terms.extend((each.made[role], 1) for each in engine.applications_of(rule, [member]))
-        yield _invariant(f"{lock.id} or a callback that has begun", 1, terms, made)
+        yield _Sum(f"{lock.id} or a callback that has begun", 1, terms)
 
 
-def _managed(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+def _managed(engine: Engine) -> Iterator[_Sum]:
     """A managed node is in one state, and configured in two of them."""
     for application in engine.applications_of(lifecycle.L1):
         node, place = label(application.sources[0]), application.made
         states = [place[role] for role in ("unconfigured", "inactive", "active", "finalized")]
-        yield _invariant(f"{node} is in one state", 1, [(state, 1) for state in states], made)
+        yield _Sum(f"{node} is in one state", 1, [(state, 1) for state in states])
         configured = place["configured"]
-        yield _invariant(f"{node} is configured or not", 1, [(configured, 1), (place["away"], 1)], made)
+        yield _Sum(f"{node} is configured or not", 1, [(configured, 1), (place["away"], 1)])
         terms = [(states[1], 1), (states[2], 1), (configured, -1)]
-        yield _invariant(f"{node} is configured while inactive or active", 0, terms, made)
+        yield _Sum(f"{node} is configured while inactive or active", 0, terms)
     for application in engine.applications_of(lifecycle.L1Shutdown):
         (own,) = engine.applications_of(lifecycle.L1, application.sources[:1])
         terms = [(application.made["existing"], 1), (own.made["finalized"], 1)]
-        yield _invariant(f"{label(application.sources[0])} exists or is finalized", 1, terms, made)
+        yield _Sum(f"{label(application.sources[0])} exists or is finalized", 1, terms)
 
 
-def _kept(engine: Engine, made: Mapping[EObject, EObject]) -> Iterable[pnm.PlaceInvariant]:
+def _kept(engine: Engine) -> Iterator[_Sum]:
     """What a writer keeps for a reader that comes again is delivered, or still to be."""
     for application in engine.applications_of(coming_and_going.L5):
         place, limit = application.made, application.sources[1].limit
         for one, other in (("delivered", "undelivered"), ("kept", "room")):
             terms = [(place[one], 1), (place[other], 1)]
-            yield _invariant(f"{_id(place[one])} + {_id(place[other])}", limit, terms, made)
+            yield _Sum(f"{_id(place[one])} + {_id(place[other])}", limit, terms)
         (written,) = engine.applications_of(histories.R2, application.sources[1:3])
         terms = [(place["kept"], 1), (place["delivered"], -1), (written.made["queue.load"], -1)]
-        yield _invariant(f"{_id(place['kept'])} is delivered or to be", 0, terms, made)
+        yield _Sum(f"{_id(place['kept'])} is delivered or to be", 0, terms)
 
 
 def _id(place: EObject) -> str:

@@ -128,30 +128,24 @@ def _topic_ports(
     for publisher in channel.publishers:
         place = images.get(publisher.place)
         if isinstance(place, rtm.Place):
-            yield (
-                place,
-                rtm.PublisherPort(
-                    **_interface(channel),
-                    topic=channel.topic,
-                    limit=publisher.limit,
-                    qos=_quality(channel, publisher),
-                ),
+            qos = _quality(channel, publisher)
+            sent = rtm.PublisherPort(
+                **_interface(channel), topic=channel.topic, limit=publisher.limit, qos=qos
             )
+            yield place, sent
     limits = [dispatcher.limit for dispatcher in channel.dispatchers if dispatcher.node is node]
     for subscriber in channel.subscribers:
         place = images.get(subscriber.place)
         if isinstance(place, rtm.Place):
-            yield (
-                place,
-                rtm.SubscriberPort(
-                    **_interface(channel),
-                    topic=channel.topic,
-                    limit=subscriber.limit,
-                    dispatcherLimit=limits[0] if limits else DISPATCHER_LIMIT,
-                    inHand=subscriber.inHand,
-                    qos=_quality(channel, subscriber),
-                ),
+            port = rtm.SubscriberPort(
+                **_interface(channel),
+                topic=channel.topic,
+                limit=subscriber.limit,
+                dispatcherLimit=limits[0] if limits else DISPATCHER_LIMIT,
+                inHand=subscriber.inHand,
+                qos=_quality(channel, subscriber),
             )
+            yield place, port
 
 
 def _service_ports(
@@ -173,19 +167,17 @@ def _service_ports(
     server = channel.server
     entry, exit_, page = images.get(server.entry), images.get(server.exit), images.get(server.page)
     if isinstance(entry, rtm.Place) and isinstance(exit_, rtm.Place) and isinstance(page, pn.Page):
-        yield (
-            entry,
-            rtm.ServerPort(
-                **_interface(channel),
-                service=channel.service,
-                exit=exit_,
-                page=page,
-                # A server that nobody calls yet is a server: one instance, not none.
-                instances=max(1, counts[channel]),
-                depth=channel.depth,
-                outstanding=max([1, *(client.outstanding for client in channel.clients if runs_on_ros2)]),
-            ),
+        serving = rtm.ServerPort(
+            **_interface(channel),
+            service=channel.service,
+            exit=exit_,
+            page=page,
+            # A server that nobody calls yet is a server: one instance, not none.
+            instances=max(1, counts[channel]),
+            depth=channel.depth,
+            outstanding=max([1, *(client.outstanding for client in channel.clients if runs_on_ros2)]),
         )
+        yield entry, serving
 
 
 def _action_ports(

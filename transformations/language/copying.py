@@ -7,25 +7,21 @@ from typing import Any
 
 from pyecore.ecore import EReference
 
-from dineros.metamodel.base import EObject, features_of
-
-_PLANS: dict[type[EObject], tuple[list[tuple[str, bool]], list[str], list[tuple[str, bool]]]] = {}
+from dineros.metamodel.base import EObject, features_of, remembered
 
 
+@remembered
 def _plan(eclass: type[EObject]) -> tuple[list[tuple[str, bool]], list[str], list[tuple[str, bool]]]:
     """Return the containments, attributes and plain references of a class, by (name, many)."""
-    plan = _PLANS.get(eclass)
-    if plan is None:
-        containments, attributes, references = [], [], []
-        for name, feature in features_of(eclass).items():
-            if not isinstance(feature, EReference):
-                attributes.append(name)
-            elif feature.containment:
-                containments.append((name, feature.many))
-            elif not feature.container and not feature.transient:
-                references.append((name, feature.many))
-        plan = _PLANS[eclass] = (sorted(containments), sorted(attributes), sorted(references))
-    return plan
+    containments, attributes, references = [], [], []
+    for name, feature in features_of(eclass).items():
+        if not isinstance(feature, EReference):
+            attributes.append(name)
+        elif feature.containment:
+            containments.append((name, feature.many))
+        elif not feature.container and not feature.transient:
+            references.append((name, feature.many))
+    return sorted(containments), sorted(attributes), sorted(references)
 
 
 def contents(element: EObject) -> list[EObject]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 from dineros.metamodel.base import EObject
 from dineros.transformations.language.datatypes import WHOLE, comparable
@@ -20,8 +20,25 @@ from dineros.transformations.language.expressions import (
 )
 
 
+class Query(Expression):
+    """What a function returns for the values of other expressions.
+
+    A subclass gives the function, `_answer`, says in words that hold the operands what it is, and what it
+    returns: `eclass` or `datatype`, and `many`.
+    """
+
+    _words: ClassVar[str]
+    _answer: ClassVar[Callable[..., Any]]
+
+    def evaluate(self, match: Match) -> Any:
+        return self._answer(*[operand.evaluate(match) for operand in self._operands])
+
+    def __str__(self) -> str:
+        return self._words.format(*self._operands)
+
+
 class Ancestor(Expression):
-    """The nearest container of a class."""
+    """The nearest container of a class, the element itself included."""
 
     def __init__(self, base: Expression, eclass: type[EObject]) -> None:
         super().__init__(base)
@@ -48,7 +65,7 @@ class Ancestor(Expression):
 
 
 class Enclosing(Expression):
-    """All containers of a class, from the inner to the outer."""
+    """All containers of a class, the element itself included, from the inner to the outer."""
 
     many = True
 
@@ -100,58 +117,46 @@ class Selection(Expression):
         return f"{self.base} with {self.condition}"
 
 
-class First(Expression):
+class First(Query):
     """The first of many values."""
+
+    _words = "first of {}"
 
     def __init__(self, base: Expression) -> None:
         super().__init__(base)
-        self.base = base
         self.eclass = base.eclass
         self.datatype = base.datatype
         if not base.many:
             raise RuleError(f"{base} is a single value and has no first one", location=self.location)
 
-    def evaluate(self, match: Match) -> Any:
-        return next(iter(self.base.evaluate(match)), None)
-
-    def __str__(self) -> str:
-        return f"first of {self.base}"
+    @staticmethod
+    def _answer(values: list[Any]) -> Any:
+        return values[0] if values else None
 
 
-class Count(Expression):
+class Count(Query):
     """The number of values."""
 
     datatype = WHOLE
+    _words = "number of {}"
+    _answer = staticmethod(len)
 
     def __init__(self, base: Expression) -> None:
         super().__init__(base)
-        self.base = base
         if not base.many:
             raise RuleError(f"{base} is a single value and cannot be counted", location=self.location)
 
-    def evaluate(self, match: Match) -> int:
-        return len(self.base.evaluate(match))
 
-    def __str__(self) -> str:
-        return f"number of {self.base}"
-
-
-class Position(Expression):
+class Position(Query):
     """The place of an element among its siblings, from 1."""
 
     datatype = WHOLE
+    _words = "position of {}"
 
-    def __init__(self, base: Expression) -> None:
-        super().__init__(base)
-        self.base = base
-
-    def evaluate(self, match: Match) -> int:
-        element: EObject = self.base.evaluate(match)
+    @staticmethod
+    def _answer(element: EObject) -> int:
         siblings = getattr(element.eContainer(), element.eContainmentFeature().name)
         return int(siblings.index(element)) + 1
-
-    def __str__(self) -> str:
-        return f"position of {self.base}"
 
 
 class Otherwise(Expression):
@@ -175,70 +180,53 @@ class Otherwise(Expression):
         return f"{self.value} or {self.default}"
 
 
-class Number(Expression):
+class Number(Query):
     """1 for true, 0 for false."""
 
     datatype = WHOLE
+    _words = "1 if {}"
 
-    def __init__(self, condition: Expression) -> None:
-        super().__init__(condition)
-        self.condition = condition
-
-    def evaluate(self, match: Match) -> int:
-        return int(bool(self.condition.evaluate(match)))
-
-    def __str__(self) -> str:
-        return f"1 if {self.condition}"
+    @staticmethod
+    def _answer(condition: object) -> int:
+        return int(bool(condition))
 
 
-class Greatest(Expression):
+class Greatest(Query):
     """The greatest of some numbers."""
 
     datatype = WHOLE
 
-    def __init__(self, *values: Expression) -> None:
-        super().__init__(*values)
-        self.values = values
-
-    def evaluate(self, match: Match) -> int:
-        return max(int(value.evaluate(match)) for value in self.values)
+    @staticmethod
+    def _answer(*values: int) -> int:
+        return max(map(int, values))
 
     def __str__(self) -> str:
-        return f"greatest of {', '.join(map(str, self.values))}"
+        return f"greatest of {', '.join(map(str, self._operands))}"
 
 
-class Difference(Expression):
+class Difference(Query):
     """A number less another one."""
 
     datatype = WHOLE
 
-    def __init__(self, whole: Expression, part: Expression) -> None:
-        super().__init__(whole, part)
-        self.whole = whole
-        self.part = part
-
-    def evaluate(self, match: Match) -> int:
-        return int(self.whole.evaluate(match)) - int(self.part.evaluate(match))
+    @staticmethod
+    def _answer(whole: int, part: int) -> int:
+        return int(whole) - int(part)
 
     def __str__(self) -> str:
-        if isinstance(self.whole, Constant) and self.whole.value == 0:
-            return f"-({self.part})"
-        return f"({self.whole}) - {self.part}" if " " in str(self.whole) else f"{self.whole} - {self.part}"
+        whole, part = self._operands
+        if isinstance(whole, Constant) and whole.value == 0:
+            return f"-({part})"
+        return f"({whole}) - {part}" if " " in str(whole) else f"{whole} - {part}"
 
 
-def ancestor(element: Expression, eclass: type[EObject]) -> Expression:
-    """Return the nearest container of a class, the element itself included."""
-    return Ancestor(element, eclass)
+# Rules call them as functions.
+ancestor, enclosing, number, position = Ancestor, Enclosing, Number, Position
 
 
 def count(values: Expression, where: Callable[[Item], Expression] | None = None) -> Expression:
     """Return the number of values, of those alone that fulfil a condition if one is given."""
     return Count(values if where is None else Selection(values, where))
-
-
-def enclosing(element: Expression, eclass: type[EObject]) -> Expression:
-    """Return all containers of a class, the element itself included, from the inner to the outer."""
-    return Enclosing(element, eclass)
 
 
 def either(value: Expression, default: object) -> Expression:
@@ -266,13 +254,3 @@ def greatest(*values: object) -> Expression:
 def less(whole: object, part: object) -> Expression:
     """Return a number less another one."""
     return Difference(as_expression(whole), as_expression(part))
-
-
-def number(condition: Expression) -> Expression:
-    """Return 1 where a condition is true, else 0."""
-    return Number(condition)
-
-
-def position(element: Expression) -> Expression:
-    """Return the place of an element among its siblings, from 1."""
-    return Position(element)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, Protocol, TypeAlias
 
-from dineros.metamodel.base import EObject, features_of
+from dineros.metamodel.base import EObject, features_of, remembered
 from dineros.transformations.language.copying import contents
 from dineros.transformations.language.expressions import (
     Comparison,
@@ -109,15 +109,10 @@ def _note(index: dict[Any, list[EObject]], element: EObject, feature: str) -> No
         index.setdefault(item, []).append(element)
 
 
-_CLASSES: dict[type[EObject], list[type[EObject]]] = {}
-
-
+@remembered
 def _classes(eclass: type[EObject]) -> list[type[EObject]]:
     """Return a class and its supertypes."""
-    known = _CLASSES.get(eclass)
-    if known is None:
-        known = _CLASSES[eclass] = [each for each in eclass.__mro__ if issubclass(each, EObject)]
-    return known
+    return [each for each in eclass.__mro__ if issubclass(each, EObject)]
 
 
 class Matcher:

@@ -67,7 +67,7 @@ def _matched(node: Variable) -> Row:
             text += f" around {node._of.base}"
         elif node._of is not None:
             text += f" of {node._of}"
-        conditions = [f"{name} = {_value(value)}" for name, value in node._features.items()]
+        conditions = [f"{name} = {value_text(value)}" for name, value in node._features.items()]
         if conditions:
             text += f" with {' and '.join(conditions)}"
     return node.symbol, text
@@ -79,7 +79,8 @@ def _kind(node: Variable) -> str:
     return node.eclass.__name__ if node.eclass is not None else "value"
 
 
-def _value(value: Expression) -> str:
+def value_text(value: Expression) -> str:
+    """Return the value of a feature, truth values in small letters."""
     return str(value).lower() if isinstance(value, Constant) and isinstance(value.value, bool) else str(value)
 
 
@@ -118,7 +119,7 @@ def _created(item: New, indent: str) -> Row:
     if isinstance(identity, Text):
         text += f" {identity}"
     shown = [
-        f"{name} = {_value(value)}"
+        f"{name} = {value_text(value)}"
         for name, value in item.features.items()
         if name not in ("id", "page") and str(value) != "0"
     ]

@@ -16,7 +16,7 @@ from dineros.transformations.language.expressions import Constant, Expression, P
 from dineros.transformations.language.functions import Ancestor
 from dineros.transformations.language.patterns import Absent, Index, Made, Node
 from dineros.transformations.language.rule import Rule
-from dineros.transformations.pictures.describing import maker_of
+from dineros.transformations.pictures.describing import maker_of, value_text
 
 Status: TypeAlias = Literal["kept", "created", "deleted", "matched"]
 """Kept elements stand on both sides; matched ones belong to a for-all or a forbidden pattern."""
@@ -156,7 +156,7 @@ class Side:
         if isinstance(node, Node):
             for name, value in node._features.items():
                 if not isinstance(value, Variable) and not _is_arc(node):
-                    shape.notes.append(f"{name} = {str(value).lower() if _is_flag(value) else value}")
+                    shape.notes.append(f"{name} = {value_text(value)}")
 
     def _page_around(self, page: Node, nodes: Sequence[Variable], status: Status, box: str | None) -> None:
         """Draw a page as a box around the place, or the page, that it was found by."""
@@ -182,9 +182,7 @@ class Side:
         if not isinstance(start, Variable) or _key(start) not in self.shapes:
             return
         self.boxes[_key(page)] = Box(_key(page), f"«page» {page}", "page", "kept")
-        for name in _places_of(start.eclass) or ["…"]:
-            key = f"{_key(page)}.{name}"
-            self.shapes[key] = Shape(key, EObject if name == "…" else pn.Place, name, "kept", _key(page))
+        for name, key in self._inside(page, start, "kept").items():
             source, target = (key, _key(start)) if name == "exit" else (_key(start), key)
             self.lines.append(Line(source, target, "link" if name == "…" else "flow", "kept"))
 
@@ -288,14 +286,14 @@ class Side:
     def _copy(self, item: Copy, box: str | None) -> None:
         title = f"{_title(item)}: copy of {item.original}"
         self.boxes[_key(item)] = Box(_key(item), title, "page", "created", box)
-        start, _ = _steps(item.original)
-        ends = _places_of(start.eclass)
-        for name in ends:
-            shape = Shape(f"{_key(item)}.{name}", pn.Place, name, "created", _key(item))
-            self.shapes[shape.key] = shape
-        if not ends:
-            inner = Shape(f"{_key(item)}.", EObject, "…", "created", _key(item))
-            self.shapes[inner.key] = inner
+        self._inside(item, _steps(item.original)[0], "created")
+
+    def _inside(self, page: Expression, port: Expression, status: Status) -> dict[str, str]:
+        """Draw the places of a page that a port names, or that there are some; return their keys by name."""
+        keys = {name: f"{_key(page)}.{name}" for name in _places_of(port.eclass) or ["…"]}
+        for name, key in keys.items():
+            self.shapes[key] = Shape(key, EObject if name == "…" else pn.Place, name, status, _key(page))
+        return keys
 
     def _made_arc(self, item: New, box: str | None) -> None:
         source, target = item.features["source"], item.features["target"]
@@ -383,10 +381,6 @@ def _title(page: Variable) -> str:
 
 def _is_arc(node: Variable) -> bool:
     return node.eclass is not None and issubclass(node.eclass, pn.Arc)
-
-
-def _is_flag(value: Expression) -> bool:
-    return isinstance(value, Constant) and isinstance(value.value, bool)
 
 
 def _places_of(eclass: type[EObject] | None) -> list[str]:

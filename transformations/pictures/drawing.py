@@ -18,6 +18,7 @@ import networkx as nx
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.constraints.wording import words_for
 from dineros.metamodel.errors import DinerosError, Location
 from dineros.metamodel.files.atomic import write_atomically
 from dineros.transformations.language.rule import Rule
@@ -281,7 +282,7 @@ def _form(eclass: type[EObject]) -> str:
 
 def _around(shape: Shape, letter: str, height: int) -> str:
     """Return the label of a small shape: tokens in its middle, name and notes below, space above."""
-    notes = [*([] if letter else [_words(shape.eclass.__name__)]), *shape.notes]
+    notes = [*([] if letter else [words_for(shape.eclass)]), *shape.notes]
     inside = html.escape(shape.inside) or "&#160;"
     middle = f'<TR><TD HEIGHT="{height}" FIXEDSIZE="TRUE" WIDTH="{height}">{inside}</TD></TR>'
     return _table(
@@ -297,7 +298,7 @@ def _bar(shape: Shape, colour: str, width: int) -> str:
 
 
 def _inside(shape: Shape) -> str:
-    stereotype = [f"«{_words(shape.eclass.__name__)}»"] if shape.eclass is not EObject else []
+    stereotype = [f"«{words_for(shape.eclass)}»"] if shape.eclass is not EObject else []
     return _table(_notes(stereotype) + _row(_name(shape, "")) + _notes(shape.notes))
 
 
@@ -339,7 +340,3 @@ def _name(shape: Shape, letter: str) -> str:
     else:
         name = html.escape(shape.name)
     return _underlined(name, shape.status)
-
-
-def _words(name: str) -> str:
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
+from dineros.metamodel.constraints.wording import kind_of
 from dineros.metamodel.elements import elements
 from dineros.metamodel.errors import UnknownElementError, near_matches
 from dineros.transformations.flattening.flatten import KEPT
@@ -64,7 +64,7 @@ def _results(source: pn.Element, trace: Trace) -> Iterator[Link]:
 
 def told(element: EObject) -> str:
     """Return what people call an element of a system model, also where it has no id of its own."""
-    kind = _words(type(element).__name__)
+    kind = kind_of(element)
     if isinstance(element, (sym.ClientPort, sym.ActionClientPort)):
         return f"{kind} {element.client}"
     if isinstance(element, sym.TopicPort):
@@ -84,7 +84,7 @@ def told(element: EObject) -> str:
 
 def origin_text(link: Link) -> str:
     """Return how an element was made, in one line."""
-    kind = _words(type(link.target).__name__)
+    kind = kind_of(link.target)
     sources = ", ".join(_told(source, link) for source in link.sources)
     instance = f", server instance {link.index}" if link.index is not None else ""
     if link.rule == KEPT:
@@ -98,7 +98,3 @@ def _told(source: EObject, link: Link) -> str:
     if isinstance(source, sym.ClientPort) and link.client_index is not None:
         return f"{told(source)} of server instance {link.client_index}"
     return told(source)
-
-
-def _words(name: str) -> str:
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).lower()

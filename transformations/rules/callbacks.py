@@ -19,223 +19,144 @@ from dineros.metamodel.callbacks.groups import (
 )
 from dineros.metamodel.calls import answers
 from dineros.transformations.language.datatypes import TRUTH, WHOLE
-from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.expressions import Expression, Match
-
-LANGUAGE.add(__name__)
+from dineros.transformations.language.functions import Query
 
 
-class Callback(Expression):
+class Callback(Query):
     """The callback page that a place stands on; absent where it stands on none."""
 
     eclass = sym.CallbackPage
-
-    def __init__(self, place: Expression) -> None:
-        super().__init__(place)
-        self.place = place
-
-    def evaluate(self, match: Match) -> sym.CallbackPage | None:
-        """Return it."""
-        return callback_page_of(self.place.evaluate(match))
-
-    def __str__(self) -> str:
-        return f"callback around {self.place}"
+    _words = "callback around {}"
+    _answer = staticmethod(callback_page_of)
 
 
-class Beginnings(Expression):
+class Beginnings(Query):
     """The transitions by which the callback of a timer begins; others begin with what is taken."""
 
     eclass = pn.Transition
     many = True
+    _words = "what begins {}"
 
-    def __init__(self, page: Expression) -> None:
-        super().__init__(page)
-        self.page = page
-
-    def evaluate(self, match: Match) -> list[pn.Transition]:
-        """Return them."""
-        page: sym.CallbackPage = self.page.evaluate(match)
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> list[pn.Transition]:
         return Body(page).beginnings() if page.kind == sym.CallbackKind.timer else []
 
-    def __str__(self) -> str:
-        return f"what begins {self.page}"
 
-
-class Ends(Beginnings):
+class Ends(Query):
     """The transitions by which a callback ends; a server's and a goal's end with what they answer."""
 
-    def evaluate(self, match: Match) -> list[pn.Transition]:
-        """Return them."""
-        page: sym.CallbackPage = self.page.evaluate(match)
+    eclass = pn.Transition
+    many = True
+    _words = "what ends {}"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> list[pn.Transition]:
         return [] if page.kind == sym.CallbackKind.server or works_on_goals(page) else Body(page).ends()
 
-    def __str__(self) -> str:
-        return f"what ends {self.page}"
+
+class Steps(Query):
+    """The transitions of a callback that works on a goal and awaits at each step; others have none."""
+
+    eclass = pn.Transition
+    many = True
+    _words = "steps of {}"
+
+    @staticmethod
+    def _answer(page: sym.CallbackPage) -> list[pn.Transition]:
+        return [] if holds_thread(page) else Body(page).transitions
 
 
-class Group(Expression):
+class Group(Query):
     """The callback group of a callback or client; its node net where it names none."""
 
     eclass = EObject
-
-    def __init__(self, asking: Expression) -> None:
-        super().__init__(asking)
-        self.asking = asking
-
-    def evaluate(self, match: Match) -> EObject | None:
-        """Return it."""
-        return group_or_node(self.asking.evaluate(match))
-
-    def __str__(self) -> str:
-        return f"group of {self.asking}"
+    _words = "group of {}"
+    _answer = staticmethod(group_or_node)
 
 
-class Members(Expression):
+class Members(Query):
     """The callbacks and clients in a callback group, or in that of a node net."""
 
     eclass = EObject
     many = True
-
-    def __init__(self, group: Expression) -> None:
-        super().__init__(group)
-        self.group = group
-
-    def evaluate(self, match: Match) -> list[EObject]:
-        """Return them."""
-        return [*members_of(self.group.evaluate(match))]
-
-    def __str__(self) -> str:
-        return f"members of {self.group}"
+    _words = "members of {}"
+    _answer = staticmethod(members_of)
 
 
-class Threads(Expression):
+class Threads(Query):
     """How many threads the executor of a node net has."""
 
     datatype = WHOLE
-
-    def __init__(self, node: Expression) -> None:
-        super().__init__(node)
-        self.node = node
-
-    def evaluate(self, match: Match) -> int:
-        """Return the number."""
-        return threads_of(self.node.evaluate(match))
-
-    def __str__(self) -> str:
-        return f"threads of {self.node}"
+    _words = "threads of {}"
+    _answer = staticmethod(threads_of)
 
 
-class BeginsCallback(Expression):
+class HoldsThread(Query):
+    """Whether a callback has a thread while it runs."""
+
+    datatype = TRUTH
+    _words = "{} holds a thread"
+    _answer = staticmethod(holds_thread)
+
+
+class BeginsCallback(Query):
     """Whether responses to a client begin a callback of their own."""
 
     datatype = TRUTH
-
-    def __init__(self, client: Expression) -> None:
-        super().__init__(client)
-        self.client = client
-
-    def evaluate(self, match: Match) -> bool:
-        """Tell whether they do."""
-        return begins_callback(self.client.evaluate(match))
-
-    def __str__(self) -> str:
-        return f"response to {self.client} begins a callback"
+    _words = "response to {} begins a callback"
+    _answer = staticmethod(begins_callback)
 
 
-class Awaited(BeginsCallback):
+class Awaited(Query):
     """Whether a client's callback gives its thread back while it waits for the response."""
 
-    def evaluate(self, match: Match) -> bool:
-        """Tell whether it does."""
-        return is_awaited(self.client.evaluate(match))
-
-    def __str__(self) -> str:
-        return f"response to {self.client} is awaited"
+    datatype = TRUTH
+    _words = "response to {} is awaited"
+    _answer = staticmethod(is_awaited)
 
 
-class HoldsThread(BeginsCallback):
-    """Whether a callback has a thread while it runs; `client` is its page."""
+class GoalAwaited(Query):
+    """Whether the callback that sends a client's goals gives its thread back until they are over."""
 
-    def evaluate(self, match: Match) -> bool:
-        """Tell whether it has."""
-        return holds_thread(self.client.evaluate(match))
-
-    def __str__(self) -> str:
-        return f"{self.client} holds a thread"
+    datatype = TRUTH
+    _words = "goals of {} are awaited"
+    _answer = staticmethod(is_goal_awaited)
 
 
-class Steps(Beginnings):
-    """The transitions of a callback that works on a goal and awaits at each step; others have none."""
-
-    def evaluate(self, match: Match) -> list[pn.Transition]:
-        """Return them."""
-        page: sym.CallbackPage = self.page.evaluate(match)
-        return [] if holds_thread(page) else Body(page).transitions
-
-    def __str__(self) -> str:
-        return f"steps of {self.page}"
+def _told(client: sym.ActionClientPort, move: pn.Transition) -> pn.Place | None:
+    places = {*answers(client), client.feedback}
+    told = (arc.target for arc in move.outgoing)
+    return next((place for place in told if isinstance(place, pn.Place) and place in places), None)
 
 
-class Told(Expression):
+class Told(Query):
     """The place of an action's client that a transition tells of an answer or of feedback, if any."""
 
     eclass = pn.Place
-
-    def __init__(self, client: Expression, move: Expression) -> None:
-        super().__init__(client, move)
-        self.client = client
-        self.move = move
-
-    def evaluate(self, match: Match) -> pn.Place | None:
-        """Return it."""
-        client: sym.ActionClientPort = self.client.evaluate(match)
-        places = {*answers(client), client.feedback}
-        move: pn.Transition = self.move.evaluate(match)
-        return next((arc.target for arc in move.outgoing if arc.target in places), None)
-
-    def __str__(self) -> str:
-        return f"where {self.move} tells {self.client}"
+    _words = "where {1} tells {0}"
+    _answer = staticmethod(_told)
 
 
-class BeginsAnswer(Expression):
-    """Whether what is told to an action's client begins a callback of its own."""
+class BeginsAnswer(Query):
+    """Whether what a transition tells an action's client begins a callback of its own."""
 
     datatype = TRUTH
+    _words = f"{Told._words} begins a callback"
 
-    def __init__(self, client: Expression, move: Expression) -> None:
-        super().__init__(client, move)
-        self.client = client
-        self.told = Told(client, move)
-
-    def evaluate(self, match: Match) -> bool:
-        """Tell whether it does."""
-        return begins_answer(self.client.evaluate(match), self.told.evaluate(match))
-
-    def __str__(self) -> str:
-        return f"{self.told} begins a callback"
+    @staticmethod
+    def _answer(client: sym.ActionClientPort, move: pn.Transition) -> bool:
+        return begins_answer(client, _told(client, move))
 
 
-class GoalAwaited(BeginsCallback):
-    """Whether the callback that sends a client's goals gives its thread back until they are over."""
-
-    def evaluate(self, match: Match) -> bool:
-        """Tell whether it does."""
-        return is_goal_awaited(self.client.evaluate(match))
-
-    def __str__(self) -> str:
-        return f"goals of {self.client} are awaited"
-
-
-class GoesOn(BeginsAnswer):
+class GoesOn(Query):
     """Whether a callback that awaits goes on with what is told: an answer on its own page."""
 
-    def evaluate(self, match: Match) -> bool:
-        """Tell whether it does."""
-        client: sym.ActionClientPort = self.client.evaluate(match)
-        place = self.told.evaluate(match)
+    datatype = TRUTH
+    _words = f"{{0}} awaits {Told._words}"
+
+    @staticmethod
+    def _answer(client: sym.ActionClientPort, move: pn.Transition) -> bool:
+        place = _told(client, move)
         if place is None or place is client.feedback or not is_goal_awaited(client):
             return False
         return callback_page_of(place) is callback_page_of(client.goal)
-
-    def __str__(self) -> str:
-        return f"{self.client} awaits {self.told}"

@@ -14,7 +14,7 @@ from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.language.rule import Rule
 from dineros.transformations.rules.histories import Publication
 from dineros.transformations.rules.notation import Bound, arc
-from dineros.transformations.rules.tokens import Change, Heaviest, Lowering, Raising
+from dineros.transformations.rules.tokens import Change, Lowering, MostNeeded, MostPut, Raising
 
 UNLIMITED = -1
 """Value of `inHand` by which a node takes any number of messages."""
@@ -38,7 +38,7 @@ class B2(Rule):
 
     bound = Bound(
         publication.source,
-        greatest(1, publication.source.tokens, Heaviest(publication.source, puts=True)),
+        greatest(1, publication.source.tokens, MostPut(publication.source)),
         means=Meaning("free room at {publisher}{writer}", rests=True),
     )
 
@@ -53,7 +53,7 @@ class B3(Rule):
 
     bound = Bound(
         sink,
-        either(port.inHand, greatest(1, sink.tokens, Heaviest(sink, puts=False))),
+        either(port.inHand, greatest(1, sink.tokens, MostNeeded(sink))),
         means=Meaning("free room at {subscriber}", rests=True),
     )
 
@@ -75,6 +75,3 @@ class B4(Rule):
     gives = ForAll(
         [lowering], make=[arc(lowering, bound.free, weight=less(0, Change(bound.place, lowering)))]
     )
-
-    lhs = [bound]
-    rhs = [*lhs, takes, gives]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Literal, TypeAlias
 
 from dineros.metamodel import sym
@@ -51,56 +52,18 @@ class Family:
     about: str = ""
 
 
-_MANAGED = (
-    lifecycle.L1,
-    lifecycle.L1ConfigureFails,
-    lifecycle.L1ActivateFails,
-    lifecycle.L1Deactivate,
-    lifecycle.L1Cleanup,
-    lifecycle.L1Shutdown,
-    lifecycle.L1Configured,
-    lifecycle.L1ConfiguredActive,
-    lifecycle.L1Activated,
-    lifecycle.L1ActivatedActive,
-    lifecycle.L1Thread,
-    lifecycle.L1Exclusive,
-    lifecycle.L2,
-    lifecycle.L3,
-    lifecycle.L3Begin,
-    lifecycle.L3Outside,
-    lifecycle.L3Tick,
-    lifecycle.L3Take,
-    lifecycle.L3Serve,
-    lifecycle.L3Ask,
-    lifecycle.L3GiveUp,
-    managed.L3Accept,
-    managed.L3Goal,
-    managed.L3Tell,
-    managed.L3End,
-    managed.L3Send,
-    managed.L3Wish,
-    managed.L3Hear,
-    coming_and_going.L4,
-    coming_and_going.L4Kept,
-    coming_and_going.L4Deliver,
-    coming_and_going.L4Left,
-    coming_and_going.L4LeftKept,
-    coming_and_going.L4Gone,
-    coming_and_going.L4Written,
-    coming_and_going.L4Read,
-    coming_and_going.L4Clear,
-    coming_and_going.L4Cleared,
-    managed.L4Feedback,
-    managed.L4FeedbackCleared,
-    coming_and_going.L5,
-    coming_and_going.L5Replace,
-    coming_and_going.L5ReplaceFinalized,
-    coming_and_going.L5Again,
-    coming_and_going.L5Forget,
-    coming_and_going.L5Left,
-    coming_and_going.L5Drained,
-    coming_and_going.L5Forgotten,
-)
+def _defined_in(*modules: ModuleType) -> tuple[type[Rule], ...]:
+    """Return the rules that modules define, by their numbers; those of one number as they stand there."""
+    found = (
+        value
+        for module in modules
+        for value in vars(module).values()
+        if isinstance(value, type) and issubclass(value, Rule) and value.__module__ == module.__name__
+    )
+    return tuple(sorted(found, key=lambda rule: rule.__name__[:2]))
+
+
+_MANAGED = _defined_in(lifecycle, coming_and_going, managed)
 """The rules of managed nodes, as they are shown and run."""
 
 FAMILIES = (
@@ -108,95 +71,49 @@ FAMILIES = (
         "topics",
         "Topics: publisher, dispatcher and subscriber queues",
         "Sect. 5.5.1, Fig. 8",
-        (
-            topics.T1,
-            topics.T2,
-            topics.T2History,
-            topics.T2Instance,
-            topics.T3,
-            topics.T4,
-            topics.T5a,
-            topics.T5b,
-        ),
+        _defined_in(topics),
     ),
     Family(
         "services",
         "Services: server instances and the clients' calls",
         "Sect. 5.5.3, Fig. 10",
-        (services.S1, services.S2, services.S3, services.S4, services.S4Client),
+        _defined_in(services),
     ),
     Family(
         "signals",
         "Signals: values, clauses, and when they may change",
         "Sect. 5.5.4, Fig. 11 and 12",
         (
-            signals.I1,
-            signals.I2,
-            signals.I3,
-            signals.I4,
-            signals.I5FullyEnabled,
-            signals.I5InputEnabled,
-            signals.I6InputEnabled,
-            signals.I5IoEnabled,
-            signals.I6IoEnabled,
+            *(signals.I1, signals.I2, signals.I3, signals.I4, signals.I5FullyEnabled),
+            *(signals.I5InputEnabled, signals.I6InputEnabled, signals.I5IoEnabled, signals.I6IoEnabled),
         ),
     ),
     Family(
         "histories",
         "Topics of ROS 2: writer and reader histories",
         "",
-        (histories.R1, histories.R1Instance, histories.R2, histories.R3, histories.R4),
+        _defined_in(histories),
         "They take the place of T1 to T4 where the middleware is `ros2`.",
     ),
     Family(
         "timers",
         "Timers of ROS 2",
         "",
-        (timers.C1,),
+        _defined_in(timers),
         "They run where the middleware is `ros2`.",
     ),
     Family(
         "executors",
         "Executors and callback groups of ROS 2",
         "",
-        (
-            executors.E1,
-            executors.E2,
-            executors.E2Default,
-            executors.E3,
-            executors.E3Take,
-            executors.E3Tick,
-            executors.E3Serve,
-            executors.E3Exclusive,
-            executors.E3Once,
-            executors.E3OnceExclusive,
-            executors.E4,
-            executors.E4Reply,
-            executors.E4Exclusive,
-            executors.E5,
-            executors.E5Exclusive,
-            executors.E6,
-            executors.E6Exclusive,
-            executors.E7,
-            executors.E7Call,
-            executors.E7GiveUp,
-        ),
+        _defined_in(executors),
         "They run where the middleware is `ros2`, for node nets whose execution is `callbacks`.",
     ),
     Family(
         "requests",
         "Services of ROS 2: request histories and time-outs",
         "",
-        (
-            requests.R5,
-            requests.R5Client,
-            requests.R6,
-            requests.R6Client,
-            requests.R6Instance,
-            requests.R7,
-            requests.R7Instance,
-            requests.R7Place,
-        ),
+        _defined_in(requests),
         "They come after S1 to S4 where the middleware is `ros2`, for services that can lose requests.",
     ),
     Family(
@@ -210,14 +127,7 @@ FAMILIES = (
         "actions",
         "Actions: goals, slots, requests to cancel, outcomes, feedback",
         "",
-        (
-            *(goals.A1, goals.A1Result, goals.A1Fetch, goals.A2, goals.A2Reject, goals.A2Tell),
-            *(goals.A3, goals.A3Again, goals.A3Nothing, goals.A3Over, goals.A3Hear, goals.A3Refuse),
-            *(ends.A4, ends.A4Late, ends.A4Cancel, ends.A4Unheeded),
-            *(feedback.A5, feedback.A5Tell, feedback.A5Room, feedback.A5First, feedback.A5Hand),
-            *(slots.A6, slots.A6Client, slots.A7, slots.A7Ask, slots.A7Cancel),
-            *(publishing.R1Slot, publishing.T2SlotHistory, publishing.T2Slot),
-        ),
+        _defined_in(goals, ends, feedback, slots, publishing),
         "They run under every middleware, after those of services; A6 runs before all others, A5-room, "
         "A5-first and A5-hand with those about capacities.",
     ),
@@ -225,19 +135,14 @@ FAMILIES = (
         "goals",
         "Executors and callback groups of ROS 2: goals of actions",
         "",
-        (
-            *(served.E3Accept, served.E3AcceptAwaiting, served.E3AcceptExclusive, served.E3Step),
-            *(served.E4End, served.E5Serve, served.E5ServeExclusive, served.E5Answer),
-            *(served.E5AnswerExclusive, served.E6Answer, served.E6AnswerExclusive),
-            *(served.E7Send, served.E7Answer),
-        ),
+        _defined_in(served),
         "They run where the middleware is `ros2`, for node nets whose execution is `callbacks`.",
     ),
     Family(
         "capacities",
         "Capacities of places",
         "",
-        (capacities.B1, capacities.B2, capacities.B3, capacities.B4),
+        _defined_in(capacities),
         "They run last of all rules: B1 and B4 under every middleware, B2 and B3 where it is `ros2`.",
     ),
 )
@@ -290,26 +195,11 @@ CALLBACK_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     ],
 }
 """They run after those of signals, whose places are those of the model."""
-LIFECYCLE_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
-    "ros1": [],
-    "ros2": list(_MANAGED),
-}
+LIFECYCLE_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {"ros1": [], "ros2": list(_MANAGED)}
 """They run after all others but those of capacities: they say when what those made may happen."""
 SERVICE_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [services.S3, services.S1, services.S2],
-    "ros2": [
-        services.S3,
-        services.S1,
-        services.S2,
-        requests.R5,
-        requests.R5Client,
-        requests.R6,
-        requests.R6Client,
-        requests.R6Instance,
-        requests.R7,
-        requests.R7Instance,
-        requests.R7Place,
-    ],
+    "ros2": [services.S3, services.S1, services.S2, *_defined_in(requests)],
 }
 CAPACITY_RULES: dict[MiddlewareVariant, list[type[Rule]]] = {
     "ros1": [capacities.B1, feedback.A5Room, feedback.A5First, feedback.A5Hand, capacities.B4],

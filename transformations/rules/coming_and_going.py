@@ -11,52 +11,45 @@ from __future__ import annotations
 from dineros.metamodel import sym
 from dineros.metamodel.matching import is_kept
 from dineros.metamodel.records import Drop, Transfer
+from dineros.metamodel.records.schema import Step
 from dineros.transformations.language.creation import New
 from dineros.transformations.language.datatypes import TRUTH
 from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.expressions import Expression, Match
-from dineros.transformations.language.functions import ancestor
+from dineros.transformations.language.functions import Query, ancestor
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Made, Node
 from dineros.transformations.language.rule import Rule
-from dineros.transformations.rules.histories import R2, R3, WRITER, Matched
+from dineros.transformations.rules.histories import PAIR, R2, R3, WRITER
 from dineros.transformations.rules.lifecycle import L1, Configuring, Home, L1Shutdown
 from dineros.transformations.rules.notation import arc, place, read, transition
 
 LANGUAGE.add(__name__)
 
 
-class Kept(Matched):
+class Kept(Query):
     """Whether a reader that comes late gets what was written before."""
 
-    def evaluate(self, match: Match) -> bool:
-        """Tell whether it does."""
-        return is_kept(match[self.writer], match[self.reader])
-
-    def __str__(self) -> str:
-        return f"{self.writer} keeps messages for a late {self.reader}"
+    datatype = TRUTH
+    _words = "{} keeps messages for a late {}"
+    _answer = staticmethod(is_kept)
 
 
-class Leaves(Expression):
+class Leaves(Query):
     """Whether a managed node may be cleaned up or shut down."""
 
     datatype = TRUTH
+    _words = "{} may be cleaned up or shut down"
 
-    def __init__(self, life: Node) -> None:
-        super().__init__(life)
-        self.life = life
-
-    def evaluate(self, match: Match) -> bool:
-        """Tell whether it may."""
-        life: sym.Lifecycle = match[self.life]
+    @staticmethod
+    def _answer(life: sym.Lifecycle) -> bool:
         return life.cleansUp or life.shutsDown
 
-    def __str__(self) -> str:
-        return f"{self.life} may be cleaned up or shut down"
 
-
-def _lose(id: str, words: str, part: str) -> New:
-    return transition(id, Meaning(words, step=Drop, queue="publisher", called=WRITER, part=part))
+def _step(part: str, words: str, step: type[Step] = Drop) -> New:
+    """Make a step of the writer history of a pair; usually, a message is lost."""
+    return transition(
+        f"{PAIR}.{part}", Meaning(words, step=step, queue="publisher", called=WRITER, part=part)
+    )
 
 
 MISSED = "a message of {publisher} on topic {topic} is lost: {subscriber} of node net {reading} is not there"
@@ -74,7 +67,7 @@ class L4(Rule):
     configured = Made(L1.configured, of=node)
     away = Made(L1.away, of=node)
 
-    miss = _lose("{channel.id}.writer.{writer.place.id}.{reader.place.id}.miss", MISSED, "miss")
+    miss = _step("miss", MISSED)
     arcs = [arc(written, miss), read(away, miss)]
     waits = [read(configured, queue.enter), read(configured, queue.drop)]
 
@@ -93,7 +86,7 @@ class L4Kept(Rule):
     existing = Made(L1Shutdown.existing, of=node)
     finalized = Made(L1.finalized, of=node)
 
-    miss = _lose("{channel.id}.writer.{writer.place.id}.{reader.place.id}.miss", MISSED, "miss")
+    miss = _step("miss", MISSED)
     arcs = [arc(written, miss), read(finalized, miss)]
     waits = [read(existing, queue.enter), read(existing, queue.drop)]
 
@@ -126,7 +119,7 @@ class L4Left(Rule):
     queue = Made(R2.queue, of=[writer, reader])
     away = Made(L1.away, of=node)
 
-    left = _lose("{channel.id}.writer.{writer.place.id}.{reader.place.id}.left", LEFT, "left")
+    left = _step("left", LEFT)
     arcs = [arc(queue.load, left), arc(left, queue.capacity), read(away, left)]
 
     where = [~Kept(writer, reader), Leaves(life)]
@@ -143,7 +136,7 @@ class L4LeftKept(Rule):
     queue = Made(R2.queue, of=[writer, reader])
     finalized = Made(L1.finalized, of=node)
 
-    left = _lose("{channel.id}.writer.{writer.place.id}.{reader.place.id}.left", LEFT, "left")
+    left = _step("left", LEFT)
     arcs = [arc(queue.load, left), arc(left, queue.capacity), read(finalized, left)]
 
     where = [Kept(writer, reader)]
@@ -160,11 +153,7 @@ class L4Gone(Rule):
     queue = Made(R2.queue, of=[writer, reader])
     away = Made(L1.away, of=node)
 
-    gone = _lose(
-        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.gone",
-        "a message of the {queue} is lost: node net {writing} is not there any more",
-        "gone",
-    )
+    gone = _step("gone", "a message of the {queue} is lost: node net {writing} is not there any more")
     arcs = [arc(queue.load, gone), arc(gone, queue.capacity), read(away, gone)]
 
     where = [Leaves(life)]
@@ -248,20 +237,20 @@ class L5(Rule):
     queue = Made(R2.queue, of=[writer, reader])
 
     delivered = place(
-        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.Delivered",
+        f"{PAIR}.Delivered",
         means=Meaning("{queue}: delivered and kept", called=WRITER, rests=True),
     )
     undelivered = place(
-        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.Undelivered",
+        f"{PAIR}.Undelivered",
         tokens=writer.limit,
         means=Meaning("{queue}: room for more that is delivered", called=WRITER, rests=True),
     )
     kept = place(
-        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.Kept",
+        f"{PAIR}.Kept",
         means=Meaning("{queue}: kept", called=WRITER, rests=True),
     )
     room = place(
-        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.Room",
+        f"{PAIR}.Room",
         tokens=writer.limit,
         means=Meaning("{queue}: room for more to keep", called=WRITER, part="room", rests=True),
     )
@@ -287,16 +276,7 @@ class L5Replace(Rule):
     undelivered = Made(L5.undelivered, of=[writer, reader])
     kept = Made(L5.kept, of=[writer, reader])
 
-    replace = transition(
-        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.replace",
-        Meaning(
-            "{queue} takes a message in place of one that is delivered",
-            step=Transfer,
-            queue="publisher",
-            called=WRITER,
-            part="replace",
-        ),
-    )
+    replace = _step("replace", "{queue} takes a message in place of one that is delivered", Transfer)
     arcs = [
         arc(written, replace),
         arc(delivered, replace),
@@ -331,16 +311,7 @@ class L5Again(Rule):
     undelivered = Made(L5.undelivered, of=[writer, reader])
     unconfigured = Made(L1.unconfigured, of=node)
 
-    again = transition(
-        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.again",
-        Meaning(
-            "{queue} is to deliver a message again",
-            step=Transfer,
-            queue="publisher",
-            called=WRITER,
-            part="again",
-        ),
-    )
+    again = _step("again", "{queue} is to deliver a message again", Transfer)
     arcs = [
         arc(delivered, again),
         arc(again, undelivered),
@@ -364,16 +335,7 @@ class L5Forget(Rule):
     room = Made(L5.room, of=[writer, reader])
     away = Made(L1.away, of=node)
 
-    forget = transition(
-        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.forget",
-        Meaning(
-            "{queue} forgets a message that is delivered",
-            step=Transfer,
-            queue="publisher",
-            called=WRITER,
-            part="forget",
-        ),
-    )
+    forget = _step("forget", "{queue} forgets a message that is delivered", Transfer)
     arcs = [arc(delivered, forget), arc(forget, undelivered), read(away, forget)]
     frees = [arc(kept, forget), arc(forget, room), arc(kept, gone), arc(gone, room)]
 

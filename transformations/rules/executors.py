@@ -168,6 +168,16 @@ class E3Serve(Rule):
     beginning = Beginning(serving.t_call, threads, running)
 
 
+class E3Exclusive(Rule):
+    """A callback that begins takes the lock of its exclusive group."""
+
+    page = Node(sym.CallbackPage)
+    beginning = Made(Beginning, of=page)
+    lock = Made(Lock, of=Group(page))
+
+    takes = arc(lock.lock, beginning.move)
+
+
 class E3Once(Rule):
     """A timer's callback of a single transition begins and ends at once."""
 
@@ -223,6 +233,16 @@ class E4Reply(Rule):
     running = Made(E3.running, of=page)
 
     ending = Ending(serving.t_return, threads, running)
+
+
+class E4Exclusive(Rule):
+    """A callback that ends gives it back."""
+
+    page = Node(sym.CallbackPage)
+    ending = Made(Ending, of=page)
+    lock = Made(Lock, of=Group(page))
+
+    gives = arc(ending.move, lock.lock)
 
 
 class E5(Rule):
@@ -319,23 +339,3 @@ class E7GiveUp(Rule):
     goes_on = [arc(awaiting, given.give_up), arc(threads, given.give_up), arc(given.give_up, running)]
 
     where = [Awaited(client)]
-
-
-class E3Exclusive(Rule):
-    """A callback that begins takes the lock of its exclusive group."""
-
-    page = Node(sym.CallbackPage)
-    beginning = Made(Beginning, of=page)
-    lock = Made(Lock, of=Group(page))
-
-    takes = arc(lock.lock, beginning.move)
-
-
-class E4Exclusive(Rule):
-    """A callback that ends gives it back."""
-
-    page = Node(sym.CallbackPage)
-    ending = Made(Ending, of=page)
-    lock = Made(Lock, of=Group(page))
-
-    gives = arc(ending.move, lock.lock)

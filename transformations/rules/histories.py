@@ -16,8 +16,8 @@ from dineros.metamodel.records import Drop, Publish, Take
 from dineros.transformations.language.creation import ForAll, Fragment, New, image
 from dineros.transformations.language.datatypes import TRUTH
 from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.expressions import Expression, Match
-from dineros.transformations.language.functions import enclosing
+from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language.functions import Query, enclosing
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Made, Node
 from dineros.transformations.language.rule import Rule
@@ -26,37 +26,26 @@ from dineros.transformations.rules.services import S4
 
 LANGUAGE.add(__name__)
 
+PAIR = "{channel.id}.writer.{writer.place.id}.{reader.place.id}"
+"""Prefix of ids of the writer history of a pair."""
 WRITER = "writer history of {publisher} for {subscriber} (topic {topic})"
 READER = "reader history of {subscriber} (topic {topic})"
 
 
-class Matched(Expression):
+class Matched(Query):
     """Whether messages of a publisher reach a subscriber, by their quality of service."""
 
     datatype = TRUTH
-
-    def __init__(self, writer: Node, reader: Node) -> None:
-        super().__init__(writer, reader)
-        self.writer = writer
-        self.reader = reader
-
-    def evaluate(self, match: Match) -> bool:
-        """Tell whether they are matched."""
-        return are_matched(match[self.writer], match[self.reader])
-
-    def __str__(self) -> str:
-        return f"{self.writer} and {self.reader} are matched"
+    _words = "{} and {} are matched"
+    _answer = staticmethod(are_matched)
 
 
-class BestEffort(Matched):
+class BestEffort(Query):
     """Whether one of two ports has best-effort reliability."""
 
-    def evaluate(self, match: Match) -> bool:
-        """Tell whether one of them is."""
-        return is_best_effort(match[self.writer], match[self.reader])
-
-    def __str__(self) -> str:
-        return f"{self.writer} or {self.reader} is bestEffort"
+    datatype = TRUTH
+    _words = "{} or {} is bestEffort"
+    _answer = staticmethod(is_best_effort)
 
 
 class Publication(Fragment):
@@ -115,11 +104,11 @@ class R2(Rule):
     received = Made(R3.received, of=reader)
 
     written = place(
-        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.In",
+        f"{PAIR}.In",
         means=Meaning("{queue}: published messages", queue="publisher", called=WRITER, part="received"),
     )
     queue = OverflowQueue(
-        "{channel.id}.writer.{writer.place.id}.{reader.place.id}",
+        PAIR,
         source=written,
         limit=writer.limit,
         sinks=[received],
@@ -148,8 +137,6 @@ class R1(Rule):
     server = Node(sym.ServerPort, page=around)
     slots = Node(sym.ActionServerPort, page=around)
     absent = [Absent(around, server), Absent(around, slots)]
-    lhs = [channel, writer, source]
-    rhs = [*lhs, *publication, writes]
 
 
 class R1Instance(Rule):
@@ -166,9 +153,6 @@ class R1Instance(Rule):
     written = Made(R2.written, of=writer)
     writes = ForAll([written], make=[arc(publication.publish, written)])
 
-    lhs = [channel, writer, around, server, page, source]
-    rhs = [*lhs, *publication, writes]
-
 
 class R4(Rule):
     """A message between two ports may be lost on the way where one of them is best-effort."""
@@ -179,7 +163,7 @@ class R4(Rule):
     queue = Made(R2.queue, of=[writer, reader])
 
     lose = transition(
-        "{channel.id}.writer.{writer.place.id}.{reader.place.id}.lose",
+        f"{PAIR}.lose",
         Meaning(
             "a message of the {queue} is lost on the way",
             step=Drop,

@@ -16,7 +16,7 @@ from dineros.metamodel.records import Drop, Lifecycle
 from dineros.transformations.language.creation import IMAGES, Fragment, New
 from dineros.transformations.language.errors import LANGUAGE
 from dineros.transformations.language.expressions import Expression, Match
-from dineros.transformations.language.functions import ancestor
+from dineros.transformations.language.functions import Query, ancestor
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Absent, Index, Made, Node
 from dineros.transformations.language.rule import Rule
@@ -50,27 +50,20 @@ class Home(Expression):
         return f"node net of {self.place}"
 
 
-class Working(Expression):
+class Working(Query):
     """The state in which a managed node does something of itself: active where it pauses, else configured."""
 
     eclass = pn.Place
+    _words = "{1} where {0} pauses, else {2}"
 
-    def __init__(self, life: Expression, active: Expression, configured: Expression) -> None:
-        super().__init__(life, active, configured)
-        self.life, self.active, self.configured = life, active, configured
-
-    def evaluate(self, match: Match) -> pn.Place:
-        """Return its place."""
-        life: sym.Lifecycle = self.life.evaluate(match)
-        place: pn.Place = (self.active if life.pauses else self.configured).evaluate(match)
-        return place
-
-    def __str__(self) -> str:
-        return f"{self.active} where {self.life} pauses, else {self.configured}"
+    @staticmethod
+    def _answer(life: sym.Lifecycle, active: pn.Place, configured: pn.Place) -> pn.Place:
+        return active if life.pauses else configured
 
 
-def _state(id: str, words: str, tokens: int = 0, part: str = "") -> New:
-    return place(id, tokens, Meaning(f"node net {{node}} {words}", part=f"state.{part}", rests=True))
+def _state(name: str, words: str = "", tokens: int = 0) -> New:
+    words = f"node net {{node}} {words or f'is {name}'}"
+    return place(f"{{node.id}}.{name}", tokens, Meaning(words, part=f"state.{name}", rests=True))
 
 
 class StateChange(Fragment):
@@ -78,23 +71,24 @@ class StateChange(Fragment):
 
     Parameters
     ----------
-    id : str
-        Of its transition; may hold placeholders.
-    words : str
-        What it does.
     part : str
         What it is asked for, and whether that fails: ``configure``, ``configure.fails``.
+    words : str
+        What it does.
     before, after : sequence of Expression
         Places that lose a token, and those that get one.
+    state : str
+        The state that it is asked in, where one rule makes changes of several.
     """
 
     roles: Mapping[str, type[EObject]] = {"move": pn.Transition}
     move: New
 
     def __init__(
-        self, id: str, words: str, part: str, before: list[Expression], after: list[Expression]
+        self, part: str, words: str, before: list[Expression], after: list[Expression], *, state: str = ""
     ) -> None:
         super().__init__()
+        id = f"{{node.id}}.{part}.{state}" if state else f"{{node.id}}.{part}"
         self.move = transition(id, Meaning(f"node net {{node}} {words}", step=Lifecycle, part=part))
         self.arcs = [*(arc(each, self.move) for each in before), *(arc(self.move, each) for each in after)]
 
@@ -113,20 +107,14 @@ class L1(Rule):
     node = Node(sym.NodeNet)
     life = Node(sym.Lifecycle, of=node.lifecycle)
 
-    unconfigured = _state("{node.id}.unconfigured", "is unconfigured", 1, "unconfigured")
-    inactive = _state("{node.id}.inactive", "is inactive", part="inactive")
-    active = _state("{node.id}.active", "is active", part="active")
-    finalized = _state("{node.id}.finalized", "is finalized", part="finalized")
-    configured = _state("{node.id}.configured", "is configured", part="configured")
-    away = _state("{node.id}.absent", "is not configured", 1, "absent")
-    configure = Configuring(
-        "{node.id}.configure",
-        "is configured",
-        "configure",
-        [unconfigured, away],
-        [inactive, configured],
-    )
-    activate = Activating("{node.id}.activate", "is activated", "activate", [inactive], [active])
+    unconfigured = _state("unconfigured", tokens=1)
+    inactive = _state("inactive")
+    active = _state("active")
+    finalized = _state("finalized")
+    configured = _state("configured")
+    away = _state("absent", "is not configured", tokens=1)
+    configure = Configuring("configure", "is configured", [unconfigured, away], [inactive, configured])
+    activate = Activating("activate", "is activated", [inactive], [active])
 
 
 class L1ConfigureFails(Rule):
@@ -136,13 +124,7 @@ class L1ConfigureFails(Rule):
     life = Node(sym.Lifecycle, of=node.lifecycle, configureFails=True)
     unconfigured = Made(L1.unconfigured, of=node)
 
-    fails = Configuring(
-        "{node.id}.configure.fails",
-        "fails to be configured",
-        "configure.fails",
-        [unconfigured],
-        [unconfigured],
-    )
+    fails = Configuring("configure.fails", "fails to be configured", [unconfigured], [unconfigured])
 
 
 class L1ActivateFails(Rule):
@@ -152,9 +134,7 @@ class L1ActivateFails(Rule):
     life = Node(sym.Lifecycle, of=node.lifecycle, activateFails=True)
     inactive = Made(L1.inactive, of=node)
 
-    fails = Activating(
-        "{node.id}.activate.fails", "fails to be activated", "activate.fails", [inactive], [inactive]
-    )
+    fails = Activating("activate.fails", "fails to be activated", [inactive], [inactive])
 
 
 class L1Deactivate(Rule):
@@ -165,7 +145,7 @@ class L1Deactivate(Rule):
     inactive = Made(L1.inactive, of=node)
     active = Made(L1.active, of=node)
 
-    deactivate = StateChange("{node.id}.deactivate", "is deactivated", "deactivate", [active], [inactive])
+    deactivate = StateChange("deactivate", "is deactivated", [active], [inactive])
 
 
 class L1Cleanup(Rule):
@@ -178,13 +158,7 @@ class L1Cleanup(Rule):
     configured = Made(L1.configured, of=node)
     away = Made(L1.away, of=node)
 
-    cleanup = StateChange(
-        "{node.id}.cleanup",
-        "is cleaned up",
-        "cleanup",
-        [inactive, configured],
-        [unconfigured, away],
-    )
+    cleanup = StateChange("cleanup", "is cleaned up", [inactive, configured], [unconfigured, away])
 
 
 class L1Shutdown(Rule):
@@ -199,27 +173,15 @@ class L1Shutdown(Rule):
     configured = Made(L1.configured, of=node)
     away = Made(L1.away, of=node)
 
-    existing = _state("{node.id}.existing", "is not finalized", 1, "existing")
+    existing = _state("existing", "is not finalized", tokens=1)
     at_once = StateChange(
-        "{node.id}.shutdown.unconfigured",
-        "is shut down",
-        "shutdown",
-        [unconfigured, existing],
-        [finalized],
+        "shutdown", "is shut down", [unconfigured, existing], [finalized], state="unconfigured"
     )
     while_inactive = StateChange(
-        "{node.id}.shutdown.inactive",
-        "is shut down",
-        "shutdown",
-        [inactive, existing, configured],
-        [finalized, away],
+        "shutdown", "is shut down", [inactive, existing, configured], [finalized, away], state="inactive"
     )
     while_active = StateChange(
-        "{node.id}.shutdown.active",
-        "is shut down",
-        "shutdown",
-        [active, existing, configured],
-        [finalized, away],
+        "shutdown", "is shut down", [active, existing, configured], [finalized, away], state="active"
     )
 
 

@@ -21,7 +21,8 @@ from dineros.metamodel.records import GiveUp as GiveUpStep
 from dineros.transformations.language.creation import ForAll, Fragment, New, image
 from dineros.transformations.language.datatypes import TRUTH
 from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.expressions import Expression, Match
+from dineros.transformations.language.expressions import Expression
+from dineros.transformations.language.functions import Query
 from dineros.transformations.language.meaning import Meaning
 from dineros.transformations.language.patterns import Index, Made, Node
 from dineros.transformations.language.rule import Rule
@@ -33,32 +34,20 @@ LANGUAGE.add(__name__)
 HISTORY = "request history of service {service}"
 
 
-class LosesRequests(Expression):
+class LosesRequests(Query):
     """Whether more requests of a service may wait than its history keeps."""
 
     datatype = TRUTH
-
-    def __init__(self, service: Node) -> None:
-        super().__init__(service)
-        self.service = service
-
-    def evaluate(self, match: Match) -> bool:
-        """Tell whether more may wait."""
-        return loses_requests(match[self.service])
-
-    def __str__(self) -> str:
-        return f"requests of {self.service} can be lost"
+    _words = "requests of {} can be lost"
+    _answer = staticmethod(loses_requests)
 
 
-class GivesUp(LosesRequests):
+class GivesUp(Query):
     """Whether a client of a service has a time-out."""
 
-    def evaluate(self, match: Match) -> bool:
-        """Tell whether one has."""
-        return gives_up(match[self.service])
-
-    def __str__(self) -> str:
-        return f"a client of {self.service} has a time-out"
+    datatype = TRUTH
+    _words = "a client of {} has a time-out"
+    _answer = staticmethod(gives_up)
 
 
 class RequestQueue(OverflowQueue):

@@ -74,9 +74,6 @@ class I6InputEnabled(Rule):
         ],
     )
 
-    lhs = [transition, signal, change]
-    rhs = [*lhs, inputs]
-
 
 class I5IoEnabled(Rule):
     """In addition, a second pair of transitions for the outputs."""
@@ -119,9 +116,6 @@ class I6IoEnabled(Rule):
             read(tested.source, change.to_false, tested.weight),
         ],
     )
-
-    lhs = [transition, signal, change]
-    rhs = [*lhs, outputs, read_outputs]
 
 
 class I1(Rule):

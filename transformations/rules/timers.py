@@ -26,6 +26,3 @@ class C1(Rule):
     tick = transition("{page.id}.tick", means=Meaning("the timer of {callback} ticks", part="tick"))
     arcs = [arc(idle, tick), arc(tick, due)]
     begins = ForAll([begin], make=[arc(due, begin), arc(begin, idle)])
-
-    lhs = [page]
-    rhs = [*lhs, idle, due, tick, *arcs, begins]

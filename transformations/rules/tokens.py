@@ -9,80 +9,64 @@ from collections import Counter
 
 from dineros.metamodel import pn
 from dineros.transformations.language.datatypes import WHOLE
-from dineros.transformations.language.errors import LANGUAGE
-from dineros.transformations.language.expressions import Expression, Match
-
-LANGUAGE.add(__name__)
+from dineros.transformations.language.functions import Query
 
 
-class Raising(Expression):
-    """The transitions whose firing leaves more tokens in a place than there were."""
+class Raising(Query):
+    """The transitions whose firing leaves more tokens in a place than there were, by its arcs."""
 
     eclass = pn.Transition
     many = True
+    _words = "what raises {}"
 
-    def __init__(self, place: Expression) -> None:
-        super().__init__(place)
-        self.place = place
-
-    def evaluate(self, match: Match) -> list[pn.Node]:
-        """Return them, in the order of the arcs."""
-        return [
-            transition for transition, tokens in _changes(self.place.evaluate(match)).items() if tokens > 0
-        ]
-
-    def __str__(self) -> str:
-        return f"what raises {self.place}"
+    @staticmethod
+    def _answer(place: pn.Place) -> list[pn.Node]:
+        return [transition for transition, tokens in _changes(place).items() if tokens > 0]
 
 
-class Lowering(Raising):
-    """The transitions whose firing leaves fewer tokens in a place than there were."""
+class Lowering(Query):
+    """The transitions whose firing leaves fewer tokens in a place than there were, by its arcs."""
 
-    def evaluate(self, match: Match) -> list[pn.Node]:
-        """Return them, in the order of the arcs."""
-        return [
-            transition for transition, tokens in _changes(self.place.evaluate(match)).items() if tokens < 0
-        ]
+    eclass = pn.Transition
+    many = True
+    _words = "what lowers {}"
 
-    def __str__(self) -> str:
-        return f"what lowers {self.place}"
+    @staticmethod
+    def _answer(place: pn.Place) -> list[pn.Node]:
+        return [transition for transition, tokens in _changes(place).items() if tokens < 0]
 
 
-class Change(Expression):
-    """By how many tokens the firing of a transition raises a place."""
+class Change(Query):
+    """By how many tokens the firing of a transition raises a place; below 0 where it lowers it."""
 
     datatype = WHOLE
+    _words = "change of {} by {}"
 
-    def __init__(self, place: Expression, transition: Expression) -> None:
-        super().__init__(place, transition)
-        self.place = place
-        self.transition = transition
-
-    def evaluate(self, match: Match) -> int:
-        """Return the change; below 0 where it lowers the place."""
-        return _changes(self.place.evaluate(match))[self.transition.evaluate(match)]
-
-    def __str__(self) -> str:
-        return f"change of {self.place} by {self.transition}"
+    @staticmethod
+    def _answer(place: pn.Place, transition: pn.Transition) -> int:
+        return _changes(place)[transition]
 
 
-class Heaviest(Expression):
-    """The largest number of tokens that one firing puts on a place, or needs there; 0 where none does."""
+class MostPut(Query):
+    """The largest number of tokens that one firing puts on a place; 0 where none does."""
 
     datatype = WHOLE
+    _words = "heaviest arc into {}"
 
-    def __init__(self, place: Expression, *, puts: bool) -> None:
-        super().__init__(place)
-        self.place = place
-        self.puts = puts
+    @staticmethod
+    def _answer(place: pn.Place) -> int:
+        return max(_puts(place).values(), default=0)
 
-    def evaluate(self, match: Match) -> int:
-        """Return the number."""
-        place: pn.Place = self.place.evaluate(match)
-        return max((_puts(place) if self.puts else _needs(place)).values(), default=0)
 
-    def __str__(self) -> str:
-        return f"heaviest arc {'into' if self.puts else 'out of'} {self.place}"
+class MostNeeded(Query):
+    """The largest number of tokens that one firing needs in a place; 0 where none does."""
+
+    datatype = WHOLE
+    _words = "heaviest arc out of {}"
+
+    @staticmethod
+    def _answer(place: pn.Place) -> int:
+        return max(_needs(place).values(), default=0)
 
 
 def _puts(place: pn.Place) -> Counter[pn.Node]:

@@ -32,9 +32,6 @@ class T1(Rule):
     )
     arcs = [arc(topic, transport)]
 
-    lhs = [channel]
-    rhs = [*lhs, topic, transport, *arcs]
-
 
 class T2(Rule):
     """Overflowing send queue of each publisher port."""
@@ -57,8 +54,6 @@ class T2(Rule):
     server = Node(sym.ServerPort, page=around)
     slots = Node(sym.ActionServerPort, page=around)
     absent = [Absent(around, server), Absent(around, slots)]
-    lhs = [channel, port, source, topic]
-    rhs = [*lhs, *queue]
 
 
 class T2History(Rule):
@@ -74,18 +69,15 @@ class T2History(Rule):
         "{channel.id}.publisher.{port.place.id}", limit=port.limit, sinks=[topic], kind="publisher"
     )
 
-    lhs = [channel, port, around, server, topic]
-    rhs = [*lhs, *queue]
-
 
 class T2Instance(Rule):
     """Each instance of a server page writes to the publisher's one send queue, or loses its message."""
 
     channel = Node(sym.TopicChannel)
     port = Node(sym.PublisherPort, channel=channel)
-    history = Made(T2History.queue, of=port)
     around = Node(pn.Page, of=enclosing(port.place, pn.Page))
     server = Node(sym.ServerPort, page=around)
+    history = Made(T2History.queue, of=port)
     page = Made(S4.page, of=server)
     source = Node(pn.Place, of=image(port.place, page))
 
@@ -97,9 +89,6 @@ class T2Instance(Rule):
         enters=Publish,
     )
 
-    lhs = [channel, port, around, server, history, page, source]
-    rhs = [*lhs, *queue]
-
 
 class T3(Rule):
     """Overflowing dispatcher queue of each subscribing node net."""
@@ -109,16 +98,13 @@ class T3(Rule):
     transport = Made(T1.transport, of=channel)
 
     received = place("{channel.id}.dispatcher.{node.id}.In", means=_arriving("dispatcher"))
+    arcs = [arc(transport, received)]
     queue = OverflowQueue(
         "{channel.id}.dispatcher.{node.id}",
         source=received,
         limit=either(first(channel.dispatchers, node=node).limit, DISPATCHER_LIMIT),
         kind="dispatcher",
     )
-    arcs = [arc(transport, received)]
-
-    lhs = [channel, node, transport]
-    rhs = [*lhs, received, *arcs, *queue]
 
 
 class T4(Rule):
@@ -131,6 +117,7 @@ class T4(Rule):
     dispatcher = Made(T3.queue, of=[channel, node])
 
     received = place("{channel.id}.subscriber.{sink.id}.In", means=_arriving("subscriber"))
+    arcs = [arc(dispatcher.leave, received)]
     queue = OverflowQueue(
         "{channel.id}.subscriber.{sink.id}",
         source=received,
@@ -139,10 +126,6 @@ class T4(Rule):
         kind="subscriber",
         leaves=Take,
     )
-    arcs = [arc(dispatcher.leave, received)]
-
-    lhs = [channel, port, node, sink, dispatcher]
-    rhs = [*lhs, received, *arcs, *queue]
 
 
 class T5a(Rule):
@@ -150,9 +133,6 @@ class T5a(Rule):
 
     queue = Made(OverflowQueue)
     arcs = [inhibit(queue.capacity, queue.drop)]
-
-    lhs = [queue]
-    rhs = [*lhs, *arcs]
 
 
 class T5b(Rule):
@@ -163,6 +143,3 @@ class T5b(Rule):
         arc(queue.load, queue.drop, weight=queue.capacity.tokens),
         arc(queue.drop, queue.load, weight=queue.capacity.tokens),
     ]
-
-    lhs = [queue]
-    rhs = [*lhs, *arcs]

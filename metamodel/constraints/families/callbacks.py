@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, sym
+from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.bodies import Body
 from dineros.metamodel.callbacks.groups import (
+    Asking,
     begins_callback,
     callback_page_of,
     group_or_node,
     is_awaited,
     is_goal_awaited,
+    place_of,
     runs_callbacks,
     works_on_goals,
 )
@@ -27,7 +30,7 @@ def _has_executors(index: Index) -> bool:
     return isinstance(index.net, sym.SystemModel) and index.net.middleware == sym.Middleware.ros2
 
 
-def _runs(element: pn.Element | None, index: Index) -> bool:
+def _runs(element: EObject | None, index: Index) -> bool:
     return element is not None and runs_callbacks(index.node_net_of(element))
 
 
@@ -125,41 +128,57 @@ def callbacks_begin_later(place: pn.Place, index: Index) -> Outcome:
     return False
 
 
-@constraint(
+def _is_of_node_net(asking: Asking, index: Index) -> bool:
+    return asking.group is not None and asking.group.eContainer() is index.node_net_of(place_of(asking))
+
+
+group_of_node_net = constraint(
     "{it} is in {found} of another node net",
     fix="use a callback group of its own node net",
-    guard=lambda port, index: port.group is not None,
+    guard=lambda asking, index: asking.group is not None,
 )
+"""Makes a constraint of what `in_own_group` says of a callback or a client."""
+
+group_has_effect = constraint(
+    "{it} is in {found}, which has no effect",
+    fix=f"{_BY_CALLBACKS}, or do not count on it",
+    severity="warning",
+    guard=_is_of_node_net,
+)
+"""Makes a constraint of what `in_group_that_counts` says of a callback or a client."""
+
+
+def in_own_group(asking: Asking, index: Index) -> Outcome:
+    """Tell whether the group of a callback or a client is of its own node net."""
+    return _is_of_node_net(asking, index) or _named(asking)
+
+
+def in_group_that_counts(asking: Asking, index: Index) -> Outcome:
+    """Tell whether the node of a callback or a client runs callbacks, under the rules of ROS 2."""
+    return (_runs(place_of(asking), index) and _has_executors(index)) or _named(asking)
+
+
+def _named(asking: Asking) -> str:
+    assert asking.group is not None
+    return describe(asking.group)
+
+
+@group_of_node_net
 def client_group_of_node_net(port: sym.ClientPort, index: Index) -> Outcome:
     """The group of a client belongs to the node net of the client."""
-    assert port.group is not None
-    return port.group.eContainer() is index.node_net_of(port.response) or describe(port.group)
+    return in_own_group(port, index)
 
 
-@constraint(
-    "{it} is in {found}, which has no effect",
-    fix=f"{_BY_CALLBACKS}, or do not count on it",
-    severity="warning",
-    guard=lambda page, index: page.group is not None and page.group.eContainer() is index.node_net_of(page),
-)
+@group_has_effect
 def callback_group_has_effect(page: sym.CallbackPage, index: Index) -> Outcome:
     """The callback group of a callback counts where its node runs callbacks, under the rules of ROS 2."""
-    assert page.group is not None
-    return (_runs(page, index) and _has_executors(index)) or describe(page.group)
+    return in_group_that_counts(page, index)
 
 
-@constraint(
-    "{it} is in {found}, which has no effect",
-    fix=f"{_BY_CALLBACKS}, or do not count on it",
-    severity="warning",
-    guard=lambda port, index: (
-        port.group is not None and port.group.eContainer() is index.node_net_of(port.response)
-    ),
-)
+@group_has_effect
 def client_group_has_effect(port: sym.ClientPort, index: Index) -> Outcome:
     """The callback group of a client counts where its node runs callbacks, under the rules of ROS 2."""
-    assert port.group is not None
-    return (_runs(port.response, index) and _has_executors(index)) or describe(port.group)
+    return in_group_that_counts(port, index)
 
 
 @constraint(

@@ -9,6 +9,7 @@ from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, kind_of
 from dineros.metamodel.elements import label
+from dineros.metamodel.errors import with_article
 
 _BLANK = re.compile(r"\s")
 # What quotes, comments, tags, variables and tables are made of in XML, Python, C, CMake, shells and Markdown.
@@ -52,9 +53,8 @@ def id_present(element: pn.Element, index: Index) -> Outcome:
 
 def _kind_and_place(element: pn.Element) -> str:
     holder, kind = element.eContainer(), kind_of(element)
-    article = "an" if kind[0] in "aeiou" else "a"
     named = f" named {element.name!r}" if element.name else ""
-    return f"{article} {kind}{named}" + (f" in {describe(holder)}" if holder else "")
+    return f"{with_article(kind)}{named}" + (f" in {describe(holder)}" if holder else "")
 
 
 @constraint("{it} has white space in its id", fix="write the id without blanks and use the name for people")

@@ -9,6 +9,7 @@ from dineros.metamodel import pn, rtm, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.constraints.constraint import Outcome, constraint
+from dineros.metamodel.constraints.families.callbacks import group_of_node_net, in_own_group
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, listed
 
@@ -103,15 +104,10 @@ def callback_page_not_nested(page: sym.CallbackPage, index: Index) -> Outcome:
     return outer is None or describe(outer)
 
 
-@constraint(
-    "{it} is in {found} of another node net",
-    fix="use a callback group of its own node net",
-    guard=lambda page, index: page.group is not None,
-)
+@group_of_node_net
 def callback_group_of_node_net(page: sym.CallbackPage, index: Index) -> Outcome:
     """The group of a callback page belongs to the node net of the page."""
-    assert page.group is not None
-    return page.group.eContainer() is index.node_net_of(page) or describe(page.group)
+    return in_own_group(page, index)
 
 
 @constraint(

@@ -7,8 +7,11 @@ import math
 from dineros.metamodel import sym
 from dineros.metamodel.callbacks.groups import callback_page_of, runs_callbacks
 from dineros.metamodel.constraints.constraint import Outcome, constraint
+from dineros.metamodel.constraints.families.services import IN_ONE_INSTANCE, in_one_instance, in_two_node_nets
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
+
+_TOLD = "the place of its time-outs"
 
 
 def _tells_of_time_outs(port: sym.ClientPort, index: Index) -> bool:
@@ -52,25 +55,14 @@ def timed_out_in_one_node_net(port: sym.ClientPort, index: Index) -> Outcome:
     """The place of a client's time-outs belongs to the node net of its requests."""
     assert port.timedOut is not None
     asking, told = index.node_net_of(port.request), index.node_net_of(port.timedOut)
-    if asking is told:
-        return True
-    first, second = (describe(net) if net else "no node net" for net in (asking, told))
-    return f"{first} and the place of its time-outs in {second}"
+    return asking is told or in_two_node_nets(asking, told, _TOLD)
 
 
-@constraint(
-    "{it} has its request {found}",
-    fix="put both places on the same server page, or both outside of it",
-    guard=_tells_of_time_outs,
-)
+@constraint("{it} has its request {found}", fix=IN_ONE_INSTANCE, guard=_tells_of_time_outs)
 def timed_out_in_one_instance(port: sym.ClientPort, index: Index) -> Outcome:
     """The server instance that asked is the one that is told of a time-out."""
     assert port.timedOut is not None
-    pages = [index.server_page_of(place) for place in (port.request, port.timedOut)]
-    if pages[0] is pages[1]:
-        return True
-    first, second = (f"on the server page {page.id!r}" if page else "outside" for page in pages)
-    return f"{first} and the place of its time-outs {second}"
+    return in_one_instance(port.request, port.timedOut, index, _TOLD)
 
 
 @constraint(

@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 
 from dineros.metamodel import pn, rtm, sym
+from dineros.metamodel.base import EObject
 from dineros.metamodel.constraints.circles import circles_of
 from dineros.metamodel.constraints.constraint import Outcome, constraint
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, listed
 
 _INSTANCE = re.compile(r"(.+)\[[1-9][0-9]*\]\.(.+)", re.DOTALL)
+IN_ONE_INSTANCE = "put both places on the same server page, or both outside of it"
 _PAGE_FIX = "put the server's entry and exit on a page of their own inside a node net"
 
 
@@ -39,15 +41,15 @@ def service_instances(channel: sym.ServiceChannel, index: Index) -> Outcome:
 )
 def server_places_on_page(port: sym.ServerPort, index: Index) -> Outcome:
     """Entry and exit of a server stand on its server page."""
-    outside = [place for place in (port.entry, port.exit) if not _contains(port.page, place)]
+    outside = [place for place in (port.entry, port.exit) if not stands_on(place, port.page)]
     return not outside or listed(outside)
 
 
-def _contains(page: pn.Page, place: pn.Place) -> bool:
-    holder = place.page
-    while holder is not None and holder is not page:
-        holder = holder.page
-    return holder is page
+def stands_on(place: EObject | None, page: pn.Page) -> bool:
+    """Tell whether a place stands on a page, or on a page inside."""
+    while place is not None and place is not page:
+        place = place.eContainer()
+    return place is page
 
 
 @constraint("{it} has {found} as entry and exit", fix="use two places with a transition between them")
@@ -84,8 +86,13 @@ def client_in_one_node_net(port: sym.ClientPort, index: Index) -> Outcome:
     request, response = index.node_net_of(port.request), index.node_net_of(port.response)
     if request is not None and request is response:
         return True
-    places = [describe(node_net) if node_net else "no node net" for node_net in (request, response)]
-    return f"{places[0]} and its response in {places[1]}"
+    return in_two_node_nets(request, response, "its response")
+
+
+def in_two_node_nets(asking: sym.NodeNet | None, other: sym.NodeNet | None, what: str) -> str:
+    """Say where a client's requests are, and where another place of it."""
+    first, second = (describe(net) if net else "no node net" for net in (asking, other))
+    return f"{first} and {what} in {second}"
 
 
 @constraint("{it} has {found} for requests and responses", fix="use two places")
@@ -116,31 +123,26 @@ def _clients_of_instances(index: Index) -> set[tuple[sym.ServiceChannel | None, 
     return found
 
 
-@constraint(
-    "{it} has its request {found}",
-    fix="put both places on the same server page, or both outside of it",
-)
+@constraint("{it} has its request {found}", fix=IN_ONE_INSTANCE)
 def client_in_one_instance(port: sym.ClientPort, index: Index) -> Outcome:
     """An answer comes back to the server instance that asked."""
-    return _in_one_instance(port.request, port.response, index)
+    return in_one_instance(port.request, port.response, index)
 
 
-@constraint(
-    "{it} has its request {found}",
-    fix="put both places on the same server page, or both outside of it",
-)
+@constraint("{it} has its request {found}", fix=IN_ONE_INSTANCE)
 def runtime_client(port: rtm.ClientPort, index: Index) -> Outcome:
     """In a run-time model, too, an answer comes back to the server instance that asked."""
     place = port.eContainer()
-    return not isinstance(place, pn.Place) or _in_one_instance(place, port.response, index)
+    return not isinstance(place, pn.Place) or in_one_instance(place, port.response, index)
 
 
-def _in_one_instance(request: pn.Place, response: pn.Place, index: Index) -> Outcome:
-    pages = [index.server_page_of(place) for place in (request, response)]
+def in_one_instance(request: pn.Place, other: pn.Place, index: Index, what: str = "its response") -> Outcome:
+    """Tell whether a client's requests and another place of it are on the same server page, or on none."""
+    pages = [index.server_page_of(place) for place in (request, other)]
     if pages[0] is pages[1]:
         return True
     first, second = (f"on the server page {page.id!r}" if page else "outside" for page in pages)
-    return f"{first} and its response {second}"
+    return f"{first} and {what} {second}"
 
 
 @constraint(
@@ -236,5 +238,5 @@ def runtime_server(port: rtm.ServerPort, index: Index) -> Outcome:
     assert isinstance(entry, rtm.Place)
     if entry is port.exit:
         return f"{describe(entry)} as entry and exit"
-    outside = [place for place in (entry, port.exit) if not _contains(port.page, place)]
+    outside = [place for place in (entry, port.exit) if not stands_on(place, port.page)]
     return not outside or f"{listed(outside)} outside of its server page {port.page.id!r}"

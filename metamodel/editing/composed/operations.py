@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, TypeAlias
+from typing import TypeAlias, get_args
 
-from dineros.metamodel.editing.commands import decode
+from dineros.metamodel.editing.commands import decode, kind_of
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,6 @@ class Copy:
         How far from the originals they stand.
     """
 
-    kind: ClassVar[str] = "copy"
     elements: tuple[str, ...]
     owner: str
     dx: float
@@ -40,7 +39,6 @@ class Into:
     their places become these.
     """
 
-    kind: ClassVar[str] = "into"
     elements: tuple[str, ...]
     page: str
 
@@ -57,7 +55,6 @@ class Group:
         ``pn.Page`` or ``sym.CallbackPage``.
     """
 
-    kind: ClassVar[str] = "group"
     elements: tuple[str, ...]
     type: str = "pn.Page"
 
@@ -66,7 +63,6 @@ class Group:
 class Split:
     """Put what stands on a page onto the page around it, and take the page away."""
 
-    kind: ClassVar[str] = "split"
     page: str
 
 
@@ -84,7 +80,6 @@ class Fill:
         The value: as it is for texts, else as JSON. None: the default of the field.
     """
 
-    kind: ClassVar[str] = "fill"
     token: str
     field: str
     text: str | None
@@ -94,7 +89,6 @@ class Fill:
 class Insert:
     """Put a template into a system model, its upper left corner at a point; see `templates`."""
 
-    kind: ClassVar[str] = "insert"
     template: str
     x: float
     y: float
@@ -112,7 +106,6 @@ class Join:
         Where the reference stands, on the page of the other end, where none stands for the place there.
     """
 
-    kind: ClassVar[str] = "join"
     source: str
     target: str
     x: float
@@ -121,9 +114,7 @@ class Join:
 
 Operation: TypeAlias = Copy | Into | Group | Split | Join | Fill | Insert
 
-OPERATIONS: dict[str, type[Operation]] = {
-    each.kind: each for each in (Copy, Into, Group, Split, Join, Fill, Insert)
-}
+OPERATIONS: dict[str, type[Operation]] = {kind_of(each): each for each in get_args(Operation)}
 """All operations, by what they are called in messages."""
 
 

@@ -20,6 +20,7 @@ from dineros.metamodel.files.pnml.source import (
     text_of,
 )
 from dineros.metamodel.files.pnml.vocabulary import ALL_FIELDS, DINEROS, EDITOR, OWN, PNML, VERSIONS, tag
+from dineros.metamodel.files.schema import number_text
 
 LABELS = {"elementName": "name", "initialMarking": "initialMarking", "inscription": "inscription"}
 """PNML element of each kind of label, in the order in which labels are kept."""
@@ -206,11 +207,6 @@ def _is_finite(point: pn.Point | None) -> bool:
 
 def _point_xml(name: str, point: pn.Point) -> etree._Element:
     return etree.Element(tag(name), x=number_text(point.x), y=number_text(point.y))
-
-
-def number_text(value: float) -> str:
-    """Return the shortest text of a number, without a fraction where it has none."""
-    return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
 
 
 def _labels_xml(labels: list[pn.Label], texts: tuple[str, ...]) -> dict[str, list[etree._Element]] | None:

@@ -21,7 +21,7 @@ from lxml import etree
 from pyecore.ecore import EAttribute
 
 from dineros.metamodel import pn, pnm, positions, rtm, sym
-from dineros.metamodel.base import EObject, features_of
+from dineros.metamodel.base import EObject, features_of, remembered
 from dineros.metamodel.errors import DinerosError, near_matches, with_article
 from dineros.metamodel.files.pnml.source import LARGEST, Source, children, local
 from dineros.metamodel.files.pnml.vocabulary import OWN, OWN_VERSION, tag
@@ -103,16 +103,11 @@ def encode(
                     todo.append((inside, inner, ()))
 
 
+@remembered
 def _stored_features(cls: type[EObject]) -> dict[str, Any]:
     """Return the features to write: id and name first, and of two opposite references only one."""
-    known = _STORED.get(cls)
-    if known is None:
-        stored = [pair for pair in features_of(cls).items() if not _follows(pair[1])]
-        known = _STORED[cls] = dict(sorted(stored, key=lambda pair: pair[0] not in ("id", "name")))
-    return known
-
-
-_STORED: dict[type[EObject], dict[str, Any]] = {}
+    stored = [pair for pair in features_of(cls).items() if not _follows(pair[1])]
+    return dict(sorted(stored, key=lambda pair: pair[0] not in ("id", "name")))
 
 
 def _follows(feature: Any) -> bool:

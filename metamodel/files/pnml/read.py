@@ -13,7 +13,7 @@ from dineros.metamodel.files.pnml.records import (
     PageRecord,
     Record,
 )
-from dineros.metamodel.files.pnml.source import Source, canonical, child, children, line_of, local, text_of
+from dineros.metamodel.files.pnml.source import Source, canonical, child, children, local, text_of
 from dineros.metamodel.files.pnml.vocabulary import (
     ACTION,
     ALL_FIELDS,
@@ -30,6 +30,7 @@ from dineros.metamodel.files.pnml.vocabulary import (
     VERSIONS,
     tag,
 )
+from dineros.metamodel.files.xml import line_of
 
 _CHANNELS = {TOPIC: "topic", SERVICE: "service", ACTION: "action"}
 _PARTS = {

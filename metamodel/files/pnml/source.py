@@ -12,6 +12,7 @@ from lxml import etree
 
 from dineros.metamodel.errors import Location, ModelFileError
 from dineros.metamodel.files.pnml.vocabulary import NAMESPACES, tag
+from dineros.metamodel.files.xml import line_of
 
 LARGEST = 2**31 - 1
 _INTEGER = re.compile(r"[+-]?[0-9]+")
@@ -71,12 +72,6 @@ class Source:
         if not _NUMBER.fullmatch(text) or not math.isfinite(float(text)):
             raise self.error(f"{what} {shortened(text)} is not a number", element)
         return float(text)
-
-
-def line_of(element: etree._Element) -> int | None:
-    """Return the line an element starts on."""
-    line: object = element.sourceline
-    return line if isinstance(line, int) else None
 
 
 def shortened(text: str) -> str:

@@ -11,7 +11,7 @@ from dineros.metamodel import pn, sym
 from dineros.metamodel.base import EObject
 from dineros.metamodel.elements import label, node_net_of, node_nets
 from dineros.metamodel.errors import DinerosError
-from dineros.metamodel.files.pnml.layout import graphics_xml, number_text
+from dineros.metamodel.files.pnml.layout import graphics_xml
 from dineros.metamodel.files.pnml.vocabulary import (
     ACTION,
     CALLBACK_TYPES,
@@ -24,6 +24,7 @@ from dineros.metamodel.files.pnml.vocabulary import (
     Version,
     tag,
 )
+from dineros.metamodel.files.schema import number_text
 
 _PLACE_TYPE = {kind: name for name, kind in PLACE_TYPES.items()}
 _TRANSITION_TYPE = {kind: name for name, kind in TRANSITION_TYPES.items()}

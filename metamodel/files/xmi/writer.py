@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
 from urllib.parse import quote
 
 from dineros.metamodel.base import EObject
 from dineros.metamodel.errors import Location, ModelFileError, with_article
-from dineros.metamodel.files.schema import Feature, Kind, ModelClass, class_of, describe, identity
+from dineros.metamodel.files.schema import (
+    NOT_XML,
+    Feature,
+    Kind,
+    ModelClass,
+    class_of,
+    describe,
+    identity,
+    values_of,
+)
 from dineros.metamodel.positions import file_of, real_path
 
 XMI = "http://www.omg.org/XMI"
@@ -19,7 +27,6 @@ DEPTH_LIMIT = 250  # readers stop at 256
 _ESCAPES = str.maketrans(
     {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "\t": "&#9;", "\n": "&#10;", "\r": "&#13;"}
 )
-_NOT_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def xmi_bytes(root: EObject, path: Path | None = None) -> bytes:
@@ -83,9 +90,8 @@ class _Writer:
                 self._check_id(element, name, owners)
                 # Eclipse takes these for paths and other files.
                 self._references[element] = fragment(element) if "#" in name or name[0] == "/" else name
-            for feature in information.features.values():
-                if feature.kind is Kind.CONTAINMENT:
-                    stack.extend((child, depth + 1) for child in _values(element, feature))
+            for feature in information.containments:
+                stack.extend((child, depth + 1) for child in values_of(element, feature))
 
     def _check_id(self, element: EObject, name: str | None, owners: dict[str, EObject]) -> None:
         if not name:
@@ -124,7 +130,7 @@ class _Writer:
                 if feature.mandatory or value != feature.default:
                     attributes.append(f'{feature.name}="{self._text(element, feature, value)}"')
             elif feature.kind is Kind.CONTAINMENT:
-                children.extend((child, feature, depth + 1) for child in _values(element, feature))
+                children.extend((child, feature, depth + 1) for child in values_of(element, feature))
             elif feature.kind is Kind.REFERENCE:
                 own, other = self._targets(element, feature)
                 if own:
@@ -147,7 +153,7 @@ class _Writer:
             raise self._error(
                 f"{feature.name} of {describe(element)} {error}, not {value!r}", element
             ) from error
-        match = _NOT_XML.search(text)
+        match = NOT_XML.search(text)
         if match:
             raise self._error(
                 f"{feature.name} of {describe(element)} holds the character {match.group()!r}, "
@@ -160,7 +166,7 @@ class _Writer:
         """Return references inside the model and, as elements, those into other files."""
         own: list[str] = []
         other: list[str] = []
-        for target in _values(element, feature):
+        for target in values_of(element, feature):
             reference = self._references.get(target)
             if reference is None and _root_of(target) is self._root:
                 reference = self._references[target] = fragment(target)
@@ -202,13 +208,6 @@ class _Writer:
 
     def _error(self, message: str, element: EObject, hint: str | None = None) -> ModelFileError:
         return ModelFileError(message, location=self._location, element=identity(element), hint=hint)
-
-
-def _values(element: EObject, feature: Feature) -> list[EObject]:
-    value = getattr(element, feature.name)
-    if feature.many:
-        return list(value)
-    return [] if value is None else [value]
 
 
 def _root_of(element: EObject) -> EObject:

@@ -17,7 +17,7 @@ from dineros.transformations.rules.actions.ends import End
 from dineros.transformations.rules.actions.goals import A2, Heard
 from dineros.transformations.rules.actions.slots import A6, slots
 from dineros.transformations.rules.notation import Bound, OverflowQueue, arc, place, read, transition
-from dineros.transformations.rules.tokens import Heaviest, Lowering
+from dineros.transformations.rules.tokens import Lowering, MostNeeded, MostPut
 
 HISTORY = "feedback history of {client} of action {action}"
 
@@ -80,7 +80,7 @@ class A5Room(Rule):
 
     bound = Bound(
         source,
-        greatest(1, source.tokens, Heaviest(source, puts=True)),
+        greatest(1, source.tokens, MostPut(source)),
         means=Meaning("free room for feedback of slot {instance} of action {action}", rests=True),
     )
 
@@ -112,7 +112,7 @@ class A5Hand(Rule):
 
     bound = Bound(
         sink,
-        greatest(1, sink.tokens, Heaviest(sink, puts=False)),
+        greatest(1, sink.tokens, MostNeeded(sink)),
         means=Meaning("free room for feedback to {client} of action {action}", rests=True),
     )
 

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from dineros.metamodel import pn, rtm, sym
-from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.calls import CLIENT_PLACES, OUTCOMES, answers
 from dineros.metamodel.constraints.constraint import Outcome, constraint
+from dineros.metamodel.constraints.families.callbacks import (
+    group_has_effect,
+    group_of_node_net,
+    in_group_that_counts,
+    in_own_group,
+)
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe
 
@@ -103,28 +108,13 @@ def cancels_are_taken(port: sym.ActionClientPort, index: Index) -> Outcome:
     return port.channel.server.cancel is not None or describe(port.channel.server)
 
 
-@constraint(
-    "{it} is in {found} of another node net",
-    fix="use a callback group of its own node net",
-    guard=lambda port, index: port.group is not None,
-)
+@group_of_node_net
 def goal_client_group_of_node_net(port: sym.ActionClientPort, index: Index) -> Outcome:
     """The group of an action's client belongs to the node net of the client."""
-    assert port.group is not None
-    return port.group.eContainer() is index.node_net_of(port.goal) or describe(port.group)
+    return in_own_group(port, index)
 
 
-@constraint(
-    "{it} is in {found}, which has no effect",
-    fix="set the execution of its node net to callbacks and the middleware of the model to ros2, or do not "
-    "count on it",
-    severity="warning",
-    guard=lambda port, index: (
-        port.group is not None and port.group.eContainer() is index.node_net_of(port.goal)
-    ),
-)
+@group_has_effect
 def goal_client_group_has_effect(port: sym.ActionClientPort, index: Index) -> Outcome:
     """The callback group of an action's client counts where its node runs callbacks, under ROS 2."""
-    assert port.group is not None
-    is_ros2 = isinstance(index.net, sym.SystemModel) and index.net.middleware == sym.Middleware.ros2
-    return (runs_callbacks(index.node_net_of(port.goal)) and is_ros2) or describe(port.group)
+    return in_group_that_counts(port, index)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import Counter
 
 from dineros.metamodel import pn, rtm, sym
-from dineros.metamodel.base import EObject
 from dineros.metamodel.callbacks.groups import runs_callbacks
 from dineros.metamodel.calls import SERVER_PLACES, exits
 from dineros.metamodel.constraints.constraint import Outcome, constraint
+from dineros.metamodel.constraints.families.services import stands_on
 from dineros.metamodel.constraints.index import Index
 from dineros.metamodel.constraints.wording import describe, listed
 
@@ -21,13 +21,7 @@ def _places(port: sym.ActionServerPort | rtm.ActionServerPort) -> list[pn.Place]
 
 
 def _outside(port: sym.ActionServerPort | rtm.ActionServerPort) -> list[pn.Place]:
-    return [place for place in _places(port) if not _contains(port.page, place)]
-
-
-def _contains(page: pn.Page, place: EObject | None) -> bool:
-    while place is not None and place is not page:
-        place = place.eContainer()
-    return place is page
+    return [place for place in _places(port) if not stands_on(place, port.page)]
 
 
 @constraint("{it} has no client", fix="add a client port", severity="warning")
