@@ -66,7 +66,7 @@ export class Worker {
       "form",
       { role: "search", "aria-label": "Questions" },
       this.which,
-      completing(this.question, () => this.names()),
+      make("span", { class: "completing" }, this.question, this.completion()),
       this.signals,
       ask,
     );
@@ -101,6 +101,23 @@ export class Worker {
     const known = types.filter((type) => model.classOf(type) !== undefined);
     const ids = known.flatMap((type) => model.all(type)).map((each) => String(model.value(each, "id")));
     return [...new Set(ids), ...ATOMS];
+  }
+
+  /** The list of names that fit what is typed in the question. */
+  completion() {
+    return completing(this.question, {
+      id: "question-names",
+      label: "Names",
+      word: /[A-Za-z_][\w.[\]-]*$/,
+      fitting: (typed) => {
+        const word = typed.toLowerCase();
+        const holds = this.names().filter((name) => name.toLowerCase().includes(word));
+        const begins = holds.filter((name) => name.toLowerCase().startsWith(word));
+        const found = [...begins, ...holds.filter((name) => !begins.includes(name))];
+        return found.length === 1 && found[0].toLowerCase() === word ? [] : found;
+      },
+      first: -1,
+    });
   }
 
   // ---------------------------------------------------------------------------------- what Python says
