@@ -11,16 +11,15 @@ from markupsafe import Markup
 
 from dineros.metamodel import pn
 from dineros.views.nets import ViewModel, around, collapse_if_large, layout, to_svg, view_of
+from dineros.views.nets.drawing.svg import THEMES
 from dineros.views.pages import own_markup
-from dineros.views.traces.figures import Theme, trace_svg
+from dineros.views.traces.figures import trace_svg
 
 LONG = 60
 """Steps beyond which the picture of a trace folds what does not matter."""
 
 MOST = 40
 """Elements beyond which the picture of a part of the net shows fewer steps around them."""
-
-THEMES: tuple[Theme, ...] = ("light", "dark")
 
 SIGNS = {"error": "✗", "warning": "▲", "note": "ℹ"}
 

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from dineros.views.javascript.modules import linked
 from dineros.views.nets.contents.model import ViewModel
 from dineros.views.nets.drawing.legend import legend_svg
+from dineros.views.nets.drawing.svg import THEMES, stylesheet
 from dineros.views.nets.placement.placing import layout
 from dineros.views.pages import data_markup, filled_in, own_markup, own_text
 from dineros.views.policy import content_policy
@@ -51,6 +52,7 @@ def to_html(view: ViewModel) -> str:
         keys=_KEYS,
         signs=own_markup("static/net/net.css"),
         style=own_markup("static/net/page.css"),
+        figures={theme: Markup(stylesheet(theme)) for theme in THEMES},
         legend=Markup(legend_svg()),
         view=data_markup(view.to_json()),
         positioned=data_markup(layout(view)),

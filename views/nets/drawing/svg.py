@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from html import escape
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 from dineros.views.pages import own_text
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from dineros.views.nets.drawing.paper import Paper
 
 Theme: TypeAlias = Literal["light", "dark"]
+THEMES: tuple[Theme, ...] = get_args(Theme)
 
 _STILL = ".net .fold{display:none}.net .collapsed .fold{display:inline}"  # nothing collapses on a click here
 _SIGNS = {"added": "+", "removed": "−", "changed": "≠"}

@@ -2,6 +2,7 @@
 
 import { byId, make } from "../elements.js";
 import { completing } from "./complete.js";
+import { askForm } from "./dialogs.js";
 import { showFinding, showJob } from "./work_panel.js";
 
 /** @import { Editor } from "./page.js" */
@@ -314,28 +315,10 @@ export class Worker {
 
   /** @type {(title: string, says: string, rows: HTMLElement[], button: string, read: () => Record<string, unknown>) => void} */
   form(title, says, rows, button, read) {
-    const dialog = byId("dialog", HTMLDialogElement);
-    const submit = async () => {
+    askForm({ title, says, rows, button }, async () => {
       const order = read();
       if (await this.saved()) await this.start(order);
-    };
-    dialog.onclose = null;
-    dialog.replaceChildren(
-      make(
-        "form",
-        { method: "dialog", onsubmit: submit },
-        make("h2", {}, title),
-        make("p", { class: "quiet" }, says),
-        ...rows,
-        make(
-          "p",
-          { class: "buttons" },
-          make("button", { class: "main" }, button),
-          make("button", { type: "button", onclick: () => dialog.close() }, "Cancel"),
-        ),
-      ),
-    );
-    dialog.showModal();
+    });
   }
 }
 

@@ -45,6 +45,13 @@ export class NetPane {
     });
     this.setFollow(true);
     this.setTheme(theme);
+    // How much room there is shows when the step's detail stands above.
+    const sized = new ResizeObserver(() => {
+      sized.disconnect();
+      this.pan.fit();
+      this.refresh();
+    });
+    sized.observe(this.box);
   }
 
   /** @param {boolean} on */
