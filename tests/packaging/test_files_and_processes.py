@@ -30,13 +30,9 @@ OTHERWISE_OPENED = {
     "runtime/ros/wheels.py": "files of the installed ROS 2",
     "views/serving/addresses.py": "the state of the user, readable for nobody else",
     "views/editing/description.py": "our metamodels",
-    "views/editing/page.py": "our scripts and styles",
     "views/javascript/modules.py": "our scripts",
     "views/javascript/server.py": "our scripts",
-    "views/nets/drawing/page.py": "our scripts and styles",
-    "views/nets/drawing/svg.py": "our styles",
-    "views/reports/check_report.py": "our styles",
-    "views/traces/assets.py": "our scripts and styles",
+    "views/pages.py": "our scripts and styles",
 }
 """Files that do not use `dineros.metamodel.files` for what they open, and what that is."""
 

@@ -127,7 +127,10 @@ FOLDERS = {
         *("analysing", "recordings", "running", "presentation", "questions"),
         *("commands", "main"),
     ],
-    "views": ["policy", "javascript", "nets", "traces", "reports", "exports", "serving", "live", "editing"],
+    "views": [
+        *("policy", "pages", "javascript"),
+        *("nets", "traces", "reports", "exports", "serving", "live", "editing"),
+    ],
     "views/nets": ["contents", "placement", "differences", "drawing"],
     "analysis/logic": ["language", "automata", "verdicts", "kernels", "graphs", "ltl", "ctl"],
 }

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from functools import cache
-from importlib.resources import files
-
-from jinja2 import Environment
 from markupsafe import Markup
 
 from dineros.views.javascript.modules import linked
+from dineros.views.pages import filled_in, own_markup, own_text
 from dineros.views.policy import content_policy
 
 _STYLES = ("vendor/diagram/diagram.css", "static/net/net.css", "static/edit/edit.css")
@@ -25,20 +22,9 @@ def editor_page(title: str, connect: str) -> tuple[str, str]:
         Where it may connect to.
     """
     script = linked("edit/page.js")
-    canvas = _read("vendor/diagram/diagram.bundled.js")
-    page = (
-        Environment(autoescape=True)
-        .from_string(_read("static/edit/page.html.j2"))
-        .render(
-            title=title,
-            style=Markup("".join(map(_read, _STYLES))),
-            canvas=Markup(canvas),
-            script=Markup(script),
-        )
+    canvas = own_text("vendor/diagram/diagram.bundled.js")
+    style = own_markup(*_STYLES)
+    page = filled_in(
+        "edit/page.html.j2", title=title, style=style, canvas=Markup(canvas), script=Markup(script)
     )
     return page, content_policy([canvas, script], connect=connect)
-
-
-@cache
-def _read(name: str) -> str:
-    return (files("dineros.views") / name).read_text(encoding="utf-8")

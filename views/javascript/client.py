@@ -12,13 +12,12 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Sequence
 from importlib.util import find_spec
+from io import BufferedReader
 from typing import Any
 
 from dineros.metamodel.errors import DinerosError
-from dineros.views.javascript.frames import receive, send
 
 LOG = logging.getLogger("dineros.views")
 
@@ -60,6 +59,7 @@ class Layouter:
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: socket.socket | None = None
+        self._answers: BufferedReader | None = None
         self._answered = False
 
     @property
@@ -122,11 +122,13 @@ class Layouter:
     def _ask(self, content: bytes) -> dict[str, Any]:
         if self._connection is None:
             self._start()
-        assert self._connection is not None
-        ends = time.monotonic() + self.seconds
+        assert self._connection is not None and self._answers is not None
         try:
-            send(self._connection, content, ends)
-            found: dict[str, Any] = json.loads(receive(self._connection, ends))
+            self._connection.sendall(content + b"\n")
+            answer = self._answers.readline()
+            if not answer.endswith(b"\n"):
+                raise EOFError
+            found: dict[str, Any] = json.loads(answer)
         except TimeoutError:
             self._end()
             raise LayouterError(f"the layouter did not answer within {self.seconds:g} s") from None
@@ -163,15 +165,14 @@ class Layouter:
         finally:
             if theirs is not None:
                 theirs.close()
-        self._connection, self._answered = ours, False
+        ours.settimeout(self.seconds)
+        self._connection, self._answers, self._answered = ours, ours.makefile("rb"), False
 
     def _end(self, *, wait: bool = False) -> str:
         """End the process; return how it ended by itself, if it did."""
-        process, connection = self._process, self._connection
-        self._process = self._connection = None
-        self._answered = False
-        if connection is not None:
-            connection.close()
+        process = self._process
+        self._hang_up()
+        self._process, self._answered = None, False
         if process is None:
             return ""
         if wait:  # its end of the stream has closed: it is about to be gone
@@ -190,9 +191,14 @@ class Layouter:
         """In a process that was forked off: the layouter is the parent's, and so is the stream to it."""
         if self._process is not None:
             self._process.returncode = 0  # not ours to wait for
-        if self._connection is not None:
-            self._connection.close()
+        self._hang_up()
         self._reset()
+
+    def _hang_up(self) -> None:
+        for end in (self._answers, self._connection):
+            if end is not None:
+                end.close()
+        self._connection = self._answers = None
 
 
 class _EndedError(Exception):

@@ -1,7 +1,7 @@
 """The process that runs JavaScript: ``python -P -m dineros.views.javascript.server``, started by the client.
 
-Standard input is a socket; requests come and answers go there. It ends when the other side does, at once,
-also in the middle of a request, also when the command was killed.
+Standard input is a socket; requests come and answers go there, each a line of JSON. It ends when the other
+side does, at once, also in the middle of a request, also when the command was killed.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from importlib.resources import files
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
-from dineros.views.javascript.frames import receive, send
 from dineros.views.javascript.modules import linked
 
 if TYPE_CHECKING:
@@ -56,7 +55,7 @@ def main() -> None:
     while True:
         answer = json.dumps(_answer(json.loads(requests.get())))
         try:
-            send(connection, answer.encode())
+            connection.sendall(answer.encode() + b"\n")
         except OSError:
             os._exit(0)
 
@@ -64,9 +63,9 @@ def main() -> None:
 def _listen(connection: socket.socket, requests: SimpleQueue[bytes]) -> None:
     """Pass requests on. The end of the stream ends the process, whatever V8 is doing."""
     try:
-        while True:
-            requests.put(receive(connection))
-    except (EOFError, OSError):
+        for request in connection.makefile("rb"):
+            requests.put(request)
+    finally:
         os._exit(0)  # not by way of V8's own end
 
 

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from importlib.resources import files
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup
 
 from dineros.metamodel import pn
-from dineros.views.reports.net_parts import NetParts
+from dineros.views.nets import ViewModel, around, collapse_if_large, layout, to_svg, view_of
+from dineros.views.nets.drawing.svg import THEMES
+from dineros.views.pages import own_markup
 from dineros.views.traces.figures import trace_svg
 
 LONG = 60
 """Steps beyond which the picture of a trace folds what does not matter."""
+
+MOST = 40
+"""Elements beyond which the picture of a part of the net shows fewer steps around them."""
 
 SIGNS = {"error": "✗", "warning": "▲", "note": "ℹ"}
 
@@ -95,30 +99,36 @@ def check_page(content: CheckContent, model: pn.Net | None = None) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    style = (files("dineros.views") / "static" / "report.css").read_text(encoding="utf-8")
-    parts = NetParts(model) if model is not None else None
+    view = view_of(model) if model is not None else None
     most = max((row["states"] or 1 for row in content.spaces), default=1)
     return environment.get_template("report.html.j2").render(
         content=content,
-        style=Markup(style),
+        style=own_markup("static/report.css"),
         signs=SIGNS,
-        figures=[_figures(finding, parts) for finding in content.findings],
+        figures=[_figures(finding, view) for finding in content.findings],
         counts={name: sum(one.severity == name for one in content.findings) for name in SIGNS},
         width=lambda states: 100 * len(str(states or 1)) / max(len(str(most)), 1),
     )
 
 
-def _figures(finding: FindingEntry, parts: NetParts | None) -> dict[str, dict[str, Markup]]:
+def _figures(finding: FindingEntry, view: ViewModel | None) -> dict[str, dict[str, Markup]]:
     """Return the pictures of a finding: part of the net, and trace, each in light and dark."""
     found: dict[str, dict[str, Markup]] = {}
-    drawn = parts.draw(finding.elements) if parts is not None else {}
-    if drawn:
-        found["net"] = {theme: Markup(picture) for theme, picture in drawn.items()}
+    known = {shape.id for shape in view.shapes()} if view is not None else ()
+    shown = [element for element in finding.elements if element in known]
+    if view is not None and shown:
+        positioned = layout(collapse_if_large(_part(view, shown)))
+        found["net"] = {theme: Markup(to_svg(positioned, highlights=shown, theme=theme)) for theme in THEMES}
     if finding.view is not None:
-        fold = len(finding.steps) > LONG
-        views = [finding.view]
-        found["trace"] = {
-            "light": Markup(trace_svg(views, "light", fold=fold)),
-            "dark": Markup(trace_svg(views, "dark", fold=fold)),
-        }
+        views, fold = [finding.view], len(finding.steps) > LONG
+        found["trace"] = {theme: Markup(trace_svg(views, theme, fold=fold)) for theme in THEMES}
     return found
+
+
+def _part(view: ViewModel, shown: Sequence[str]) -> ViewModel:
+    """Return the surroundings of some elements, as far as they can be read."""
+    for steps in (3, 2, 1):
+        part = around(view, shown, steps)
+        if len(part.nodes) <= MOST:
+            break
+    return part

@@ -282,7 +282,7 @@ class TraceBuilder:
                 step.marks.append([lane.index, "v", int(record.value)])
                 step.text = said or f"signal {record.signal} becomes {'true' if record.value else 'false'}"
             case rec.Drop(queue="request") | rec.GiveUp():
-                self._unanswered(step, record)
+                self._bar(step, self._calls.mark_unanswered(record, node))
             case rec.GoalStep() | rec.Accepted() | rec.TooLate():
                 self._goal(step, record)
             case rec.Timeout() if (record.channel, record.client) in self.facts.goals:
@@ -290,7 +290,9 @@ class TraceBuilder:
             case rec.Publish() | rec.Take() | rec.Drop():
                 self._topic(step, record)
             case ServiceStep() | rec.Timeout():
-                self._service(step, record)
+                drawn = self._calls.mark(record, node)
+                step.node = node or self.facts.owner_of(getattr(record, "place", None))
+                self._bar(step, drawn)
             case rec.Transfer():
                 step.text = said or f"{self.facts.channel_name(record.channel)}: {record.stage}"
             case rec.Lifecycle():
@@ -360,25 +362,15 @@ class TraceBuilder:
         count, most = self._counts[lane.index], lane.capacity if self.facts.has_histories else None
         return count if most is None or self._loads else min(count, most)
 
-    def _service(self, step: Step, record: ServiceStep | rec.Timeout) -> None:
-        lane, mark, text = self._calls.mark(record, step.node)
-        step.node = step.node or self.facts.owner_of(getattr(record, "place", None)) or lane.node
-        step.marks.append([lane.index, *mark])
-        step.text = step.text or text
-
     def _goal(self, step: Step, record: GoalRecord) -> None:
-        """Draw the bar of a goal; what is told of it but changes nothing is text only."""
         step.node = step.node or self.facts.owner_of(getattr(record, "place", None))
-        lane, mark, text = self._goals.mark(record, step.node)
+        self._bar(step, self._goals.mark(record, step.node))
+
+    def _bar(self, step: Step, drawn: tuple[Lane, list[Any] | None, str]) -> None:
+        """Draw on the lane of a client; what is told of a goal but changes nothing is text only."""
+        lane, mark, text = drawn
         step.node = step.node or lane.node
         step.marks += [] if mark is None else [[lane.index, *mark]]
-        step.text = step.text or text
-
-    def _unanswered(self, step: Step, record: rec.Drop | rec.GiveUp) -> None:
-        """Show in the client's lane that its request is lost, or that it waits no longer."""
-        lane, mark, text = self._calls.mark_unanswered(record, step.node)
-        step.node = step.node or lane.node
-        step.marks.append([lane.index, *mark])
         step.text = step.text or text
 
     def _state_lane(self, node: str, initial: State = "unconfigured") -> Lane:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from dineros.metamodel.errors import DinerosError
 from dineros.views.javascript.client import evaluate, say_once
 from dineros.views.traces.plain import plain_figure
 
-Theme = Literal["light", "dark"]
+if TYPE_CHECKING:
+    from dineros.views.nets.drawing.svg import Theme
 
 
 def trace_svg(views: Sequence[dict[str, Any]], theme: Theme = "light", **options: Any) -> str:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
-from jinja2 import Environment
 from markupsafe import Markup
 
 from dineros.views.javascript.modules import linked
+from dineros.views.pages import data_markup, filled_in, own_markup
 from dineros.views.policy import content_policy
-from dineros.views.traces.assets import style, template
 
 
 def trace_page(content: dict[str, Any], *, title: str) -> str:
@@ -41,11 +39,12 @@ def live_page(connect: str) -> tuple[str, str]:
 
 
 def _page(content: dict[str, Any], title: str, script: str, policy: str | None) -> str:
-    data = json.dumps(content, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
-    return (
-        Environment(autoescape=True)
-        .from_string(template())
-        .render(
-            policy=policy, title=title, style=Markup(style()), script=Markup(script), content=Markup(data)
-        )
+    style = own_markup("static/net/net.css", "static/trace/trace.css")
+    return filled_in(
+        "trace/page.html.j2",
+        policy=policy,
+        title=title,
+        style=style,
+        script=Markup(script),
+        content=data_markup(content),
     )

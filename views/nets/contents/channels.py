@@ -5,7 +5,7 @@ from __future__ import annotations
 from dineros.metamodel import elements, pn, rtm, sym
 from dineros.metamodel.calls import OUTCOMES, CallCircleError, instance_counts
 from dineros.metamodel.elements import label
-from dineros.views.nets.contents.model import Caption, Edge, EdgeKind, Node, ViewModel
+from dineros.views.nets.contents.model import Caption, Edge, EdgeKind, Node, NodeKind, ViewModel
 from dineros.views.nets.contents.positions import position_of
 
 DISPATCHER_LIMIT = 16
@@ -46,11 +46,11 @@ def draw_ports(model: rtm.RuntimeModel, view: ViewModel) -> None:
                 node = _channel(view, port.channel, "service", port.action, "action", port.type)
                 _goals(view, port, place, node.id)
             elif isinstance(port, rtm.ActionServerPort):
-                note = f"action, {_slots(port.instances)}"
+                note = _several("action", port.instances, "slot")
                 node = _channel(view, port.channel, "service", port.action, note, port.type)
                 _works(view, port, place, node.id)
             elif isinstance(port, rtm.ServerPort):
-                note = f"service, {_instances(port.instances)}"
+                note = _several("service", port.instances, "instance")
                 node = _channel(view, port.channel, "service", port.service, note, port.type)
                 _line(view, "call", node.id, place.id, "")
                 for exit_ in filter(None, [port.exit]):
@@ -58,10 +58,7 @@ def draw_ports(model: rtm.RuntimeModel, view: ViewModel) -> None:
 
 
 def _topic(channel: sym.TopicChannel, view: ViewModel, histories: bool) -> None:
-    node = _channel(view, channel.id, "topic", label(channel), "topic", channel.type)
-    node.position = position_of(channel)
-    if channel.topic != node.label:
-        node.detail["Topic"] = channel.topic
+    node = _drawn(channel, view, "topic", "Topic", channel.topic)
     if channel.qos is not None:
         node.detail["Quality of service"] = f"{channel.qos.reliability}, {channel.qos.durability}"
     for publisher in channel.publishers:
@@ -74,11 +71,7 @@ def _topic(channel: sym.TopicChannel, view: ViewModel, histories: bool) -> None:
 
 
 def _service(channel: sym.ServiceChannel, view: ViewModel, instances: int | None) -> None:
-    note = "service" if instances is None else f"service, {_instances(instances)}"
-    node = _channel(view, channel.id, "service", label(channel), note, channel.type)
-    node.position = position_of(channel)
-    if channel.service != node.label:
-        node.detail["Service"] = channel.service
+    _drawn(channel, view, _several("service", instances, "instance"), "Service", channel.service)
     for client in channel.clients:
         _asks(view, client, client.request, channel.id)
     for server in filter(None, [channel.server]):
@@ -109,11 +102,7 @@ def _asks(
 
 
 def _action(channel: sym.ActionChannel, view: ViewModel, slots: int | None) -> None:
-    note = "action" if slots is None else f"action, {_slots(slots)}"
-    node = _channel(view, channel.id, "service", label(channel), note, channel.type)
-    node.position = position_of(channel)
-    if channel.action != node.label:
-        node.detail["Action"] = channel.action
+    _drawn(channel, view, _several("action", slots, "slot"), "Action", channel.action)
     for client in channel.clients:
         _goals(view, client, client.goal, channel.id)
     for server in filter(None, [channel.server]):
@@ -149,14 +138,28 @@ def _works(
             _line(view, "return", place.id, channel, role)
 
 
-def _channel(view: ViewModel, id: str, kind: str, name: str, note: str, type: str | None) -> Node:
+def _several(what: str, number: int | None, each: str) -> str:
+    return what if number is None else f"{what}, {number} {each}{'' if number == 1 else 's'}"
+
+
+def _drawn(channel: sym.Channel, view: ViewModel, note: str, heading: str, name: str) -> Node:
+    """Draw a channel of a system model where an editor put it; ROS may call it by another name."""
+    kind: NodeKind = "topic" if isinstance(channel, sym.TopicChannel) else "service"
+    node = _channel(view, channel.id, kind, label(channel), note, channel.type)
+    node.position = position_of(channel)
+    if name != node.label:
+        node.detail[heading] = name
+    return node
+
+
+def _channel(view: ViewModel, id: str, kind: NodeKind, name: str, note: str, type: str | None) -> Node:
     """Return the node of a channel, which several ports may share."""
     for node in view.nodes:
         if node.id == id and node.kind in ("topic", "service"):
             if len(note) > len(node.captions[0].text):
                 node.captions[0].text = note
             return node
-    node = Node(id, "topic" if kind == "topic" else "service", name, captions=[Caption(note, "note")])
+    node = Node(id, kind, name, captions=[Caption(note, "note")])
     if type:
         node.detail["ROS interface"] = type
     view.nodes.append(node)
@@ -188,11 +191,3 @@ def _queues(port: sym.SubscriberPort | rtm.SubscriberPort, dispatcher: int | Non
     if dispatcher is None:
         return _queue(port, histories=True)
     return f"dispatcher {dispatcher}, {_queue(port, histories=False)}"
-
-
-def _slots(number: int) -> str:
-    return f"{number} slot{'' if number == 1 else 's'}"
-
-
-def _instances(number: int) -> str:
-    return f"{number} instance{'' if number == 1 else 's'}"

@@ -27,8 +27,7 @@ def collapse(view: ViewModel, ids: Iterable[str] | None = None) -> ViewModel:
     UnknownElementError
         There is no such box.
     """
-    wanted = {box.id for box in view.boxes} if ids is None else {_box(view, id).id for id in ids}
-    return _with_boxes(view, wanted, True)
+    return _with_boxes(view, _boxes(view, ids), True)
 
 
 def expand(view: ViewModel, ids: Iterable[str] | None = None) -> ViewModel:
@@ -46,7 +45,7 @@ def expand(view: ViewModel, ids: Iterable[str] | None = None) -> ViewModel:
     UnknownElementError
         There is no such box.
     """
-    wanted = {box.id for box in view.boxes} if ids is None else {_box(view, id).id for id in ids}
+    wanted = _boxes(view, ids)
     for box in reversed(view.boxes):  # boxes stand after those they are in
         if box.id in wanted and box.parent is not None:
             wanted.add(box.parent)
@@ -143,12 +142,14 @@ def _with_boxes(view: ViewModel, ids: Collection[str], collapsed: bool) -> ViewM
     return dataclasses.replace(view, boxes=boxes)
 
 
-def _box(view: ViewModel, id: str) -> Box:
-    for box in view.boxes:
-        if box.id == id:
-            return box
-    known = [box.id for box in view.boxes]
-    raise UnknownElementError(f"the picture has no page {id!r}", hint=near_matches(id, known))
+def _boxes(view: ViewModel, ids: Iterable[str] | None) -> set[str]:
+    """Return the ids of boxes that are wanted: all of them, where none are named."""
+    known = {box.id: box for box in view.boxes}
+    wanted = list(known if ids is None else ids)
+    for id in wanted:
+        if id not in known:
+            raise UnknownElementError(f"the picture has no page {id!r}", hint=near_matches(id, known))
+    return set(wanted)
 
 
 def _nodes_of(view: ViewModel, id: str) -> set[str]:

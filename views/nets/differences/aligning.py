@@ -84,15 +84,7 @@ def _aligned(items: Sequence[Box | Node], old: dict[str, Box | Node], shift: Poi
 
 
 def _item(item: Box | Node) -> Item:
-    room = item.room if isinstance(item, Node) else (0.0, 0.0)
-    size = {
-        "id": item.id,
-        "position": item.position,
-        "width": item.width,
-        "height": item.height,
-        "room": room,
-    }
-    return Item.of(size, None)
+    return Item.of({**vars(item), "frame": None}, None)
 
 
 def _bent(view: ViewModel, before: ViewModel, shifts: dict[str | None, Point]) -> list[Edge]:

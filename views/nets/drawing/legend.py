@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 from dineros.views.nets.contents.glyphs import finish_box, finish_node
@@ -38,9 +39,8 @@ def legend_svg() -> str:
         node = Node(
             f"legend {kind}", kind, caption if kind in ("topic", "service") else "", captions=captions
         )
-        node.tokens = tokens
         finish_node(node)
-        nodes.append(_said(node, _LEFT, y))
+        nodes.append({**asdict(node), "x": _LEFT, "y": y, "tokens": tokens or 0})
         texts.append((y, text))
         y += _ROW
     for edge, text in _EDGES:
@@ -50,18 +50,7 @@ def legend_svg() -> str:
         y += _ROW - 18
     box = Box("legend box", "node", "selector", signals=[Signal("legend signal", "Danger", True)])
     finish_box(box)
-    boxes = [
-        {
-            "id": box.id,
-            "kind": "node",
-            "head": box.head,
-            "x": 8,
-            "y": y - 8,
-            "width": 116,
-            "height": 48,
-            "title": "",
-        }
-    ]
+    boxes = [{**asdict(box), "x": 8, "y": y - 8, "width": 116, "height": 48}]
     texts.append((y + 16, "ROS node with its signals; ● is true at the start"))
     y += 50
     picture = {"width": _WIDTH, "height": y, "boxes": boxes, "nodes": nodes, "edges": edges}
@@ -69,16 +58,3 @@ def legend_svg() -> str:
         f'<text x="140" y="{at + 4:g}" style="text-anchor:start">{text}</text>' for at, text in texts
     )
     return f'<svg class="net" viewBox="0 0 {_WIDTH} {y}">{markup(picture, {})}{words}</svg>'
-
-
-def _said(node: Node, x: float, y: float) -> dict[str, Any]:
-    return {
-        "id": node.id,
-        "kind": node.kind,
-        "glyph": node.glyph,
-        "width": node.width,
-        "height": node.height,
-        "x": x,
-        "y": y,
-        "tokens": node.tokens or 0,
-    }

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import base64
 import gzip
-import json
 from functools import cache
-from importlib.resources import files
-from typing import Any
 
-from jinja2 import Template
 from markupsafe import Markup
 
 from dineros.views.javascript.modules import linked
 from dineros.views.nets.contents.model import ViewModel
 from dineros.views.nets.drawing.legend import legend_svg
+from dineros.views.nets.drawing.svg import THEMES, stylesheet
 from dineros.views.nets.placement.placing import layout
+from dineros.views.pages import data_markup, filled_in, own_markup, own_text
 from dineros.views.policy import content_policy
 
 _KEYS = (
@@ -47,38 +45,26 @@ def to_html(view: ViewModel) -> str:
     """
     places, transitions = (sum(node.kind == kind for node in view.nodes) for kind in ("place", "transition"))
     script = linked("net/page.js")
-    template = Template(_static("page.html.j2"), autoescape=True, keep_trailing_newline=True)
-    page: str = template.render(
+    return filled_in(
+        "net/page.html.j2",
         title=view.title,
         kind=f"{view.kind}, {places} places, {transitions} transitions",
         keys=_KEYS,
-        signs=Markup(_static("net.css")),
-        style=Markup(_static("page.css")),
+        signs=own_markup("static/net/net.css"),
+        style=own_markup("static/net/page.css"),
+        figures={theme: Markup(stylesheet(theme)) for theme in THEMES},
         legend=Markup(legend_svg()),
-        view=_data(view.to_json()),
-        positioned=_data(layout(view)),
+        view=data_markup(view.to_json()),
+        positioned=data_markup(layout(view)),
         elk=_packed_elk(),
         layout=Markup(linked("net/worker.js")),
         script=Markup(script),
         policy=content_policy([script], workers=True),
     )
-    return page
-
-
-def _static(name: str) -> str:
-    return (files("dineros.views") / "static" / "net" / name).read_text(encoding="utf-8")
-
-
-def _data(value: Any) -> Markup:
-    """Write JSON that nothing in it can end the script element of."""
-    return Markup(json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"))
-
-
-@cache
-def _elk() -> str:
-    return (files("dineros.views") / "vendor" / "elk" / "elk.bundled.js").read_text(encoding="utf-8")
 
 
 @cache
 def _packed_elk() -> str:
-    return base64.b64encode(gzip.compress(_elk().encode(), 9, mtime=0)).decode()
+    return base64.b64encode(
+        gzip.compress(own_text("vendor/elk/elk.bundled.js").encode(), 9, mtime=0)
+    ).decode()

@@ -8,14 +8,16 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from html import escape
-from importlib.resources import files
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
+
+from dineros.views.pages import own_text
 
 Point: TypeAlias = Sequence[float]
 if TYPE_CHECKING:
     from dineros.views.nets.drawing.paper import Paper
 
 Theme: TypeAlias = Literal["light", "dark"]
+THEMES: tuple[Theme, ...] = get_args(Theme)
 
 _STILL = ".net .fold{display:none}.net .collapsed .fold{display:inline}"  # nothing collapses on a click here
 _SIGNS = {"added": "+", "removed": "−", "changed": "≠"}
@@ -96,8 +98,7 @@ def _shown(positioned: Mapping[str, Any], id: str) -> str:
 @cache
 def stylesheet(theme: Theme) -> str:
     """Return the style of a theme, without variables: not every program that shows SVG knows them."""
-    text = (files("dineros.views") / "static" / "net" / "net.css").read_text(encoding="utf-8")
-    text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    text = re.sub(r"/\*.*?\*/", "", own_text("static/net/net.css"), flags=re.DOTALL)
     themes = re.findall(r"[^{}]*\{\s*--net-[^}]*\}", text)  # light, then what differs in dark
     values: dict[str, str] = {}
     for block in themes[: 2 if theme == "dark" else 1]:

@@ -10,7 +10,6 @@ from dineros.views.nets.contents.model import ViewModel
 from dineros.views.nets.placement import elk
 from dineros.views.nets.placement.columns import in_columns
 from dineros.views.nets.placement.graphviz import layout_by_graphviz
-from dineros.views.nets.placement.shown import visible
 from dineros.views.nets.placement.straight import layout_straight
 
 
@@ -45,7 +44,7 @@ def layout(view: ViewModel, *, aspect: float | None = None) -> dict[str, Any]:
         made = layout_by_graphviz(shown)
     except DinerosError as error:
         say_once("nets are laid out in columns", failed or error)
-        return layout_straight(visible(shown), in_columns)
+        return layout_straight(shown, in_columns)
     if failed:
         say_once("nets are laid out by Graphviz", failed)
     return made

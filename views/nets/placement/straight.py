@@ -1,4 +1,4 @@
-"""Arranged views without an engine for scripts: sheet by sheet, with straight lines."""
+"""Layout without an engine for scripts: sheet by sheet, with straight lines."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
+from dineros.views.nets.placement.labels import place_labels
+from dineros.views.nets.placement.shown import visible
 from dineros.views.nets.placement.stored import Block, Item, Point, Sheet, arranged, kept, place
 
 Sized: TypeAlias = tuple[str, float, float]
@@ -15,10 +17,13 @@ Free: TypeAlias = Callable[[Sequence[Sized], Sequence[tuple[str, str]]], dict[st
 
 _APART = 10.0
 _SERVICE_POINT = 12.0
+_BACKWARDS = ("response", "return")
+"""Lines that are laid out against their direction: a response comes back the way the request went."""
 
 
 def layout_straight(view: dict[str, Any], free: Free) -> dict[str, Any]:
-    """Lay out the visible part of a view; the result is that of `layout_by_elk`."""
+    """Lay a view out; the result is that of `layout_by_elk`."""
+    view = visible(view)
     sheets: dict[str | None, Sheet] = {}
     for box in [*reversed([box for box in view["boxes"] if not box.get("collapsed")]), None]:
         sheets[box and box["id"]] = _sheet(view, box, sheets, free)
@@ -36,7 +41,9 @@ def layout_straight(view: dict[str, Any], free: Free) -> dict[str, Any]:
         nodes.append({**node, "x": _rounded(left + x), "y": _rounded(top + y)})
     width, height = map(_rounded, sheets[None].size)
     edges = _lines(view, boxes, nodes, sheets, corners)
-    return {**view, "width": width, "height": height, "boxes": boxes, "nodes": nodes, "edges": edges}
+    picture = {**view, "width": width, "height": height, "boxes": boxes, "nodes": nodes, "edges": edges}
+    place_labels(picture)
+    return picture
 
 
 def _rounded(value: float) -> float:
@@ -78,12 +85,16 @@ def _links(view: dict[str, Any], ids: set[str]) -> list[tuple[str, str]]:
             id = parents[id]
         return id
 
-    found = [(on_sheet(edge["source"]), on_sheet(edge["target"])) for edge in view["edges"]]
-    return [(one, other) for one, other in found if one is not None and other is not None and one != other]
+    found = []
+    for edge in view["edges"]:
+        one, other = on_sheet(edge["source"]), on_sheet(edge["target"])
+        if one is not None and other is not None and one != other:
+            found.append((other, one) if edge["kind"] in _BACKWARDS else (one, other))
+    return found
 
 
 def _blocks(items: Sequence[Item], links: Sequence[tuple[str, str]], free: Free, apart: bool) -> list[Block]:
-    """Let Graphviz lay items out; return them as groups that hang together, or as one."""
+    """Lay items out that have no position; return them as groups that hang together, or as one."""
     if not items:
         return []
     ids = {item.id: item for item in items}
@@ -147,11 +158,7 @@ def _lines(
         start, end = ((one["x"] + shift[0], one["y"] + shift[1]) for one in (source, target))
         points = [start, *bends, end]
         points[0], points[-1] = _border(source, start, points[1]), _border(target, end, points[-2])
-        line = {**edge, "points": [[_rounded(x), _rounded(y)] for x, y in points]}
-        if edge.get("label"):
-            half = len(points) // 2
-            line["labelAt"] = [_rounded((points[half - 1][axis] + points[half][axis]) / 2) for axis in (0, 1)]
-        made.append(line)
+        made.append({**edge, "points": [[_rounded(x), _rounded(y)] for x, y in points]})
     return made
 
 

@@ -40,10 +40,15 @@ const aligned = (words, key, way, least) => ({
   },
 });
 
+/** The element of the canvas that has the focus. @type {() => string | undefined} */
+export function focusedElement() {
+  const { activeElement } = document;
+  return activeElement instanceof SVGElement ? activeElement.dataset.element : undefined;
+}
+
 /** The page that has the focus, or is the only one that is chosen. @type {(editor: Editor) => string | null} */
 function pageOf({ canvas }) {
-  const { activeElement } = document;
-  const focused = activeElement instanceof SVGElement ? activeElement.dataset.element : undefined;
+  const focused = focusedElement();
   const elements = focused === undefined ? canvas.chosenShapes() : [focused];
   const found = elements.length === 1 ? canvas.registry.get(elements[0]) : undefined;
   return found?.business.isPage ? elements[0] : null;

@@ -1,6 +1,5 @@
 // Lists to choose from: elements of the model, pages, templates, and what can be done.
 
-import { byId } from "../elements.js";
 import { choose, elementsOf } from "./palette.js";
 
 /** @import { Editor } from "./page.js" */
@@ -8,7 +7,7 @@ import { choose, elementsOf } from "./palette.js";
 /** Goes to an element. @type {(editor: Editor) => void} */
 export function search(editor) {
   const entries = elementsOf(editor.model, (element) => editor.go(element));
-  choose(byId("dialog", HTMLDialogElement), "Search", entries);
+  choose("Search", entries);
 }
 
 /** Moves what is chosen into a page. @type {(editor: Editor) => void} */
@@ -22,7 +21,7 @@ export function askForPage(editor) {
     note: `${model.kind(page).words} in ${model.label(model.get(page).in ?? model.root)}`,
     act: () => editor.compose({ kind: "into", elements, page }, `move into ${model.label(page)}`),
   }));
-  choose(byId("dialog", HTMLDialogElement), "Move into a page", entries);
+  choose("Move into a page", entries);
 }
 
 /** Inserts a template. @type {(editor: Editor) => void} */
@@ -37,11 +36,11 @@ export function askForTemplate(editor) {
       if ((await editor.compose(operation, name, null)) === null) editor.canvas.fit();
     },
   }));
-  choose(byId("dialog", HTMLDialogElement), "Insert a template", entries);
+  choose("Insert a template", entries);
 }
 
 /** Does something with what is chosen. @type {(editor: Editor) => void} */
 export function askForAction(editor) {
   const entries = editor.actions().map(({ words, key, act }) => ({ words, note: key, act }));
-  choose(byId("dialog", HTMLDialogElement), "Actions", entries);
+  choose("Actions", entries);
 }

@@ -1,6 +1,7 @@
 // Making elements: which can be made where, and a form for what they cannot be without; all by the metamodel.
 
 import { make } from "../elements.js";
+import { askForm } from "./dialogs.js";
 
 /** @import { Model } from "./model.js" */
 /** @import { Command, Feature, Value } from "./types.js" */
@@ -104,31 +105,21 @@ function isGiven(model, type, given) {
 /**
  * Asks for what an object cannot be without, in a dialog; without anything to ask, answers at once.
  *
- * @param {HTMLDialogElement} dialog
  * @param {Model} model
  * @param {{ owner: string, feature: string, type: string, given?: string | null }} wanted
  * @returns {Promise<Command[] | null>} the commands, the new object called `$new`; null where nobody wants it
  */
-export function askFor(dialog, model, { owner, feature, type, given = null }) {
+export function askFor(model, { owner, feature, type, given = null }) {
   const form = formFor(model, type, given);
   if (form.rows.length === 0 || isGiven(model, type, given))
     return Promise.resolve(form.commands(owner, feature, "$new"));
   const { words, says } = model.classOf(type);
   return new Promise((settle) => {
-    const cancel = make("button", { type: "button", onclick: () => dialog.close() }, "Cancel");
-    const body = make(
-      "form",
-      {
-        method: "dialog",
-        onsubmit: () => settle(form.commands(owner, feature, "$new")),
-      },
-      make("h2", {}, `New ${words}`),
-      make("p", { class: "quiet" }, says),
-      ...form.rows,
-      make("p", { class: "buttons" }, make("button", { class: "main" }, "Make"), cancel),
+    const asked = { title: `New ${words}`, says, rows: form.rows, button: "Make" };
+    askForm(
+      asked,
+      () => settle(form.commands(owner, feature, "$new")),
+      () => settle(null),
     );
-    dialog.replaceChildren(body);
-    dialog.onclose = () => settle(null);
-    dialog.showModal();
   });
 }

@@ -1,7 +1,7 @@
 // The page of the editor: what people do becomes commands, what Python says becomes what they see.
 
 import { byId } from "../elements.js";
-import { ACTIONS } from "./actions.js";
+import { ACTIONS, focusedElement } from "./actions.js";
 import { showMarks, showPath, showState } from "./around.js";
 import { askForAction, search } from "./asking.js";
 import { Canvas } from "./canvas.js";
@@ -357,8 +357,7 @@ export class Editor {
 
   /** @type {(event: KeyboardEvent) => void} */
   enter(event) {
-    const focused =
-      document.activeElement instanceof SVGElement ? document.activeElement.dataset.element : undefined;
+    const focused = focusedElement();
     if (focused === undefined) return;
     event.preventDefault();
     if (this.clicked(focused, null)) return;
@@ -368,8 +367,7 @@ export class Editor {
 
   /** @type {(event: KeyboardEvent) => void} */
   enterToo(event) {
-    const { activeElement } = document;
-    const focused = activeElement instanceof SVGElement ? activeElement.dataset.element : undefined;
+    const focused = focusedElement();
     if (focused === undefined) return;
     event.preventDefault();
     this.canvas.chooseToo(focused);

@@ -1,6 +1,7 @@
 // Lists to search and choose from by keys: elements, actions, pages, templates.
 
 import { make } from "../elements.js";
+import { openDialog } from "./dialogs.js";
 
 /** @import { Model } from "./model.js" */
 
@@ -11,11 +12,10 @@ const MOST = 60; // entries that are shown
 /**
  * Opens a list: typing narrows it, arrows walk through it, Enter takes what is marked.
  *
- * @param {HTMLDialogElement} dialog
  * @param {string} title
  * @param {Entry[]} entries
  */
-export function choose(dialog, title, entries) {
+export function choose(title, entries) {
   const list = make("ul", { id: "palette-list", role: "listbox", "aria-label": title });
   const field = make("input", {
     type: "search",
@@ -64,10 +64,8 @@ export function choose(dialog, title, entries) {
     else return;
     event.preventDefault();
   };
-  dialog.onclose = null;
-  dialog.replaceChildren(make("div", { class: "palette" }, make("h2", {}, title), field, list));
   narrow();
-  dialog.showModal();
+  const dialog = openDialog([make("div", { class: "palette" }, make("h2", {}, title), field, list)]);
 }
 
 /** Entries whose words or notes have all that was typed; those that begin with it first. @type {(entries: Entry[], typed: string) => Entry[]} */

@@ -112,11 +112,7 @@ export class Pen {
 
   /** Makes what a tool makes, at a point of the sheet. @type {(tool: Tool, at: Point, page: string) => Promise<void>} */
   async put({ feature, type, words }, at, page) {
-    const commands = await askFor(byId("dialog", HTMLDialogElement), this.editor.model, {
-      owner: page,
-      feature,
-      type,
-    });
+    const commands = await askFor(this.editor.model, { owner: page, feature, type });
     this.tool = CHOOSE;
     this.show();
     const plane = this.editor.canvas.planes.get(page);
@@ -127,12 +123,7 @@ export class Pen {
 
   /** @type {(owner: string, feature: string, type: string, given: string | null) => Promise<void>} */
   async make(owner, feature, type, given) {
-    const commands = await askFor(byId("dialog", HTMLDialogElement), this.editor.model, {
-      owner,
-      feature,
-      type,
-      given,
-    });
+    const commands = await askFor(this.editor.model, { owner, feature, type, given });
     if (commands !== null) await this.made(commands, `new ${this.editor.model.classOf(type).words}`);
   }
 

@@ -1,6 +1,7 @@
 // The token game: Python fires the net that is proved; the page shows what that is on the model, and asks for more.
 
-import { byId, make } from "../elements.js";
+import { byId } from "../elements.js";
+import { askWhich } from "./dialogs.js";
 import { showGame } from "./play_panel.js";
 
 /** @import { Editor } from "./page.js" */
@@ -174,22 +175,10 @@ export class Player {
 
   /** Asks which of several firings is meant. @type {(firings: Firing[]) => void} */
   choose(firings) {
-    const dialog = byId("dialog", HTMLDialogElement);
-    const choices = firings.map(({ id, text }) => {
-      const pick = () => {
-        dialog.close();
-        this.fire(id);
-      };
-      return make("li", {}, make("button", { onclick: pick }, text));
-    });
-    const cancel = make("button", { onclick: () => dialog.close() }, "Cancel");
-    dialog.onclose = null;
-    dialog.replaceChildren(
-      make("h2", {}, "Which one?"),
-      make("ul", { class: "choices" }, ...choices),
-      make("p", { class: "buttons" }, cancel),
+    askWhich(
+      "Which one?",
+      firings.map(({ id, text }) => ({ words: text, act: () => this.fire(id) })),
     );
-    dialog.showModal();
   }
 }
 

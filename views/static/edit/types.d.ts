@@ -278,10 +278,7 @@ interface Services {
     removeConnection(line: CanvasElement): void;
     viewbox(): Box & { scale: number };
     viewbox(box: Box): void;
-    zoom(level: number | "fit-viewport", center?: "auto" | Point): number;
     scrollToElement(element: CanvasElement, padding?: number): void;
-    addMarker(element: CanvasElement, name: string): void;
-    removeMarker(element: CanvasElement, name: string): void;
     getGraphics(element: CanvasElement): SVGGElement;
     getContainer(): HTMLElement;
   };
@@ -303,7 +300,7 @@ interface Services {
     get(): CanvasElement[];
     select(elements: CanvasElement | CanvasElement[] | null, add?: boolean): void;
   };
-  lassoTool: { toggle(): void; isActive(): boolean };
+  lassoTool: { toggle(): void };
   dragging: { cancel(): void };
 }
 

@@ -2,6 +2,7 @@
 
 import { byId, make } from "../elements.js";
 import { completing } from "./complete.js";
+import { askForm } from "./dialogs.js";
 import { showFinding, showJob } from "./work_panel.js";
 
 /** @import { Editor } from "./page.js" */
@@ -66,7 +67,7 @@ export class Worker {
       "form",
       { role: "search", "aria-label": "Questions" },
       this.which,
-      completing(this.question, () => this.names()),
+      make("span", { class: "completing" }, this.question, this.completion()),
       this.signals,
       ask,
     );
@@ -101,6 +102,23 @@ export class Worker {
     const known = types.filter((type) => model.classOf(type) !== undefined);
     const ids = known.flatMap((type) => model.all(type)).map((each) => String(model.value(each, "id")));
     return [...new Set(ids), ...ATOMS];
+  }
+
+  /** The list of names that fit what is typed in the question. */
+  completion() {
+    return completing(this.question, {
+      id: "question-names",
+      label: "Names",
+      word: /[A-Za-z_][\w.[\]-]*$/,
+      fitting: (typed) => {
+        const word = typed.toLowerCase();
+        const holds = this.names().filter((name) => name.toLowerCase().includes(word));
+        const begins = holds.filter((name) => name.toLowerCase().startsWith(word));
+        const found = [...begins, ...holds.filter((name) => !begins.includes(name))];
+        return found.length === 1 && found[0].toLowerCase() === word ? [] : found;
+      },
+      first: -1,
+    });
   }
 
   // ---------------------------------------------------------------------------------- what Python says
@@ -297,28 +315,10 @@ export class Worker {
 
   /** @type {(title: string, says: string, rows: HTMLElement[], button: string, read: () => Record<string, unknown>) => void} */
   form(title, says, rows, button, read) {
-    const dialog = byId("dialog", HTMLDialogElement);
-    const submit = async () => {
+    askForm({ title, says, rows, button }, async () => {
       const order = read();
       if (await this.saved()) await this.start(order);
-    };
-    dialog.onclose = null;
-    dialog.replaceChildren(
-      make(
-        "form",
-        { method: "dialog", onsubmit: submit },
-        make("h2", {}, title),
-        make("p", { class: "quiet" }, says),
-        ...rows,
-        make(
-          "p",
-          { class: "buttons" },
-          make("button", { class: "main" }, button),
-          make("button", { type: "button", onclick: () => dialog.close() }, "Cancel"),
-        ),
-      ),
-    );
-    dialog.showModal();
+    });
   }
 }
 

@@ -1,4 +1,4 @@
-// Layout where ELK (elkjs) is loaded already: in V8, for Python.
+// Layout where ELK (elkjs) is loaded already: in the worker of a page; in V8, for Python.
 
 import { layout } from "./layout.js";
 

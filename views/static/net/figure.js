@@ -4,35 +4,19 @@ import { escaped, netMarkup, number } from "./renderer.js";
 
 /** @import { Picture } from "./types.js" */
 
-const STILL = ".net .fold{display:none}.net .collapsed .fold{display:inline}"; // nothing collapses on a click here
 const MOST_PIXELS = 80e6;
 
 /**
- * The style of a theme, without variables: not every program that shows SVG knows them.
+ * The picture as SVG, with the style of a theme: `dineros.views.nets.drawing.svg.stylesheet`.
  *
- * @type {(style: string, theme: "light" | "dark") => string}
+ * @type {(picture: Picture, style: string, theme: "light" | "dark") => string}
  */
-function resolved(style, theme) {
-  let text = style.replace(/\/\*.*?\*\//gs, "");
-  const themes = text.match(/[^{}]*\{\s*--net-[^}]*\}/g) ?? []; // light, then what differs in dark
-  /** @type {Map<string, string>} */
-  const values = new Map();
-  for (const block of themes.slice(0, theme === "dark" ? 2 : 1))
-    for (const [, name, value] of block.matchAll(/(--net-[\w-]+):\s*([^;]+);/g)) values.set(name, value);
-  for (const block of themes) text = text.replace(block, "");
-  return (text + STILL)
-    .replace(/var\((--net-[\w-]+)\)/g, (_, name) => values.get(name) ?? "")
-    .replaceAll(".net ", `.net-${theme} `)
-    .replace(/\s*\n\s*/g, "");
-}
-
-/** @type {(picture: Picture, style: string, theme: "light" | "dark") => string} */
 export function netFigure(picture, style, theme) {
   const [width, height] = [number(picture.width), number(picture.height)];
   return (
     `<svg xmlns="http://www.w3.org/2000/svg" class="net net-${theme}" width="${width}" height="${height}" ` +
     `viewBox="0 0 ${width} ${height}" role="img">` +
-    `<title>${escaped(picture.title)}</title><style>${resolved(style, theme)}</style>` +
+    `<title>${escaped(picture.title)}</title><style>${style}</style>` +
     `${netMarkup(picture)}</svg>\n`
   );
 }

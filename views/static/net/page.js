@@ -310,7 +310,7 @@ export class NetPage {
   /** What is shown, as a file in the colours of the page. */
   figure() {
     const theme = document.body.dataset.theme === "dark" ? "dark" : "light";
-    return netFigure(this.picture, byId("signs", HTMLStyleElement).textContent ?? "", theme);
+    return netFigure(this.picture, byId(`style-${theme}`, HTMLScriptElement).text, theme);
   }
 
   /** Of files. */

@@ -1,16 +1,13 @@
 // Layout beside the page: it goes on answering its reader meanwhile. ELK has been loaded before.
 
-import { layout } from "./layout.js";
+import { layoutByElk } from "./elk.js";
 
-/** @import { Engine, View } from "./types.js" */
-
-/** @type {Engine | undefined} */
-let engine;
+/** @import { View } from "./types.js" */
 
 /** @type {(event: MessageEvent<{ number: number, view: View }>) => Promise<void>} */
 const answer = async ({ data: { number, view } }) => {
   try {
-    postMessage({ number, picture: await layout(view, () => (engine ??= new ELK())) });
+    postMessage({ number, picture: await layoutByElk(view) });
   } catch (error) {
     postMessage({ number, problem: error instanceof Error ? error.message : String(error) });
   }

@@ -1,6 +1,7 @@
 // The net beside the trace, at the marking of the cursor: what the step changed is pointed out.
 
 import { byId, make } from "../elements.js";
+import { Pan } from "../net/pan.js";
 import { DrawnNet } from "../net/renderer.js";
 import { prototypeOf } from "./data.js";
 
@@ -16,12 +17,6 @@ export class NetPane {
   svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   /** Whether the picture moves to what a step changes. */
   follow = true;
-  /**
-   * The left upper corner of what is seen, and its scale: none before there is room.
-   *
-   * @type {{ x: number, y: number, scale: number } | null}
-   */
-  view = null;
   /** @type {[Data, number] | null} */
   last = null;
 
@@ -38,84 +33,31 @@ export class NetPane {
     });
     const whole = button("Fit", "the whole net", () => {
       this.setFollow(false);
-      this.fit();
+      this.pan.fit();
     });
-    const smaller = button("−", "smaller", () => this.zoom(1 / 1.4));
-    const larger = button("+", "larger", () => this.zoom(1.4));
+    const smaller = button("−", "smaller", () => this.pan.zoom(1 / 1.4));
+    const larger = button("+", "larger", () => this.pan.zoom(1.4));
     const tools = make("div", { class: "nettools" }, this.following, smaller, larger, whole);
     this.box.replaceChildren(this.svg, tools);
+    this.pan = new Pan(this.svg);
+    this.svg.addEventListener("pointermove", () => {
+      if (this.pan.pointers.size) this.setFollow(false); // who drags it looks at something else
+    });
     this.setFollow(true);
-    this.bind();
     this.setTheme(theme);
-    new ResizeObserver(() => {
-      if (this.view === null) {
-        this.fit();
-        this.refresh();
-      } else this.look(this.view);
-    }).observe(this.box);
+    // How much room there is shows when the step's detail stands above.
+    const sized = new ResizeObserver(() => {
+      sized.disconnect();
+      this.pan.fit();
+      this.refresh();
+    });
+    sized.observe(this.box);
   }
 
   /** @param {boolean} on */
   setFollow(on) {
     this.follow = on;
     this.following.setAttribute("aria-pressed", String(on));
-  }
-
-  bind() {
-    const { svg } = this;
-    /** @type {PointerEvent | null} */
-    let last = null;
-    svg.addEventListener("pointerdown", (event) => {
-      last = event;
-      svg.setPointerCapture(event.pointerId);
-    });
-    svg.addEventListener("pointermove", (event) => {
-      if (!last || !this.view) return;
-      this.setFollow(false);
-      const { x, y, scale } = this.view;
-      const [dx, dy] = [event.clientX - last.clientX, event.clientY - last.clientY];
-      this.look({ x: x - dx / scale, y: y - dy / scale, scale });
-      last = event;
-    });
-    svg.addEventListener("pointerup", () => {
-      last = null;
-    });
-    svg.addEventListener(
-      "wheel",
-      (event) => {
-        event.preventDefault();
-        const box = this.box.getBoundingClientRect();
-        this.zoom(Math.exp(-event.deltaY / 400), event.clientX - box.left, event.clientY - box.top);
-      },
-      { passive: false },
-    );
-  }
-
-  get room() {
-    return [this.box.clientWidth || 300, this.box.clientHeight || 300];
-  }
-
-  fit() {
-    const [wide, high] = this.room;
-    const { width, height } = this.content;
-    const scale = Math.min(wide / width, high / height) * 0.98;
-    this.look({ x: (width - wide / scale) / 2, y: (height - high / scale) / 2, scale });
-  }
-
-  /** Enlarges around a point of the pane. @type {(factor: number, x?: number, y?: number) => void} */
-  zoom(factor, x = this.room[0] / 2, y = this.room[1] / 2) {
-    if (!this.view) return;
-    const before = this.view.scale;
-    const scale = Math.max(0.05, Math.min(4, before * factor));
-    this.look({ x: this.view.x + x / before - x / scale, y: this.view.y + y / before - y / scale, scale });
-  }
-
-  /** @param {{ x: number, y: number, scale: number }} view */
-  look(view) {
-    this.view = view;
-    const [wide, high] = this.room;
-    const { x, y, scale } = view;
-    this.svg.setAttribute("viewBox", `${x} ${y} ${wide / scale} ${high / scale}`);
   }
 
   /** @param {ThemeName} name */
@@ -177,8 +119,9 @@ export class NetPane {
    * @type {(ids: string[]) => void}
    */
   sight(ids) {
-    const [wide, high] = this.room;
-    if (!this.view || wide < 40 || high < 40) return;
+    const { pan } = this;
+    const { size, view } = pan;
+    if (size.width < 40 || size.height < 40) return;
     const heads = this.content.boxes
       .filter(({ id, signals = [] }) => ids.includes(id) || signals.some((signal) => ids.includes(signal.id)))
       .map(({ x, y, header }) => ({ x: x + header[0] / 2, y: y + header[1] / 2 }));
@@ -191,14 +134,15 @@ export class NetPane {
     const right = Math.max(...spots.map((spot) => spot.x)) + 70;
     const top = Math.min(...spots.map((spot) => spot.y)) - 50;
     const bottom = Math.max(...spots.map((spot) => spot.y)) + 60;
-    const { x, y, scale } = this.view;
-    const inside = left >= x && top >= y && right <= x + wide / scale && bottom <= y + high / scale;
-    if (inside && scale > 0.5) return;
-    const fitting = Math.max(0.15, Math.min(1.1, wide / (right - left), high / (bottom - top)));
-    this.look({
-      x: (left + right) / 2 - wide / fitting / 2,
-      y: (top + bottom) / 2 - high / fitting / 2,
-      scale: fitting,
+    const [width, height] = [right - left, bottom - top];
+    const inside =
+      left >= view.x && top >= view.y && right <= view.x + view.width && bottom <= view.y + view.height;
+    if (inside && pan.at.scale > 0.5) return;
+    const scale = Math.max(0.15, Math.min(1.1, pan.scaleOf({ width, height })));
+    pan.look({
+      x: left + (width - size.width / scale) / 2,
+      y: top + (height - size.height / scale) / 2,
+      scale,
     });
   }
 }

@@ -219,7 +219,6 @@ export interface Theme {
   loop: string;
   loopInk: string;
   fold: string;
-  stem: string;
   cause: string;
   /** Of node nets. */
   nodes: string[];

@@ -1,0 +1,33 @@
+"""Pages as single HTML texts: templates of ours, filled in, with everything they need in them."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment
+from markupsafe import Markup
+
+
+@cache
+def own_text(name: str) -> str:
+    """Return a file of `dineros.views`, such as ``static/net/net.css``."""
+    return (files("dineros.views") / name).read_text(encoding="utf-8")
+
+
+def own_markup(*names: str) -> Markup:
+    """Return files of `dineros.views`, one behind the other, as they are to stand in a page."""
+    return Markup("".join(map(own_text, names)))
+
+
+def data_markup(value: Any) -> Markup:
+    """Return JSON for a script element, which nothing in it can end."""
+    return Markup(json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"))
+
+
+def filled_in(template: str, **content: object) -> str:
+    """Return the page of a template in `static`; what is no markup is escaped."""
+    environment = Environment(autoescape=True, keep_trailing_newline=True)
+    return environment.from_string(own_text(f"static/{template}")).render(**content)
