@@ -12,7 +12,7 @@ import logging
 from collections import deque
 from dataclasses import dataclass
 
-from dineros.runtime.channels.clients import LONGEST_RESEND_DELAY, RESEND_DELAY
+from dineros.runtime.channels.clients import resend_delay
 from dineros.runtime.channels.goals import (
     CancelAnswered,
     ClientEvent,
@@ -226,7 +226,7 @@ class ActionClient:
         self._stop_timer(goal)
         LOG.warning("goal %s of %s: %s", goal.message.id, self.port.action, reason)
         self._emit("timeout", goal.message.id, attempt=goal.attempts)
-        delay = min(LONGEST_RESEND_DELAY, RESEND_DELAY * 2.0 ** min(goal.attempts - 1, 30))
+        delay = resend_delay(goal.attempts)
         goal.attempts += 1
         goal.timer = self._traffic.loop.timers.call_later(delay, lambda: self._send_again(goal))
 
@@ -249,8 +249,7 @@ class ActionClient:
             self._failed(goal, "the server does not know it")
             return
         text = f"the server of {self.port.action} has lost the goal {goal.message.id}: it counts as aborted"
-        LOG.error("%s", text)
-        self._traffic.tell_error(text, None)
+        self._traffic.log_error(text)
         goal.ended = ("aborted", {})
         self._ended(goal)
 
@@ -261,7 +260,7 @@ class ActionClient:
             return
         token = None if place is None else self._token(place, goal.message.data, self.goal)
         self._settle(goal)
-        self._put("reject", goal, place, token)
+        self._put("reject", goal.message.id, place, token)
 
     def _ended(self, goal: GoalUnderWay) -> None:
         assert goal.ended is not None
@@ -271,7 +270,7 @@ class ActionClient:
             return
         token = None if place is None else self._token(place, data)
         self._settle(goal)
-        self._put("outcome", goal, place, token, outcome=outcome)
+        self._put("outcome", goal.message.id, place, token, outcome=outcome)
 
     def _token(self, place: int, data: Data, like: int | None = None) -> Token:
         """Return a token for a place; of another type than that of a place like it, it has the defaults."""
@@ -281,16 +280,14 @@ class ActionClient:
         made = self._traffic.arriving(self.port.action, place, data)
         return made or engine.new_token(engine.checkers[place].default)
 
-    def _put(
-        self, event: str, goal: GoalUnderWay, place: int | None, token: Token | None, **more: object
-    ) -> None:
+    def _put(self, event: str, goal: str, place: int | None, token: Token | None, **more: object) -> None:
         if place is None or token is None:
-            self._emit(event, goal.message.id, place=None, token=None, data={}, change={}, **more)
+            self._emit(event, goal, place=None, token=None, data={}, change={}, **more)
             return
         self._traffic.engine.put(place, token)
         id = self._traffic.engine.structure.places[place]
         fields = {"place": id, "token": token.id, "data": token.data, "change": {id: 1}}
-        self._emit(event, goal.message.id, **fields, **more)
+        self._emit(event, goal, **fields, **more)
 
     def _settle(self, goal: GoalUnderWay) -> None:
         """Forget a goal, and let another one depart."""
@@ -316,15 +313,7 @@ class ActionClient:
 
     def _lose(self, count: int) -> None:
         if count > 0:
-            self._traffic.drops[self.port.channel, "feedback"] += count
-            self._traffic.observer.emit(
-                "drop",
-                channel=self.port.channel,
-                queue="feedback",
-                place=self.port.feedback,
-                count=count,
-                change={},
-            )
+            self._traffic.lost(self.port, "feedback", count, self.port.feedback)
 
     def _let_feedback_in(self) -> None:
         place, engine = self._feedback, self._traffic.engine
@@ -333,10 +322,7 @@ class ActionClient:
             event = self._waiting.popleft()
             token = self._traffic.arriving(self.port.action, place, event.data)
             if token is not None:
-                engine.put(place, token)
-                id = engine.structure.places[place]
-                fields = {"place": id, "token": token.id, "data": token.data, "change": {id: 1}}
-                self._emit("hear", event.goal, number=event.number, **fields)
+                self._put("hear", event.goal, place, token, number=event.number)
 
     def let_in(self) -> None:
         """Take what waits for room, now that there may be some."""

@@ -8,7 +8,6 @@ for a client that asks for it later.
 
 from __future__ import annotations
 
-import logging
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
@@ -25,7 +24,6 @@ from dineros.runtime.channels.transport import action_transport
 from dineros.runtime.firing.cancels import CancelRequest
 from dineros.runtime.nets.ports import ActionServerPort, Check, Data, Message, OutcomeKind
 
-LOG = logging.getLogger("dineros.runtime")
 KEPT_RESULTS = 64
 """Results that are kept for clients that ask for them after a restart of the server."""
 
@@ -263,9 +261,7 @@ class ActionServer:
             try:
                 action_transport(traffic.joined).give_feedback(self.port, slot.goal.id, number, data)
             except Exception as error:
-                text = f"feedback of {self.port.action} is lost: {error}"
-                LOG.error("%s", text, exc_info=error)
-                traffic.tell_error(text, None)
+                traffic.log_error(f"feedback of {self.port.action} is lost: {error}", cause=error)
 
     def _repeat_feedback(self, slot: Slot) -> None:
         """Send again what a client that was started again may have missed; it knows what it had."""

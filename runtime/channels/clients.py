@@ -19,6 +19,11 @@ RESEND_DELAY = 0.1
 LONGEST_RESEND_DELAY = 5.0
 
 
+def resend_delay(attempt: int) -> float:
+    """Return the seconds to wait before what was sent in an attempt, counted from 1, is sent again."""
+    return min(LONGEST_RESEND_DELAY, RESEND_DELAY * 2.0 ** min(attempt - 1, 30))
+
+
 @dataclass(eq=False)
 class Call:
     """A request under way.
@@ -97,6 +102,7 @@ class Client:
         self.port = port
         self.request, self.response, self.timed_out = places
         self.departure = departure
+        self._about = {"channel": port.channel, "client": port.client}
         self._request_timeout = request_timeout
         self.calls: dict[str, Call] = {}
         self._is_held = True
@@ -129,16 +135,7 @@ class Client:
         self.calls[call.message.id] = call
         self._hold_or_not()
         self._patience(call)
-        if traffic.observer.is_observing:
-            traffic.observer.emit(
-                "request",
-                channel=port.channel,
-                client=port.client,
-                place=port.request,
-                token=token.id,
-                message=call.message.id,
-                change={port.request: -1},
-            )
+        traffic.left("request", self._about, port.request, token, message=call.message.id)
 
     def _hold_or_not(self) -> None:
         """Let requests depart as long as more may be under way."""
@@ -174,18 +171,12 @@ class Client:
             return
         call.stop_resending()
         LOG.warning("request %s of %s: %s", message_id, self.port.service, reason)
-        self._traffic.observer.emit(
-            "timeout",
-            channel=self.port.channel,
-            client=self.port.client,
-            message=message_id,
-            attempt=call.attempts,
-        )
-        delay = min(LONGEST_RESEND_DELAY, RESEND_DELAY * 2.0 ** min(call.attempts - 1, 30))
+        attempt = call.attempts
+        self._traffic.observer.emit("timeout", **self._about, message=message_id, attempt=attempt)
         call.attempts += 1
         # In real time, also where a simulation stands still: what was lost is no matter of its time.
         steady_timers = self._traffic.loop.steady_timers
-        call.resending = steady_timers.call_later(delay, lambda: self._ask_again(call))
+        call.resending = steady_timers.call_later(resend_delay(attempt), lambda: self._ask_again(call))
 
     def _ask_again(self, call: Call) -> None:
         call.resending = None
@@ -210,17 +201,7 @@ class Client:
             return
         self._end(call)
         traffic.engine.put(self.response, token)
-        if traffic.observer.is_observing:
-            traffic.observer.emit(
-                "response",
-                channel=port.channel,
-                client=port.client,
-                place=port.response,
-                token=token.id,
-                message=id,
-                data=token.data,
-                change={port.response: 1},
-            )
+        traffic.came("response", self._about, port.response, token, message=id)
 
     def _end(self, call: Call) -> None:
         """Be ready for one more request: one is over."""
@@ -248,19 +229,13 @@ class Client:
         self._end(call)
         if isinstance(traffic.joined, Forgetting):
             traffic.joined.forget(port, call.message.id)
-        if place is not None and token is not None:
+        if place is not None and port.timed_out is not None and token is not None:
             traffic.engine.put(place, token)
-        if traffic.observer.is_observing:
-            traffic.observer.emit(
-                "giveUp",
-                channel=port.channel,
-                client=port.client,
-                place=port.timed_out,
-                token=None if token is None else token.id,
-                message=call.message.id,
-                data={} if token is None else token.data,
-                change={} if port.timed_out is None else {port.timed_out: 1},
-            )
+            traffic.came("giveUp", self._about, port.timed_out, token, message=call.message.id)
+        elif traffic.observer.is_observing:
+            nothing: dict[str, object] = {"data": {}, "change": {}}
+            message = call.message.id
+            traffic.observer.emit("giveUp", **self._about, place=None, token=None, message=message, **nothing)
 
     def let_in(self) -> None:
         """Go on with what waits for room, now that there is some: responses, and what is to be given up."""

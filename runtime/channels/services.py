@@ -38,6 +38,8 @@ class Instance:
         Id of the request that it serves.
     answers : list of callable
         Where the response goes.
+    about : dict
+        What records say of it.
     """
 
     def __init__(self, server: Server, number: int, entry: int, exit: int, departure: int) -> None:
@@ -48,6 +50,7 @@ class Instance:
         self.departure = departure
         self.message: str | None = None
         self.answers: list[Answer] = []
+        self.about = {"channel": server.port.channel, "instance": number + 1}
 
     def send(self) -> None:
         """Send the oldest token at the exit as the response."""
@@ -124,6 +127,11 @@ class Server:
         """
         return self._depth is None or arriving <= self._depth
 
+    @property
+    def busy(self) -> int:
+        """How many requests it serves now."""
+        return sum(instance.message is not None for instance in self.instances)
+
     def _is_free(self, instance: Instance) -> bool:
         return instance.message is None and self._traffic.engine.has_room(instance.entry)
 
@@ -169,18 +177,8 @@ class Server:
                 instance.message, instance.answers = message.id, answers
                 traffic.engine.unhold_departure(instance.departure)
                 traffic.engine.put(instance.entry, token)
-                if traffic.observer.is_observing:
-                    place = port.entries[instance.number]
-                    traffic.observer.emit(
-                        "serve",
-                        channel=port.channel,
-                        instance=instance.number + 1,
-                        place=place,
-                        token=token.id,
-                        message=message.id,
-                        data=token.data,
-                        change={place: 1},
-                    )
+                entry = port.entries[instance.number]
+                traffic.came("serve", instance.about, entry, token, message=message.id)
 
     def reply(self, instance: Instance) -> None:
         """Send the response of an instance, which is inactive then.
@@ -205,17 +203,7 @@ class Server:
         traffic.engine.hold_departure(instance.departure)
         if response.id:
             self.keep(response)
-        if traffic.observer.is_observing:
-            place = port.exits[instance.number]
-            traffic.observer.emit(
-                "reply",
-                channel=port.channel,
-                instance=instance.number + 1,
-                place=place,
-                token=token.id,
-                message=response.id,
-                change={place: -1},
-            )
+        traffic.left("reply", instance.about, port.exits[instance.number], token, message=response.id)
         self.serve()
 
     def keep(self, response: Message) -> None:

@@ -17,7 +17,7 @@ from dineros.metamodel.message_ids import MessageIdError, parse_id
 from dineros.runtime.channels.transport import Transport
 from dineros.runtime.firing.observing import Observer
 from dineros.runtime.nets.engine import Engine
-from dineros.runtime.nets.ports import Data, Port, PublisherPort, Queue, SubscriberPort
+from dineros.runtime.nets.ports import Data, Port, Queue
 from dineros.runtime.nets.tokens import Token
 from dineros.runtime.scheduling.loop import Loop
 
@@ -95,9 +95,7 @@ class Traffic:
         """
         self.refused[channel] += 1
         if self.refused[channel] == 1:
-            text = f"a message of {name} is dropped: {error}; others like it are only counted"
-            LOG.error("%s", text)
-            self.tell_error(text, None)
+            self.log_error(f"a message of {name} is dropped: {error}; others like it are only counted")
 
     def arriving(self, name: str, place: int, data: Data) -> Token | None:
         """Return the token of what arrives for a place; None: it does not fit its type, which is recorded."""
@@ -105,19 +103,29 @@ class Traffic:
         try:
             return engine.new_token(engine.checkers[place].complete(data))
         except FeatureValueError as error:
-            text = f"a message of {name} does not fit the token type: {error}"
-            LOG.error("%s", text)
-            self.tell_error(text, None)
+            self.log_error(f"a message of {name} does not fit the token type: {error}")
             return None
 
-    def tell_error(self, text: str, policy: str | None) -> None:
-        """Record that a message could not be sent or taken."""
-        self.observer.emit("error", transition=None, handler=None, error=text, attempt=1, policy=policy)
+    def log_error(self, text: str, policy: str | None = None, cause: BaseException | None = None) -> None:
+        """Log and record that a message could not be sent or taken."""
+        LOG.error("%s", text, exc_info=cause)
+        self.observer.tell_error(text, policy)
 
-    def lost(self, port: Port, queue: Queue, count: int) -> None:
-        """Count and record messages that a full queue lost."""
+    def came(self, event: str, about: Mapping[str, object], place: str, token: Token, **more: object) -> None:
+        """Record that a token has come onto a place, what its port is called, and what more there is."""
+        if self.observer.is_observing:
+            told = {**about, "place": place, "token": token.id, **more}
+            self.observer.emit(event, **told, data=token.data, change={place: 1})
+
+    def left(self, event: str, about: Mapping[str, object], place: str, token: Token, **more: object) -> None:
+        """Record that a token has left a place, as `came` does."""
+        if self.observer.is_observing:
+            told = {**about, "place": place, "token": token.id, **more}
+            self.observer.emit(event, **told, change={place: -1})
+
+    def lost(self, port: Port, queue: Queue, count: int, place: str | None = None) -> None:
+        """Count and record messages that a full queue lost before they came to a place."""
         self.drops[port.channel, queue] += count
-        place = port.place if isinstance(port, (PublisherPort, SubscriberPort)) else None
         self.observer.emit("drop", channel=port.channel, queue=queue, place=place, count=count, change={})
 
 

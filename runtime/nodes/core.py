@@ -139,6 +139,10 @@ class Core:
                 except Exception:
                     LOG.exception("a callback of on_change failed at %s", event)
 
+    def tell_error(self, error: str, policy: str | None = None) -> None:
+        """Record and report an error that no transition has made, and what is done about it."""
+        self.emit("error", transition=None, handler=None, error=error, attempt=1, policy=policy)
+
     def record_with(self, record: Callable[..., None] | None) -> None:
         """Record from now on with this function, or no more."""
         self._record = record
@@ -276,12 +280,7 @@ class Core:
 
     def new_source(self, name: str) -> Source:
         """Return the counters of a bridge, which inspections show from now on; from any thread."""
-
-        def tell(text: str) -> None:
-            fields = {"transition": None, "handler": None, "error": text, "attempt": 1, "policy": None}
-            self.loop.submit(lambda: self.emit("error", **fields))
-
-        source = Source(name, tell)
+        source = Source(name, lambda text: self.loop.submit(lambda: self.tell_error(text)))
         with self._callbacks_lock:
             self.sources = (*self.sources, source)
         return source
@@ -302,8 +301,8 @@ class Core:
         return Inspection(
             **inspect_engine(self.engine, self.execution, self.loop.clock()),
             waiting_requests=exchange.waiting_requests if exchange is not None else 0,
-            drops=MappingProxyType(dict(exchange.drops) if exchange is not None else {}),
-            refused=MappingProxyType(dict(exchange.refused) if exchange is not None else {}),
+            drops=MappingProxyType(dict(exchange.traffic.drops) if exchange is not None else {}),
+            refused=MappingProxyType(dict(exchange.traffic.refused) if exchange is not None else {}),
             firings=self.execution.firings,
             failures=self._failures,
             errors=tuple(self._errors),

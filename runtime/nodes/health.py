@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal
 
-from dineros.runtime.nets.ports import ActionClientPort, SubscriberPort
 from dineros.runtime.nodes.core import Core
 from dineros.runtime.nodes.status import Status
 
@@ -177,7 +176,7 @@ class HealthWatch:
         places = core.structure.places[:MOST]
         queues, signals, handlers = tuple(self._queues()), tuple(self._signals(now)), tuple(self._handlers())
         execution.durations.forget_longest()
-        served = {} if exchange is None else exchange.requests_served()
+        servers = {} if exchange is None else exchange.servers
         return Health(
             status=core.status(),
             firings=firings,
@@ -186,13 +185,15 @@ class HealthWatch:
             rate=rate,
             places=MappingProxyType({id: engine.count(place) for place, id in enumerate(places)}),
             queues=queues,
-            servers={port.service: (busy, port.instances, more) for port, (busy, more) in served.items()},
+            servers={
+                port.service: (each.busy, port.instances, len(each.waiting)) for port, each in servers.items()
+            },
             signals=signals,
             handlers=handlers,
             waits=tuple(self._waits(now))[:MOST],
             concerns=self._judge(queues, signals, handlers),
-            drops={} if exchange is None else dict(exchange.drops),
-            refused={} if exchange is None else dict(exchange.refused),
+            drops={} if exchange is None else dict(exchange.traffic.drops),
+            refused={} if exchange is None else dict(exchange.traffic.refused),
         )
 
     def _queues(self) -> Iterator[QueueFill]:
@@ -229,14 +230,16 @@ class HealthWatch:
             yield Wait(transitions[flight.transition], "handler", handler, now - flight.started)
         if exchange is None:
             return
-        for port, call in exchange.requests_under_way():
-            yield Wait(port.client, "service", port.service, max(0.0, now - call.asked))
-        for goals_port, client in exchange.actions.clients.items():
-            yield from (_goal(goals_port) for _ in client.goals)
+        for port, client in exchange.clients.items():
+            for call in client.calls.values():
+                yield Wait(port.client, "service", port.service, max(0.0, now - call.asked))
+        for goals_port, goals_client in exchange.actions.clients.items():
+            for _ in goals_client.goals:
+                yield Wait(goals_port.client, "action", goals_port.action)
         if core.arrivals is not None:
             for subscriber in core.structure.ports.subscribers:
                 if core.arrivals.held(subscriber):
-                    yield _room(subscriber)
+                    yield Wait(subscriber.topic, "room", subscriber.place)
 
     def _judge(
         self,
@@ -279,11 +282,3 @@ def _concerns(
         if signal.is_stale:
             text = f"the signal {signal.signal} is stale: not heard for {signal.limit or 0:g} s"
             yield Concern("signal-age", signal.signal, text)
-
-
-def _goal(port: ActionClientPort) -> Wait:
-    return Wait(port.client, "action", port.action)
-
-
-def _room(port: SubscriberPort) -> Wait:
-    return Wait(port.topic, "room", port.place)

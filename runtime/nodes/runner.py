@@ -89,7 +89,7 @@ class Runner:
         core.execution.cancel_of = self.exchange.actions.cancel_of
         self.exchange.actions.accepts = core.acceptance.accepts
         core.obey_state()
-        self._loop = core.loop
+        self._loop, self._post = core.loop, core.loop.post
         self._execution = core.execution
         core.arrivals = self._arrivals = Arrivals(self.exchange, core.engine, core.loop, transport)
         self._thread: threading.Thread | None = None
@@ -370,23 +370,23 @@ class Runner:
 
     def requests_wait(self, port: ServerPort) -> None:
         """Have requests taken that the transport keeps."""
-        self._post(lambda: self.exchange.serve(port))
+        self._post(self.exchange.servers[port].serve)
 
     def messages_skipped(self, port: SubscriberPort, message: Message) -> int:
         """Return how many of its publisher's messages before this one are missing; from any thread."""
-        return self.exchange.messages_skipped(port, message)
+        return self.exchange.subscribers[port].skipped(message)
 
     def knows_request(self, port: ServerPort, message_id: str) -> bool:
         """Return whether an instance serves a request, or its response is kept."""
-        return self.exchange.knows_request(port, message_id)
+        return self.exchange.servers[port].knows(message_id)
 
     def response_arrived(self, port: ClientPort, message: Message) -> None:
         """Have a response put on its place."""
-        self._post(lambda: self.exchange.responded(port, message))
+        self._post(lambda: self.exchange.clients[port].responded(message))
 
     def request_failed(self, port: ClientPort, message_id: str, reason: str) -> None:
         """Have a request sent again."""
-        self._post(lambda: self.exchange.failed(port, message_id, reason))
+        self._post(lambda: self.exchange.clients[port].failed(message_id, reason))
 
     def ticked(self, timer: TimerPort) -> None:
         """Have the callback of a timer begin."""
@@ -419,6 +419,3 @@ class Runner:
     def remove_source(self, source: Source) -> None:
         """Show it no more."""
         self._core.remove_source(source)
-
-    def _post(self, action: Callable[[], None]) -> None:
-        self._loop.post(action)
