@@ -232,10 +232,11 @@ class Client:
         if place is not None and port.timed_out is not None and token is not None:
             traffic.engine.put(place, token)
             traffic.came("giveUp", self._about, port.timed_out, token, message=call.message.id)
-        elif traffic.observer.is_observing:
-            nothing: dict[str, object] = {"data": {}, "change": {}}
-            message = call.message.id
-            traffic.observer.emit("giveUp", **self._about, place=None, token=None, message=message, **nothing)
+        else:
+            nothing: dict[str, object] = {"place": None, "token": None}
+            traffic.observer.emit(
+                "giveUp", **self._about, **nothing, message=call.message.id, data={}, change={}
+            )
 
     def let_in(self) -> None:
         """Go on with what waits for room, now that there is some: responses, and what is to be given up."""
