@@ -26,8 +26,9 @@ from dineros.runtime.channels.goals import (
 from dineros.runtime.channels.transport import Receiver
 from dineros.runtime.nets.ports import ActionClientPort, Message, OutcomeKind
 from dineros.runtime.ros.channels.goal_ids import bytes_of, ros_id, text_of
-from dineros.runtime.ros.channels.quality import feedback_quality, service_quality
+from dineros.runtime.ros.channels.quality import SERVICE_DEPTH, reliable_quality
 from dineros.runtime.ros.conversion.codecs import ActionCodecs
+from dineros.runtime.ros.process.clocks import Alarm
 from dineros.runtime.ros.process.session import LOG
 
 FIRST_LOOK, LAST_LOOK = 0.05, 0.5
@@ -93,11 +94,8 @@ class GoalClient:
         self, node: Any, port: ActionClientPort, codecs: ActionCodecs, receiver: Receiver, timeout: float
     ) -> None:
         from action_msgs.msg import GoalStatus
-        from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-        from rclpy.clock import Clock
-        from rclpy.clock_type import ClockType
 
-        self._node, self._port, self._codecs = node, port, codecs
+        self._port, self._codecs = port, codecs
         self._receiver, self._timeout = receiver, timeout
         self._ends: dict[int, OutcomeKind] = {
             GoalStatus.STATUS_SUCCEEDED: "succeeded",
@@ -108,13 +106,8 @@ class GoalClient:
         self._lock = threading.RLock()
         self._goals: dict[str, _Goal] = {}
         self._ended: dict[str, None] = {}
-        self._due: float | None = None
         self._client = _client_class()(node, codecs.interface, port, self)
-        self._timer: Any = node.create_timer(
-            timeout, self._look, callback_group=MutuallyExclusiveCallbackGroup(),
-            clock=Clock(clock_type=ClockType.STEADY_TIME),
-        )  # fmt: skip
-        self._timer.cancel()
+        self._alarm: Alarm | None = Alarm(node, self._look)
 
     # What the net asks for.
 
@@ -162,23 +155,18 @@ class GoalClient:
     # Time.
 
     def _look_in_time(self, goal: _Goal) -> None:
-        """Have the timer go off when there is something to do for a goal, if not before."""
+        """Have the alarm go off when there is something to do for a goal, if not before."""
         now = time.monotonic()
         times = [goal.deadline, goal.ask, goal.cancel, None if goal.is_sent else now + goal.look]
-        due = min((each for each in times if each is not None), default=None)
-        if due is None or self._timer is None or (self._due is not None and self._due <= due):
-            return
-        self._due = due
-        self._timer.timer_period_ns = max(1, int((due - now) * 1e9))
-        self._timer.reset()
+        if self._alarm is not None:
+            self._alarm.set(min((each for each in times if each is not None), default=None))
 
     def _look(self) -> None:
         """Do what is due."""
         with self._lock:
-            self._due = None
-            if self._timer is None:
+            if self._alarm is None:
                 return
-            self._timer.cancel()
+            self._alarm.silence()
             now = time.monotonic()
             for goal in list(self._goals.values()):
                 try:
@@ -289,8 +277,9 @@ class GoalClient:
         with self._lock:
             self._goals.clear()
             self._ended.clear()
-            timer, self._timer = self._timer, None
-        self._node.destroy_timer(timer)
+            alarm, self._alarm = self._alarm, None
+        if alarm is not None:
+            alarm.close()
         self._client.destroy()
 
 
@@ -304,7 +293,7 @@ def _client_class() -> Any:
 
     class Client(action_client):  # type: ignore[misc]
         def __init__(self, node: Any, interface: Any, port: ActionClientPort, owner: GoalClient) -> None:
-            quality = service_quality()
+            quality = reliable_quality(SERVICE_DEPTH)
             self._owner = owner
             self._asked: dict[int, str] = {}
             self._asked_for_result: dict[int, str] = {}
@@ -318,7 +307,7 @@ def _client_class() -> Any:
                 goal_service_qos_profile=quality,
                 result_service_qos_profile=quality,
                 cancel_service_qos_profile=quality,
-                feedback_sub_qos_profile=feedback_quality(port.depth),
+                feedback_sub_qos_profile=reliable_quality(max(1, port.depth)),
             )
 
         def send_goal(self, id: str, goal: Any) -> None:

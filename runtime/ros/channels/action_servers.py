@@ -16,7 +16,7 @@ from dineros.runtime.channels.goals import CancelArrived, GoalArrived, KnownGoal
 from dineros.runtime.channels.transport import Receiver
 from dineros.runtime.nets.ports import ActionServerPort, Data, Message, OutcomeKind
 from dineros.runtime.ros.channels.goal_ids import bytes_of, ros_id, text_of
-from dineros.runtime.ros.channels.quality import feedback_quality, service_quality
+from dineros.runtime.ros.channels.quality import SERVICE_DEPTH, reliable_quality
 from dineros.runtime.ros.conversion.codecs import ActionCodecs
 from dineros.runtime.ros.process.session import LOG
 
@@ -205,7 +205,7 @@ def _server_class() -> Any:
         def __init__(self, node: Any, interface: Any, port: ActionServerPort, owner: GoalServer) -> None:
             self._owner = owner
             self._known: dict[bytes, _Handle] = {}
-            quality = service_quality()
+            quality = reliable_quality(SERVICE_DEPTH)
             super().__init__(
                 node,
                 interface,
@@ -215,7 +215,7 @@ def _server_class() -> Any:
                 goal_service_qos_profile=quality,
                 result_service_qos_profile=quality,
                 cancel_service_qos_profile=quality,
-                feedback_pub_qos_profile=feedback_quality(port.depth),
+                feedback_pub_qos_profile=reliable_quality(max(1, port.depth)),
             )
 
         async def _execute_goal_request(self, taken: Any) -> None:

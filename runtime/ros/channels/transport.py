@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 from dineros.runtime.channels.transport import Answer, Receiver
 from dineros.runtime.nets.ports import (
@@ -23,7 +23,7 @@ from dineros.runtime.nets.ports import (
     ServerPort,
     SubscriberPort,
 )
-from dineros.runtime.ros.channels.actions import GoalCarrier, RosActions
+from dineros.runtime.ros.channels.actions import GoalCarrier
 from dineros.runtime.ros.channels.clients import Clients
 from dineros.runtime.ros.channels.companions import MESSAGES, REQUESTS, Announcer, Listener
 from dineros.runtime.ros.channels.parameters import (
@@ -39,14 +39,14 @@ from dineros.runtime.ros.channels.quality import (
     LossCounter,
     most_known,
     overriding_options,
-    service_quality,
+    reliable_quality,
     topic_quality,
 )
 from dineros.runtime.ros.channels.signals import RosSignals
 from dineros.runtime.ros.channels.timers import RosTimers
 from dineros.runtime.ros.conversion.codecs import Codecs
 from dineros.runtime.ros.conversion.messages import Codec
-from dineros.runtime.ros.process.session import LOG, RosError, Session
+from dineros.runtime.ros.process.session import LOG, Session, made_in_ros
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class RclpyTransport(GoalCarrier):
             self._checks[client] = self._clients.add(client, codecs).check
         for subscriber in ports.subscribers:
             self._add_subscriber(node, subscriber, codecs, receiver)
-        self.open_goals(RosActions(node, receiver, timeout), ports, codecs)
+        self.open_goals(node, ports, codecs, receiver, timeout)
         self._signals = RosSignals(node, ports.signals, receiver)
         self._timers = self._own(RosTimers.close, RosTimers(node, ports.timers, receiver.ticked))
 
@@ -138,20 +138,15 @@ class RclpyTransport(GoalCarrier):
         announcer = None
         if port.type is not None and port.is_kept and self._announces:
             name = f"{node.resolve_topic_name(port.topic)}/{MESSAGES}"
-            announcer = _made(name, lambda: Announcer(node, name, port.limit))
+            with made_in_ros(repr(name)):
+                announcer = Announcer(node, name, port.limit)
             self._own(Announcer.close, announcer)
-        publisher = self._own(
-            node.destroy_publisher,
-            _made(
-                port.topic,
-                lambda: node.create_publisher(
-                    interface,
-                    port.topic,
-                    topic_quality(port),
-                    qos_overriding_options=overriding_options(port),
-                ),
-            ),
-        )
+        with made_in_ros(repr(port.topic)):
+            options = overriding_options(port)
+            publisher = node.create_publisher(
+                interface, port.topic, topic_quality(port), qos_overriding_options=options
+            )
+        self._own(node.destroy_publisher, publisher)
         has_ids = port.type is None or announcer is not None
         self._publishers[port.channel, port.place] = _Outlet(codec.encode, publisher, announcer, has_ids)
         self._checks[port] = codec.check
@@ -184,21 +179,16 @@ class RclpyTransport(GoalCarrier):
             meter.took(info["received_timestamp"])
             take(ros_message, info)
 
-        subscription = self._own(
-            node.destroy_subscription,
-            _made(
+        with made_in_ros(repr(port.topic)):
+            subscription = node.create_subscription(
+                interface,
                 port.topic,
-                lambda: node.create_subscription(
-                    interface,
-                    port.topic,
-                    taken,
-                    topic_quality(port, known),
-                    callback_group=group,
-                    qos_overriding_options=overriding_options(port),
-                ),
-            ),
-        )
-        group.entity = subscription
+                taken,
+                topic_quality(port, known),
+                callback_group=group,
+                qos_overriding_options=overriding_options(port),
+            )
+        group.entity = self._own(node.destroy_subscription, subscription)
 
     def _with_companion(
         self,
@@ -277,10 +267,10 @@ class RclpyTransport(GoalCarrier):
             if self._is_open:
                 receiver.refused(port, error)
 
-        listener = _made(
-            name, lambda: Listener(node, name, limit, interface, codec, refused=refused, **callbacks)
-        )
-        return cast("Listener", self._own(Listener.close, listener))
+        with made_in_ros(repr(name)):
+            listener = Listener(node, name, limit, interface, codec, refused=refused, **callbacks)
+        self._own(Listener.close, listener)
+        return listener
 
     def _add_server(self, node: Any, port: ServerPort, codecs: Codecs, receiver: Receiver) -> None:
         interface, requests, responses = codecs.service(port)
@@ -310,20 +300,12 @@ class RclpyTransport(GoalCarrier):
                 strange=requested,
                 group=group,
             )
-        service = self._own(
-            node.destroy_service,
-            _made(
-                port.service,
-                lambda: node.create_service(
-                    interface,
-                    port.service,
-                    hand_on,
-                    qos_profile=service_quality(port.depth if self._has_histories else SERVICE_DEPTH),
-                    callback_group=group,
-                ),
-            ),
-        )
-        group.entity = service
+        quality = reliable_quality(port.depth if self._has_histories else SERVICE_DEPTH)
+        with made_in_ros(repr(port.service)):
+            service = node.create_service(
+                interface, port.service, hand_on, qos_profile=quality, callback_group=group
+            )
+        group.entity = self._own(node.destroy_service, service)
         send_response = service.send_response
 
         def keep(request: Any, header: Any) -> None:
@@ -407,7 +389,7 @@ class RclpyTransport(GoalCarrier):
     def check(self, port: Port, part: str = "") -> Check | None:
         """Return what raises for data outside the ranges of the ROS fields that it is mapped to."""
         if isinstance(port, ActionPort):
-            return self.goals.check(port, part)
+            return self.check_goal(port, part)
         return self._checks[port]
 
     def close(self) -> None:
@@ -422,18 +404,3 @@ class RclpyTransport(GoalCarrier):
             destroy(entity)
         self._entities.clear()
         self._publishers.clear()
-
-
-def _made(name: str, make: Callable[[], Any]) -> Any:
-    """Make a ROS entity.
-
-    Raises
-    ------
-    RosError
-        ROS refuses it.
-    """
-    try:
-        return make()
-    except Exception as error:
-        text = str(error).strip().partition("\n")[0] or type(error).__name__
-        raise RosError(f"{name!r} cannot be made in ROS: {text}") from error
