@@ -277,12 +277,12 @@ def _about(port: rtm.PlacePort, middleware: sym.Middleware) -> tuple[str, str, s
             words, overrides = quality_words(port, middleware), quality_overrides(port)
             return kind, port.topic, "msg", {"limit": port.limit, "quality": words, "overrides": overrides}
         case rtm.ClientPort():
-            more = {"other": port.response.id, "client": port.client, "quality": client_words(port)}
-            return "client", port.service, "srv", more
+            words, other = client_words(port), port.response.id
+            return "client", port.service, "srv", {"other": other, "client": port.client, "quality": words}
         case rtm.ServerPort():
-            limit = f"limit {port.depth}" if middleware == sym.Middleware.ros2 else ""
-            more = {"other": port.exit.id, "instances": port.instances, "quality": limit}
-            return "server", port.service, "srv", more
+            words = f"limit {port.depth}" if middleware == sym.Middleware.ros2 else ""
+            ends = {"other": port.exit.id, "quality": words}
+            return "server", port.service, "srv", {**ends, "instances": port.instances}
         case rtm.ActionClientPort():
             words = action_words(port, CLIENT_PLACES)
             return "action client", port.action, "action", {"quality": words, "client": port.client}

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from dineros.runtime.channels.clients import resend_delay
 from dineros.runtime.channels.goals import (
@@ -50,7 +50,7 @@ class GoalUnderWay:
         Number of the feedback that came last.
     attempts : int
         How often it was sent.
-    timer : Timer or None
+    timer : Timer
         When it is sent again.
     ended : tuple or None
         Its outcome and result, which wait for room.
@@ -64,7 +64,7 @@ class GoalUnderWay:
     heard: int = 0
     attempts: int = 1
     is_canceling: bool = False
-    timer: Timer | None = None
+    timer: Timer = field(default_factory=Timer)
     ended: tuple[OutcomeKind, Data] | None = None
     is_refused: bool = False
 
@@ -78,10 +78,6 @@ class ActionClient:
         What all ports share.
     port : ActionClientPort
         The port.
-    places : mapping of str to int
-        Numbers of the places, by id.
-    departures : tuple of int
-        Numbers of the departures: of goals, and of requests to cancel, if there are any.
 
     Attributes
     ----------
@@ -89,9 +85,8 @@ class ActionClient:
         By id, the oldest first.
     """
 
-    def __init__(
-        self, traffic: Traffic, port: ActionClientPort, places: dict[str, int], departures: tuple[int, ...]
-    ) -> None:
+    def __init__(self, traffic: Traffic, port: ActionClientPort) -> None:
+        places = traffic.places
         self._traffic = traffic
         self.port = port
         self.goal = places[port.goal]
@@ -99,7 +94,9 @@ class ActionClient:
         self._rejected = None if port.rejected is None else places[port.rejected]
         self._cancel = None if port.cancel is None else places[port.cancel]
         self._feedback = None if port.feedback is None else places[port.feedback]
-        self._departures = departures
+        self._departure = traffic.add_departure(self.goal, self.send, port)
+        if self._cancel is not None:
+            self._cancel_departure = traffic.add_departure(self._cancel, self.send_cancel)
         self._is_cancel_held = True  # as the engine holds all departures at first
         self._waiting: deque[FeedbackArrived] = deque()
         self._last: deque[GoalUnderWay] = deque(maxlen=max(1, port.outstanding))
@@ -111,7 +108,7 @@ class ActionClient:
         """Let goals depart; those of an earlier life are sent or followed again."""
         engine = self._traffic.engine
         if len(self.goals) < self.port.outstanding:
-            engine.unhold_departure(self._departures[0])
+            engine.unhold(self._departure)
         for goal in list(self.goals.values()):
             self._send(goal)
             if goal.is_canceled:
@@ -137,7 +134,7 @@ class ActionClient:
         traffic.count_sent(port.goal)
         self.goals[goal.message.id] = goal
         if len(self.goals) == port.outstanding:
-            traffic.engine.hold_departure(self._departures[0])
+            traffic.engine.hold(self._departure)
         self._emit("goal", goal.message.id, place=port.goal, token=token.id, change={port.goal: -1})
         self._look_at_cancels()
 
@@ -182,7 +179,7 @@ class ActionClient:
         if is_held is not self._is_cancel_held:
             self._is_cancel_held = is_held
             engine = self._traffic.engine
-            (engine.hold_departure if is_held else engine.unhold_departure)(self._departures[1])
+            (engine.hold if is_held else engine.unhold)(self._cancel_departure)
 
     # What arrives.
 
@@ -215,7 +212,7 @@ class ActionClient:
                 self._ended(goal)
 
     def _accepted(self, goal: GoalUnderWay) -> None:
-        self._stop_timer(goal)
+        goal.timer.cancel()
         if not goal.is_accepted:
             goal.is_accepted = True
             self._emit("accepted", goal.message.id)
@@ -223,7 +220,7 @@ class ActionClient:
 
     def _failed(self, goal: GoalUnderWay, reason: str) -> None:
         """Record that a goal is not answered, and send it again a little later."""
-        self._stop_timer(goal)
+        goal.timer.cancel()
         LOG.warning("goal %s of %s: %s", goal.message.id, self.port.action, reason)
         self._emit("timeout", goal.message.id, attempt=goal.attempts)
         delay = resend_delay(goal.attempts)
@@ -231,7 +228,6 @@ class ActionClient:
         goal.timer = self._traffic.loop.timers.call_later(delay, lambda: self._send_again(goal))
 
     def _send_again(self, goal: GoalUnderWay) -> None:
-        goal.timer = None
         if goal.message.id in self.goals:
             self._send(goal)
 
@@ -254,7 +250,7 @@ class ActionClient:
         self._ended(goal)
 
     def _refused(self, goal: GoalUnderWay) -> None:
-        self._stop_timer(goal)
+        goal.timer.cancel()
         place = self._rejected
         if place is not None and not self._traffic.engine.has_room(place):
             return
@@ -292,7 +288,7 @@ class ActionClient:
     def _settle(self, goal: GoalUnderWay) -> None:
         """Forget a goal, and let another one depart."""
         if len(self.goals) == self.port.outstanding:
-            self._traffic.engine.unhold_departure(self._departures[0])
+            self._traffic.engine.unhold(self._departure)
         del self.goals[goal.message.id]
         self._last.append(goal)
         self._look_at_cancels()
@@ -333,12 +329,6 @@ class ActionClient:
                 self._ended(goal)
         if self._feedback is not None:
             self._let_feedback_in()
-
-    @staticmethod
-    def _stop_timer(goal: GoalUnderWay) -> None:
-        if goal.timer is not None:
-            goal.timer.cancel()
-            goal.timer = None
 
     def _emit(self, event: str, goal: str | None, **fields: object) -> None:
         observer, port = self._traffic.observer, self.port

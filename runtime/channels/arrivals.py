@@ -40,7 +40,7 @@ class Arrivals:
         self._exchange = exchange
         self._subscribers = exchange.subscribers
         self._engine = engine
-        self._loop = loop
+        self._post = loop.post
         able: object = transport
         self._pausing = able if isinstance(able, Pausing) else None
         self._measuring = able if isinstance(able, Measuring) else None
@@ -63,7 +63,7 @@ class Arrivals:
         has_room = self._subscribers[port].has_room
         return not self._has_histories or (not self._arriving[port] and has_room())
 
-    def arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
+    def message_arrived(self, port: SubscriberPort, message: Message, lost: int) -> None:
         """Let a message wait for the loop; `lost` are missing just before it."""
         if self._subscribers[port].had(message):  # what comes again must not fill the queue
             return
@@ -73,9 +73,9 @@ class Arrivals:
                 return
             self._arriving[port] += 1
             self._most[port] = max(self._most[port], self._arriving[port])
-        self._loop.post(lambda: self._place(port, message, lost))
+        self._post(lambda: self._place(port, message, lost))
 
-    def requested(self, port: ServerPort, message: Message, answer: Answer) -> None:
+    def request_arrived(self, port: ServerPort, message: Message, answer: Answer) -> None:
         """Let a request wait for the loop."""
 
         def serve() -> None:
@@ -85,9 +85,9 @@ class Arrivals:
 
         with self._lock:
             self._asked[port] += 1
-        self._loop.post(serve)
+        self._post(serve)
 
-    def lost(self, port: Port, queue: Queue, count: int) -> None:
+    def dropped(self, port: Port, queue: Queue, count: int) -> None:
         """Have messages counted and recorded that a full queue lost."""
         with self._lock:
             self._note_loss(port, queue, count)
@@ -105,7 +105,7 @@ class Arrivals:
     def _note_loss(self, port: Port, queue: Queue, count: int) -> None:
         """Have a loss recorded, in the order in which they happened; those of a queue until then are one."""
         if not self._losses:
-            self._loop.post(self._record_losses)
+            self._post(self._record_losses)
         self._losses[port, queue] = self._losses.get((port, queue), 0) + count
 
     # On the thread of the loop.

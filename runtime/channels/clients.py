@@ -7,7 +7,7 @@ comes; with a time-out, until the client gives it up. A response that comes late
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from dineros.runtime.channels.traffic import SendError, Traffic
 from dineros.runtime.channels.transport import Forgetting
@@ -40,6 +40,8 @@ class Call:
         Its response, while that waits for room.
     is_late : bool
         Whether its time is over, and there is no room for the token that says so.
+    resending, ending : Timer
+        When it is sent again, and when its time is over.
     """
 
     message: Message
@@ -47,21 +49,8 @@ class Call:
     attempts: int = 1
     response: Message | None = None
     is_late: bool = False
-    resending: Timer | None = None
-    ending: Timer | None = None
-
-    def stop(self) -> None:
-        """Let nothing more happen to it when a time comes."""
-        self.stop_resending()
-        if self.ending is not None:
-            self.ending.cancel()
-            self.ending = None
-
-    def stop_resending(self) -> None:
-        """Send it no more."""
-        if self.resending is not None:
-            self.resending.cancel()
-            self.resending = None
+    resending: Timer = field(default_factory=Timer)
+    ending: Timer = field(default_factory=Timer)
 
 
 class Client:
@@ -73,10 +62,6 @@ class Client:
         What it shares with the other ports.
     port : ClientPort
         The port.
-    places : (int, int, int or None)
-        The places of its requests, of their responses, and of what it gives up.
-    departure : int
-        Number of the departure.
     request_timeout : float or None
         Seconds after which it asks again.
 
@@ -90,18 +75,12 @@ class Client:
         The places of its requests, of their responses, and of what it gives up; None: it names none.
     """
 
-    def __init__(
-        self,
-        traffic: Traffic,
-        port: ClientPort,
-        places: tuple[int, int, int | None],
-        departure: int,
-        request_timeout: float | None,
-    ) -> None:
+    def __init__(self, traffic: Traffic, port: ClientPort, request_timeout: float | None) -> None:
         self._traffic = traffic
         self.port = port
-        self.request, self.response, self.timed_out = places
-        self.departure = departure
+        self.request, self.response = traffic.places[port.request], traffic.places[port.response]
+        self.timed_out = None if port.timed_out is None else traffic.places[port.timed_out]
+        self.departure = traffic.add_departure(self.request, self.send, port)
         self._about = {"channel": port.channel, "client": port.client}
         self._request_timeout = request_timeout
         self.calls: dict[str, Call] = {}
@@ -142,7 +121,7 @@ class Client:
         must_wait = len(self.calls) >= self.port.outstanding
         if must_wait is not self._is_held:
             engine = self._traffic.engine
-            (engine.hold_departure if must_wait else engine.unhold_departure)(self.departure)
+            (engine.hold if must_wait else engine.unhold)(self.departure)
             self._is_held = must_wait
 
     def _patience(self, call: Call) -> None:
@@ -169,7 +148,7 @@ class Client:
         call = self.calls.get(message_id)
         if call is None or call.response is not None or call.is_late:
             return
-        call.stop_resending()
+        call.resending.cancel()
         LOG.warning("request %s of %s: %s", message_id, self.port.service, reason)
         attempt = call.attempts
         self._traffic.observer.emit("timeout", **self._about, message=message_id, attempt=attempt)
@@ -179,7 +158,6 @@ class Client:
         call.resending = steady_timers.call_later(resend_delay(attempt), lambda: self._ask_again(call))
 
     def _ask_again(self, call: Call) -> None:
-        call.resending = None
         try:
             self._ask(call)
         except SendError as error:
@@ -192,7 +170,7 @@ class Client:
         if call is None:
             return
         if not traffic.engine.has_room(self.response):
-            call.stop_resending()
+            call.resending.cancel()
             call.response = message
             return
         token = traffic.arriving(port.service, self.response, message.data)
@@ -205,7 +183,8 @@ class Client:
 
     def _end(self, call: Call) -> None:
         """Be ready for one more request: one is over."""
-        call.stop()
+        call.resending.cancel()
+        call.ending.cancel()
         del self.calls[call.message.id]
         self._hold_or_not()
 
@@ -215,8 +194,8 @@ class Client:
         The token carries what was asked, if its place has tokens of that type.
         """
         traffic, port, place = self._traffic, self.port, self.timed_out
-        call.ending, call.is_late = None, True
-        call.stop_resending()
+        call.is_late = True
+        call.resending.cancel()
         token = None
         if place is not None:
             if not traffic.engine.has_room(place):

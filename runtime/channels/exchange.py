@@ -9,19 +9,16 @@ from dineros.metamodel.lifecycles.states import State
 from dineros.metamodel.message_ids import Senders
 from dineros.metamodel.records.schema import requests_of
 from dineros.metamodel.token_data import Value
-from dineros.runtime.channels.actions import Actions, action_departures
+from dineros.runtime.channels.actions import Actions
 from dineros.runtime.channels.clients import Client
-from dineros.runtime.channels.services import Instance, Server
+from dineros.runtime.channels.services import Server
 from dineros.runtime.channels.topics import Publisher, Subscriber, Writer
 from dineros.runtime.channels.traffic import SendError, Traffic, known_port
-from dineros.runtime.channels.transport import Transport, check_of
 from dineros.runtime.firing.observing import Observer
-from dineros.runtime.journal.saved import PendingRequest, SavedState
+from dineros.runtime.journal.saved import ChannelState, SavedState
 from dineros.runtime.nets.engine import Engine
 from dineros.runtime.nets.ports import (
     ActionServerPort,
-    Check,
-    ClientPort,
     Data,
     Message,
     Port,
@@ -30,22 +27,9 @@ from dineros.runtime.nets.ports import (
     ServerPort,
     SubscriberPort,
 )
-from dineros.runtime.nets.structure import Structure
 from dineros.runtime.scheduling.loop import Loop
 
 RETRY_DELAY = 1.0
-
-
-def departures_of(structure: Structure) -> list[int]:
-    """Return the places whose tokens depart: of publishers, clients, server instances, actions."""
-    number = {id: index for index, id in enumerate(structure.places)}
-    ports = structure.ports
-    return [
-        *(number[place] for port in ports.publishers for place in port.places),
-        *(number[port.request] for port in ports.clients),
-        *(number[place] for port in ports.servers for place in port.exits),
-        *(number[place] for place in action_departures(ports)),
-    ]
 
 
 class Exchange:
@@ -54,7 +38,7 @@ class Exchange:
     Parameters
     ----------
     engine : Engine
-        Its departures are those of `departures_of`.
+        The node's, which has no departures yet.
     loop : Loop
         The node's.
     observer : Observer
@@ -87,35 +71,16 @@ class Exchange:
         self._loop = loop
         self._is_there = True
         self.traffic = traffic = Traffic(engine, loop, observer, run)
-        places = {id: number for number, id in enumerate(engine.structure.places)}
         ports = engine.structure.ports
         self._writers = [Writer(traffic, port) for port in ports.publishers]
         self._publishers = [
-            Publisher(traffic, writer, places[place])
-            for writer in self._writers
-            for place in writer.port.places
+            Publisher(traffic, writer, place) for writer in self._writers for place in writer.port.places
         ]
-        self.subscribers = {port: Subscriber(traffic, port, places[port.place]) for port in ports.subscribers}
-        self.clients: dict[ClientPort, Client] = {}
-        for departure, client in enumerate(ports.clients, len(self._publishers)):
-            told = None if client.timed_out is None else places[client.timed_out]
-            ends = places[client.request], places[client.response], told
-            self.clients[client] = Client(traffic, client, ends, departure, request_timeout)
+        self.subscribers = {port: Subscriber(traffic, port) for port in ports.subscribers}
+        self.clients = {port: Client(traffic, port, request_timeout) for port in ports.clients}
         self.servers = {port: Server(traffic, port) for port in ports.servers}
-        self._instances: list[Instance] = []
-        for port, server in self.servers.items():
-            for number, (entry, exit_) in enumerate(zip(port.entries, port.exits, strict=True)):
-                departure = len(self._publishers) + len(self.clients) + len(self._instances)
-                instance = Instance(server, number, places[entry], places[exit_], departure)
-                server.instances.append(instance)
-                self._instances.append(instance)
-        callers: list[Publisher | Client | Instance] = [
-            *self._publishers,
-            *self.clients.values(),
-            *self._instances,
-        ]
-        self.actions = Actions(traffic, len(callers))
-        self._senders = [*(each.send for each in callers), *self.actions.senders]
+        self._instances = [each for server in self.servers.values() for each in server.instances]
+        self.actions = Actions(traffic)
 
     @property
     def waiting_requests(self) -> int:
@@ -123,18 +88,15 @@ class Exchange:
         waiting = sum(len(server.waiting) for server in self.servers.values())
         return waiting + self.actions.waiting_goals
 
-    def begin(self, transport: Transport) -> None:
+    def begin(self) -> None:
         """Let tokens depart; what was sent or asked before a restart is sent or asked again."""
-        self.traffic.transport = transport
-        for port, server in self.servers.items():
-            server.check = check_of(transport, port)
         for writer in self._writers:
             self._send_again(writer)
-        for departure in range(len(self._publishers)):
-            self._engine.unhold_departure(departure)
+        for publisher in self._publishers:
+            self._engine.unhold(publisher.departure)
         for client in self.clients.values():
             client.begin()
-        self.actions.begin(transport)
+        self.actions.begin()
 
     def _send_again(self, writer: Writer) -> None:
         try:
@@ -142,14 +104,6 @@ class Exchange:
         except SendError as error:
             self.traffic.log_error(str(error), "retry", error.__cause__)
             self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._send_again(writer))
-
-    def checks(self, transport: Transport) -> dict[int, Check]:
-        """Return what checks the data that comes onto places whose tokens are sent: place -> check."""
-        found = [(each.place, check_of(transport, each.port)) for each in self._publishers]
-        found += [(each.request, check_of(transport, port)) for port, each in self.clients.items()]
-        found += [(each.exit, check_of(transport, each.server.port)) for each in self._instances]
-        known = {place: check for place, check in found if check is not None}
-        return known | self.actions.checks(transport)
 
     def obey(self, state: State) -> None:
         """Let tokens depart as the state of a managed node says."""
@@ -161,11 +115,11 @@ class Exchange:
         due = self._engine.due
         if not due or not self._is_there:
             return False
-        first = self._engine.first_departure
+        senders = self.traffic.senders
         while due:
-            number = due[0] - first
+            number = due[0]
             try:
-                self._senders[number]()
+                senders[number]()
             except SendError as error:
                 self._postpone(number, error)
         return True
@@ -173,8 +127,8 @@ class Exchange:
     def _postpone(self, number: int, error: SendError) -> None:
         """Try again later what the transport did not take."""
         self.traffic.log_error(str(error), "retry", error.__cause__)
-        self._engine.hold_departure(number)
-        self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._engine.unhold_departure(number))
+        self._engine.hold(number)
+        self._loop.steady_timers.call_later(RETRY_DELAY, lambda: self._engine.unhold(number))
 
     def let_in(self, places: Collection[int]) -> bool:
         """Take what waits for room on some places; return whether there was anything."""
@@ -209,54 +163,55 @@ class Exchange:
 
     # Going on after a restart.
 
-    def save(self, checkpoint: SavedState) -> None:
-        """Write what is known of channels into a checkpoint."""
-        places = self._engine.structure.places
-        checkpoint["run"] = self.traffic.run
-        checkpoint["numbers"] = dict(self.traffic.numbers)
-        checkpoint["queues"] = {each.port.place: each.history.maxlen or 1 for each in self._writers}
-        checkpoint["history"] = {
-            writer.port.place: [[_number(message), _plain(message.data)] for message in writer.history]
-            for writer in self._writers
-            if writer.history
+    def save(self) -> ChannelState:
+        """Return what is known of channels."""
+        places, now = self._engine.structure.places, self._loop.clock()
+        heard = {f"{port.channel}/{port.place}": each for port, each in self.subscribers.items()}
+        seen = {key: each.seen.saved() for key, each in heard.items()}
+        return {
+            "run": self.traffic.run,
+            "numbers": dict(self.traffic.numbers),
+            "queues": {each.port.place: each.history.maxlen or 1 for each in self._writers},
+            "history": {
+                writer.port.place: [[_number(message), _plain(message.data)] for message in writer.history]
+                for writer in self._writers
+                if writer.history
+            },
+            "seen": {key: numbers for key, (numbers, _) in seen.items() if numbers},
+            "seen_apart": {key: ranges for key, (_, ranges) in seen.items() if ranges},
+            "missing": {key: each.missing for key, each in heard.items() if each.missing},
+            "requests": {
+                f"{port.channel}/{port.client}": [
+                    {
+                        "message": id,
+                        "data": _plain(call.message.data),
+                        "attempts": call.attempts,
+                        "age": now - call.asked,
+                    }
+                    for id, call in client.calls.items()
+                ]
+                for port, client in self.clients.items()
+                if client.calls
+            },
+            "serving": {
+                places[instance.entry]: instance.message
+                for instance in self._instances
+                if instance.message is not None
+            },
+            "responses": {
+                port.channel: {
+                    id: _plain(kept.data)
+                    for responses in server.responses.values()
+                    for id, kept in responses.items()
+                }
+                for port, server in self.servers.items()
+                if server.responses
+            },
+            "kept_responses": {
+                port.channel: server.kept for port, server in self.servers.items() if server.kept > 1
+            },
+            **self.actions.save(),
         }
-        for port, subscriber in self.subscribers.items():
-            seen, apart = subscriber.seen.saved()
-            if subscriber.missing:
-                checkpoint["missing"][f"{port.channel}/{port.place}"] = subscriber.missing
-            if seen:
-                checkpoint["seen"][f"{port.channel}/{port.place}"] = seen
-            if apart:
-                checkpoint["seen_apart"][f"{port.channel}/{port.place}"] = apart
-        now = self._loop.clock()
-        checkpoint["requests"] = {
-            f"{port.channel}/{port.client}": [
-                PendingRequest(
-                    message=id, data=_plain(call.message.data), attempts=call.attempts, age=now - call.asked
-                )
-                for id, call in client.calls.items()
-            ]
-            for port, client in self.clients.items()
-            if client.calls
-        }
-        checkpoint["serving"] = {
-            places[instance.entry]: instance.message
-            for instance in self._instances
-            if instance.message is not None
-        }
-        checkpoint["responses"] = {
-            port.channel: {
-                id: _plain(kept.data)
-                for responses in server.responses.values()
-                for id, kept in responses.items()
-            }
-            for port, server in self.servers.items()
-            if server.responses
-        }
-        checkpoint["kept_responses"] = {
-            port.channel: server.kept for port, server in self.servers.items() if server.kept > 1
-        }
-        self.actions.save(checkpoint)
 
     def restore(self, checkpoint: SavedState) -> None:
         """Take over what is known of channels from a checkpoint, before `begin`.
@@ -295,7 +250,7 @@ class Exchange:
         for entry, message in checkpoint["serving"].items():
             instance = known_port(instances, entry, "server instance at")
             instance.message = message
-            self._engine.unhold_departure(instance.departure)
+            self._engine.unhold(instance.departure)
         servers = {port.channel: each for port, each in self.servers.items()}
         for channel, responses in checkpoint["responses"].items():
             server = known_port(servers, channel, "server of")

@@ -43,14 +43,20 @@ class Writer:
 
 
 class Publisher:
-    """Sends the tokens of a place on a topic."""
+    """Sends the tokens of a place on a topic.
 
-    def __init__(self, traffic: Traffic, writer: Writer, place: int) -> None:
+    Attributes
+    ----------
+    departure : int
+        Number of the departure.
+    """
+
+    def __init__(self, traffic: Traffic, writer: Writer, place: str) -> None:
         self._traffic = traffic
         self._writer = writer
         self.port = writer.port
-        self.place = place
-        self._name = traffic.engine.structure.places[place]
+        self.place, self._name = traffic.places[place], place
+        self.departure = traffic.add_departure(self.place, self.send, self.port)
         self._about = {"channel": self.port.channel}
 
     def send(self) -> None:
@@ -100,11 +106,11 @@ class Subscriber:
         The place that they come to.
     """
 
-    def __init__(self, traffic: Traffic, port: SubscriberPort, place: int) -> None:
+    def __init__(self, traffic: Traffic, port: SubscriberPort) -> None:
         self._traffic = traffic
         self._port = port
         self._about = {"channel": port.channel}
-        self.place = place
+        self.place = traffic.places[port.place]
         self.seen = Senders()
         self.missing = 0
         self._lock = threading.Lock()

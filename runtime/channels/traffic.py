@@ -9,15 +9,15 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TypeVar
 
 from dineros.metamodel.errors import DinerosError, FeatureValueError
 from dineros.metamodel.message_ids import MessageIdError, parse_id
-from dineros.runtime.channels.transport import Transport
+from dineros.runtime.channels.transport import Transport, check_of
 from dineros.runtime.firing.observing import Observer
 from dineros.runtime.nets.engine import Engine
-from dineros.runtime.nets.ports import Data, Port, Queue
+from dineros.runtime.nets.ports import Check, Data, Port, Queue
 from dineros.runtime.nets.tokens import Token
 from dineros.runtime.scheduling.loop import Loop
 
@@ -40,6 +40,12 @@ class Traffic:
         Whether publishers send; those of a managed node lose what is published while it is not active.
     run : str
         Goes into the ids of messages after the node's id.
+    places : dict of str to int
+        Numbers of the node's places, by id.
+    senders : dict of int to callable
+        What sends the oldest token of each departure.
+    checks : dict of int to callable
+        Place -> what raises for data that cannot be sent from there; empty until the node is open.
     numbers : dict of str to int
         Place of a publisher's or client's port -> number of its last message.
     drops : Counter
@@ -55,6 +61,10 @@ class Traffic:
         self.transport: Transport | None = None
         self.is_active = True
         self.run = run
+        self.places = {id: number for number, id in enumerate(engine.structure.places)}
+        self.senders: dict[int, Callable[[], None]] = {}
+        self.checks: dict[int, Check] = {}
+        self._sending: list[tuple[int, Port, str]] = []
         self.numbers: dict[str, int] = {}
         self.drops: Counter[tuple[str, str]] = Counter()
         self.refused: Counter[str] = Counter()
@@ -64,6 +74,42 @@ class Traffic:
         """The transport, once there is one."""
         assert self.transport is not None, "nothing departs before the node is open"
         return self.transport
+
+    def add_departure(
+        self, place: int, send: Callable[[], None], port: Port | None = None, part: str = ""
+    ) -> int:
+        """Have the tokens of a place sent.
+
+        Parameters
+        ----------
+        place : int
+            The place.
+        send : callable
+            Sends its oldest token.
+        port, part : Port and str, optional
+            What the token's data goes through, for the transport to check it.
+
+        Returns
+        -------
+        int
+            The number of the departure, which is on hold at first.
+        """
+        number = self.engine.add_departure(place)
+        self.senders[number] = send
+        if port is not None:
+            self._sending.append((place, port, part))
+        return number
+
+    def join(self, transport: Transport) -> None:
+        """Send by a transport from now on."""
+        self.transport = transport
+        found = {place: check_of(transport, port, part) for place, port, part in self._sending}
+        self.checks = {place: check for place, check in found.items() if check is not None}
+
+    def check(self, place: int, data: Data) -> None:
+        """Raise an error for data that cannot be sent from a place."""
+        if (check := self.checks.get(place)) is not None:
+            check(data)
 
     def next_id(self, place: str) -> str:
         """Return the id of the next message of a port's place; `count_sent` makes it used."""

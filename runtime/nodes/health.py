@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import islice
 from types import MappingProxyType
 from typing import Literal
 
+from dineros.runtime.firing.durations import HandlerTime
 from dineros.runtime.nodes.core import Core
 from dineros.runtime.nodes.status import Status
 
@@ -67,19 +69,6 @@ class SignalAge:
     age: float | None
     limit: float | None
     is_stale: bool
-
-
-@dataclass(frozen=True, slots=True)
-class HandlerLoad:
-    """What a handler takes, in seconds: the longest since the last look, the mean of all, the budget."""
-
-    transition: str
-    handler: str
-    calls: int
-    longest: float
-    mean: float
-    budget: float | None
-    slow: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +131,7 @@ class Health:
     queues: tuple[QueueFill, ...] = ()
     servers: Mapping[str, tuple[int, int, int]] = field(default_factory=dict)
     signals: tuple[SignalAge, ...] = ()
-    handlers: tuple[HandlerLoad, ...] = ()
+    handlers: tuple[HandlerTime, ...] = ()
     waits: tuple[Wait, ...] = ()
     concerns: tuple[Concern, ...] = ()
     drops: Mapping[tuple[str, str], int] = field(default_factory=dict)
@@ -174,7 +163,8 @@ class HealthWatch:
         rate = (firings - self._firings) / passed if passed > 0 else 0.0
         self._firings, self._looked = firings, now
         places = core.structure.places[:MOST]
-        queues, signals, handlers = tuple(self._queues()), tuple(self._signals(now)), tuple(self._handlers())
+        queues, signals = tuple(self._queues()), tuple(self._signals(now))
+        handlers = tuple(replace(time) for time in islice(execution.durations, MOST))
         execution.durations.forget_longest()
         servers = {} if exchange is None else exchange.servers
         return Health(
@@ -191,7 +181,7 @@ class HealthWatch:
             signals=signals,
             handlers=handlers,
             waits=tuple(self._waits(now))[:MOST],
-            concerns=self._judge(queues, signals, handlers),
+            concerns=self._judge(_concerns(queues, signals, handlers)),
             drops={} if exchange is None else dict(exchange.traffic.drops),
             refused={} if exchange is None else dict(exchange.traffic.refused),
         )
@@ -212,13 +202,6 @@ class HealthWatch:
             yield SignalAge(
                 id, core.engine.signals[number], age, core.expectations.limit(number), id in stale
             )
-
-    def _handlers(self) -> Iterator[HandlerLoad]:
-        transitions = self._core.structure.transitions
-        for count, time in enumerate(self._core.execution.durations):
-            if count < MOST:
-                mean, name = time.total / max(1, time.calls), transitions[time.transition]
-                yield HandlerLoad(name, time.handler, time.calls, time.longest, mean, time.budget, time.slow)
 
     def _waits(self, now: float) -> Iterator[Wait]:
         core = self._core
@@ -241,16 +224,9 @@ class HealthWatch:
                 if core.arrivals.held(subscriber):
                     yield Wait(subscriber.topic, "room", subscriber.place)
 
-    def _judge(
-        self,
-        queues: tuple[QueueFill, ...],
-        signals: tuple[SignalAge, ...],
-        handlers: tuple[HandlerLoad, ...],
-    ) -> tuple[Concern, ...]:
+    def _judge(self, concerns: Iterable[Concern]) -> tuple[Concern, ...]:
         """Return what goes beyond its budget, and log what is new among it, and what is over."""
-        found = {
-            (concern.budget, concern.element): concern for concern in _concerns(queues, signals, handlers)
-        }
+        found = {(concern.budget, concern.element): concern for concern in concerns}
         for key, concern in found.items():
             # That a signal is stale has been logged when it became so, as `stale_after` says.
             if key not in self._concerns and concern.budget != "signal-age":
@@ -263,7 +239,7 @@ class HealthWatch:
 
 
 def _concerns(
-    queues: tuple[QueueFill, ...], signals: tuple[SignalAge, ...], handlers: tuple[HandlerLoad, ...]
+    queues: tuple[QueueFill, ...], signals: tuple[SignalAge, ...], handlers: tuple[HandlerTime, ...]
 ) -> Iterator[Concern]:
     for queue in queues:
         if queue.is_nearly_full:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -295,9 +296,7 @@ def _client_class() -> Any:
         def __init__(self, node: Any, interface: Any, port: ActionClientPort, owner: GoalClient) -> None:
             quality = reliable_quality(SERVICE_DEPTH)
             self._owner = owner
-            self._asked: dict[int, str] = {}
-            self._asked_for_result: dict[int, str] = {}
-            self._asked_to_cancel: dict[int, str] = {}
+            self._asked: dict[str, dict[int, str]] = {"goal": {}, "result": {}, "cancel": {}}
             self._parts = interface.Impl
             super().__init__(
                 node,
@@ -312,22 +311,30 @@ def _client_class() -> Any:
 
         def send_goal(self, id: str, goal: Any) -> None:
             request = self._parts.SendGoalService.Request(goal_id=ros_id(bytes_of(id)), goal=goal)
-            self._note(self._asked, self._client_handle.send_goal_request(request), id)
+            self._note("goal", self._client_handle.send_goal_request(request), id)
 
         def ask_for_result(self, id: str) -> None:
             request = self._parts.GetResultService.Request(goal_id=ros_id(bytes_of(id)))
-            self._note(self._asked_for_result, self._client_handle.send_result_request(request), id)
+            self._note("result", self._client_handle.send_result_request(request), id)
 
         def ask_to_cancel(self, id: str) -> None:
             request = CancelGoal.Request()
             request.goal_info.goal_id = ros_id(bytes_of(id))
-            self._note(self._asked_to_cancel, self._client_handle.send_cancel_request(request), id)
+            self._note("cancel", self._client_handle.send_cancel_request(request), id)
 
-        @staticmethod
-        def _note(asked: dict[int, str], number: int, id: str) -> None:
+        def _note(self, kind: str, number: int, id: str) -> None:
+            asked = self._asked[kind]
             asked[number] = id
             while len(asked) > 1000:  # those that nobody has answered
                 del asked[next(iter(asked))]
+
+        def _answered(self, kind: str, taken_data: Any) -> Iterator[tuple[str, Any]]:
+            """Yield the goal that an answer is about, and the answer; nothing where nobody asked."""
+            if kind in taken_data:
+                number, response = taken_data[kind]
+                id = self._asked[kind].pop(int(getattr(number, "sequence_number", number)), None)
+                if id is not None:
+                    yield id, response
 
         async def execute(self, taken_data: Any) -> None:
             """Hand over what came; feedback first, since a result may come with it."""
@@ -335,24 +342,14 @@ def _client_class() -> Any:
             if "feedback" in taken_data:
                 message = taken_data["feedback"]
                 owner.heard(text_of(message.goal_id), message.feedback)
-            if "goal" in taken_data:
-                number, response = taken_data["goal"]
-                if (id := self._asked.pop(_number(number), None)) is not None:
-                    owner.answered(id, bool(response.accepted))
-            if "cancel" in taken_data:
-                number, response = taken_data["cancel"]
-                if (id := self._asked_to_cancel.pop(_number(number), None)) is not None:
-                    owner.canceled(id, id in [text_of(info.goal_id) for info in response.goals_canceling])
+            for id, response in self._answered("goal", taken_data):
+                owner.answered(id, bool(response.accepted))
+            for id, response in self._answered("cancel", taken_data):
+                owner.canceled(id, id in [text_of(info.goal_id) for info in response.goals_canceling])
             if "status" in taken_data:
                 for each in taken_data["status"].status_list:
                     owner.status(text_of(each.goal_info.goal_id), int(each.status))
-            if "result" in taken_data:
-                number, response = taken_data["result"]
-                if (id := self._asked_for_result.pop(_number(number), None)) is not None:
-                    owner.result(id, int(response.status), response.result)
+            for id, response in self._answered("result", taken_data):
+                owner.result(id, int(response.status), response.result)
 
     return Client
-
-
-def _number(sequence: Any) -> int:
-    return int(getattr(sequence, "sequence_number", sequence))

@@ -70,7 +70,8 @@ class GoalCarrier:
 
     def close_goals(self) -> None:
         """Take clients and servers down."""
-        for end in (*self._goal_clients.values(), *self._goal_servers.values()):
+        ends: list[GoalClient | GoalServer] = [*self._goal_clients.values(), *self._goal_servers.values()]
+        for end in ends:
             end.close()
         self._goal_clients.clear()
         self._goal_servers.clear()

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from dineros.metamodel.message_ids import MessageIdError, parse_id
-from dineros.metamodel.ros_names import resource_names
+from dineros.metamodel.ros_names import resource_names, snake_case
 from dineros.runtime.nets.ports import PublisherPort, SubscriberPort
 
 SENDER_LIMIT = 256
@@ -60,21 +60,10 @@ def topic_quality(port: PublisherPort | SubscriberPort, known: int = 0) -> Any:
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=max(1, port.limit + known),
-        reliability=(
-            ReliabilityPolicy.BEST_EFFORT
-            if quality.reliability == "bestEffort"
-            else ReliabilityPolicy.RELIABLE
-        ),
-        durability=(
-            DurabilityPolicy.TRANSIENT_LOCAL
-            if quality.durability == "transientLocal"
-            else DurabilityPolicy.VOLATILE
-        ),
-        liveliness=(
-            LivelinessPolicy.MANUAL_BY_TOPIC
-            if quality.liveliness == "manualByTopic"
-            else LivelinessPolicy.AUTOMATIC
-        ),
+        # The model's words are ROS's, in another case.
+        reliability=ReliabilityPolicy[snake_case(quality.reliability).upper()],
+        durability=DurabilityPolicy[snake_case(quality.durability).upper()],
+        liveliness=LivelinessPolicy[snake_case(quality.liveliness).upper()],
         **{name: Duration(seconds=seconds) for name, seconds in times.items() if seconds is not None},
     )
 

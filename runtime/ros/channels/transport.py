@@ -82,7 +82,7 @@ class RclpyTransport(GoalCarrier):
     ) -> None:
         self._seen = seen or {}
         self._announces = announces
-        self._session = session
+        self._session, self._node = session, session.node
         super().__init__()
         self._is_open = False
         self._has_histories = False
@@ -106,25 +106,26 @@ class RclpyTransport(GoalCarrier):
         """
         self._is_open = True
         self._has_histories = ports.middleware == "ros2"
+        self._receiver, self._codecs = receiver, Codecs(ports)
         try:
-            self._make_entities(self._session.node, ports, receiver)
+            self._make_entities(ports)
         except BaseException:
             self.close()
             raise
         self._await_subscribers(ports)
 
-    def _make_entities(self, node: Any, ports: Ports, receiver: Receiver) -> None:
-        codecs = Codecs(ports)
+    def _make_entities(self, ports: Ports) -> None:
+        node, codecs, receiver = self._node, self._codecs, self._receiver
         timeout = float(declare(node, REQUEST_TIMEOUT))
         self._clients = Clients(node, receiver, timeout)
         for publisher in ports.publishers:
-            self._add_publisher(node, publisher, codecs)
+            self._add_publisher(publisher)
         for server in ports.servers:
-            self._add_server(node, server, codecs, receiver)
+            self._add_server(server)
         for client in ports.clients:
             self._checks[client] = self._clients.add(client, codecs).check
         for subscriber in ports.subscribers:
-            self._add_subscriber(node, subscriber, codecs, receiver)
+            self._add_subscriber(subscriber)
         self.open_goals(node, ports, codecs, receiver, timeout)
         self._signals = RosSignals(node, ports.signals, receiver)
         self._timers = self._own(RosTimers.close, RosTimers(node, ports.timers, receiver.ticked))
@@ -133,8 +134,8 @@ class RclpyTransport(GoalCarrier):
         self._entities.append((destroy, entity))
         return entity
 
-    def _add_publisher(self, node: Any, port: PublisherPort, codecs: Codecs) -> None:
-        interface, codec = codecs.topic(port)
+    def _add_publisher(self, port: PublisherPort) -> None:
+        node, (interface, codec) = self._node, self._codecs.topic(port)
         announcer = None
         if port.type is not None and port.is_kept and self._announces:
             name = f"{node.resolve_topic_name(port.topic)}/{MESSAGES}"
@@ -151,8 +152,9 @@ class RclpyTransport(GoalCarrier):
         self._publishers[port.channel, port.place] = _Outlet(codec.encode, publisher, announcer, has_ids)
         self._checks[port] = codec.check
 
-    def _add_subscriber(self, node: Any, port: SubscriberPort, codecs: Codecs, receiver: Receiver) -> None:
-        interface, codec = codecs.topic(port)
+    def _add_subscriber(self, port: SubscriberPort) -> None:
+        node, receiver = self._node, self._receiver
+        interface, codec = self._codecs.topic(port)
         seen = self._seen.get(f"{port.channel}/{port.place}", {})
         counter, known = LossCounter(seen), most_known(port.limit, seen)
         decode, arrived = codec.decode, receiver.message_arrived
@@ -169,7 +171,7 @@ class RclpyTransport(GoalCarrier):
         group = pausing_group(lambda: receiver.is_open(port))
         if port.type is not None and port.is_kept:
             depth = port.limit + known
-            take = self._with_companion(node, port, interface, codec, receiver, accept, group, depth)
+            take = self._with_companion(port, interface, codec, accept, group, depth)
         else:
 
             def take(ros_message: Any, info: Mapping[str, Any]) -> None:
@@ -192,11 +194,9 @@ class RclpyTransport(GoalCarrier):
 
     def _with_companion(
         self,
-        node: Any,
         port: SubscriberPort,
         interface: Any,
         codec: Codec,
-        receiver: Receiver,
         accept: Callable[[Message, Mapping[str, Any]], None],
         group: Any,
         depth: int,
@@ -207,8 +207,8 @@ class RclpyTransport(GoalCarrier):
         ROS 2, it is the topic's own, whose history has the depth of the model; they are only told by what is
         announced.
         """
-        topic = node.resolve_topic_name(port.topic)
-        counter = LossCounter()
+        node, receiver = self._node, self._receiver
+        topic, counter = node.resolve_topic_name(port.topic), LossCounter()
 
         def publishers() -> int:
             return int(node.count_publishers(topic))
@@ -229,18 +229,8 @@ class RclpyTransport(GoalCarrier):
                 "known": lambda message, lost: None,
                 "strange": strange,
             }
-        listener = self._listen(
-            node,
-            port,
-            f"{topic}/{MESSAGES}",
-            depth,
-            interface,
-            codec,
-            receiver,
-            senders=publishers,
-            group=group,
-            **ways,
-        )
+        name, callbacks = f"{topic}/{MESSAGES}", {"senders": publishers, "group": group, **ways}
+        listener = self._listen(port, name, depth, interface, codec, **callbacks)
 
         def take(ros_message: Any, info: Mapping[str, Any]) -> None:
             if self._is_open:
@@ -254,26 +244,25 @@ class RclpyTransport(GoalCarrier):
 
     def _listen(
         self,
-        node: Any,
         port: SubscriberPort | ServerPort,
         name: str,
         limit: int,
         interface: Any,
         codec: Codec,
-        receiver: Receiver,
         **callbacks: Any,
     ) -> Listener:
         def refused(error: Exception) -> None:
             if self._is_open:
-                receiver.refused(port, error)
+                self._receiver.refused(port, error)
 
         with made_in_ros(repr(name)):
-            listener = Listener(node, name, limit, interface, codec, refused=refused, **callbacks)
+            listener = Listener(self._node, name, limit, interface, codec, refused=refused, **callbacks)
         self._own(Listener.close, listener)
         return listener
 
-    def _add_server(self, node: Any, port: ServerPort, codecs: Codecs, receiver: Receiver) -> None:
-        interface, requests, responses = codecs.service(port)
+    def _add_server(self, port: ServerPort) -> None:
+        node, receiver = self._node, self._receiver
+        interface, requests, responses = self._codecs.service(port)
         self._checks[port] = responses.check
 
         def hand_on(request: Any, response: Any) -> Any:
@@ -287,13 +276,11 @@ class RclpyTransport(GoalCarrier):
         if port.type is not None:
             service_name = node.resolve_service_name(port.service)
             listener = self._listen(
-                node,
                 port,
                 f"{service_name}/{REQUESTS}",
                 SERVICE_DEPTH,
                 interface.Request,
                 requests,
-                receiver,
                 senders=lambda: int(node.count_clients(service_name)),
                 announced=lambda message, info, is_alone: None,
                 known=requested,
@@ -330,7 +317,7 @@ class RclpyTransport(GoalCarrier):
 
     def _await_subscribers(self, ports: Ports) -> None:
         """Wait for the subscribers that are expected; they would never get what was published before."""
-        node = self._session.node
+        node = self._node
         limit = float(declare(node, DISCOVERY_TIMEOUT))
         parameters = subscriber_parameters(port.channel for port in ports.publishers)
         expected = {channel: int(declare(node, parameter)) for channel, parameter in parameters.items()}
